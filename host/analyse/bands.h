@@ -1,5 +1,5 @@
-/* Bands of a landing: the board's messages about them, where the wheel was then, and the shunt
- * calibrations around it. */
+/* Restraining bands of a landing: the board's messages about the bands, the wheel position at each
+ * message, and the shunt calibrations before and after the landing. */
 #ifndef MATRIG_HOST_ANALYSE_BANDS_H
 #define MATRIG_HOST_ANALYSE_BANDS_H
 
@@ -7,10 +7,11 @@
 #include "host/analyse/measured.h"
 #include "host/store/store.h"
 
-struct bands_shunt { /* one gage, before and after the landing */
+struct bands_shunt { /* calibrations of one gage, before and after the landing */
     unsigned gage;
-    double expected_lb, before_lb, after_lb; /* NaN: not calibrated then, or not valid */
-    int64_t before_verdict, after_verdict;   /* as in the message; STORE_NONE: not calibrated */
+    double expected_lb, before_lb, after_lb; /* NaN: not calibrated at that time, or not valid */
+    /* verdict as in the message; STORE_NONE: not calibrated */
+    int64_t before_verdict, after_verdict;
 };
 
 struct bands_summary {
@@ -22,15 +23,16 @@ struct bands_summary {
     size_t shunts;
 };
 
-/* MR_OK also without messages from the board. Calibrations count until the board is armed again in
- * the same session. */
+/* Returns MR_OK even if the board sent no messages about bands. A shunt calibration belongs to the
+ * landing until the board is armed again in the same session. */
 enum mr_status bands_load(struct store *store, const struct measured *measured,
                           struct bands_summary *bands, struct error *error);
 void bands_free(struct bands_summary *bands);
 
-/* Tensions of the bands, and what the board found wrong with them. */
+/* Adds the tensions of the bands, and the faults that the board found in them. */
 void bands_answer(const struct bands_summary *bands, const struct measured *measured,
                   struct answer *answer);
-/* What shunt calibrations found: people read one line and, with `each`, every gage. */
+/* Adds the results of the shunt calibrations. Text output has one summary line; with `each`, it
+ * also has a line for every gage. */
 void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer);
 #endif

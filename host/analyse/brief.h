@@ -1,12 +1,12 @@
-/* The lines of a landing that matter when it ends: what `matrig log` prints. `matrig show DB RUN`
- * has all of its summary. */
+/* The short summary that `matrig log` prints when a landing ends. `matrig show DB RUN` prints the
+ * full summary. */
 #ifndef MATRIG_HOST_ANALYSE_BRIEF_H
 #define MATRIG_HOST_ANALYSE_BRIEF_H
 
 #include "host/analyse/summary.h"
 
-/* Text, for people; with `all` the whole summary. A landing whose outcome cannot be read has none
- * here. False: `out` cannot be written. */
+/* Prints text for people; with `all`, the full summary. Prints nothing for a landing whose outcome
+ * cannot be read. Returns false if `out` cannot be written. */
 bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out);
 
 #endif

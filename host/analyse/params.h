@@ -1,10 +1,10 @@
 /* Scene parameters from simple tests on one mat, each with its error (1973 report, sections 3.4 and
  * 2.6).
  *
- * Errors are standard errors, of independent readings, propagated to first order. A list of
- * readings brings its own scatter; an error stated with it covers what the scatter cannot show (a
- * scale that is off) and is added in squares. Units ft, lb, s unless the name has another. Pure
- * functions. */
+ * Errors are standard errors of independent readings, propagated to first order. The error of a
+ * list of readings includes their scatter. An error stated with the list covers what the scatter
+ * cannot show (a wrong scale) and is added in quadrature. Units are ft, lb and s unless the name
+ * states another unit. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_PARAMS_H
 #define MATRIG_HOST_ANALYSE_PARAMS_H
 
@@ -14,42 +14,44 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-/* Mat hung on two parallel cords and turned about the vertical: I = W d^2 T^2 / (16 pi^2 l), slug
- * ft2. d: between the cords, both as far from the centre; l: length of a cord; T: period of small
- * turning. */
+/* Moment of inertia of a mat that hangs on two parallel cords and swings about the vertical: I = W
+ * d^2 T^2 / (16 pi^2 l), slug ft2. d: distance between the cords, which are equally far from the
+ * centre; l: length of a cord; T: period of small swings. */
 struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
                                struct estimate cord_ft, struct estimate period_s);
 
-/* A joint's stiffness per width of the strip tested (lb/in per in), for a joint as wide as the mat:
- * lb/ft. */
+/* Stiffness of a joint as wide as the mat, lb/ft, from the stiffness per width of the tested strip
+ * (lb/in per in). */
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in);
 
-/* Readings y against x of something that yields freely up to some x and is a spring beyond: the
- * straight line of readings beyond, y = k (x - free). */
+/* A straight line through readings of a part with free travel: it yields freely up to x = free and
+ * is a spring beyond, y = k (x - free). Only readings beyond `free` belong to the line. */
 struct params_spring {
-    bool known;     /* the slope differs from zero (Student's t, one in 200) */
-    size_t within;  /* readings below `free`: they lie within the free travel, the line is none */
-    double scatter; /* of y about the line */
+    bool known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
+    size_t within;  /* number of readings below `free`; if not 0, the line is not valid */
+    double scatter; /* standard deviation of y about the line */
     struct estimate k, free;
 };
 
-/* MR_TOO_FEW below three readings or when all x are the same, else MR_OK. */
+/* Returns MR_TOO_FEW for fewer than three readings or if all x are equal, otherwise MR_OK. */
 enum mr_status params_spring(const double *x, const double *y, size_t count,
                              struct params_spring *spring, struct error *error);
 
-/* A joint's stiffness in turning from that of a strip: wider is by how much the joint is. */
+/* Rotational stiffness of a joint from that of a strip. `wider`: width of the joint divided by the
+ * width of the strip. */
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);
 
-/* Pull that just slides the mat, over what presses it down. */
+/* Friction coefficient: the pull at which the mat just slides, divided by the weight on the
+ * soil. */
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb);
 
-/* Soil under one mat end: a wheel in the middle of `mats` mats side by side along the runway (1
- * when it stands on one) sinks by d: KV = P/(2 mats d). Neighbours that help make the true value
- * smaller. */
+/* Soil stiffness under one mat end. A wheel in the middle of `mats` mats side by side along the
+ * runway (1 if it stands on one mat) sinks by d: KV = P/(2 mats d). If neighbouring mats carry load
+ * too, the true value is smaller. */
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats);
 
-/* Mean of readings with its standard error; `each` is what every one of them is known to. A single
- * reading has only `each`. count >= 1. */
+/* Mean of readings with its standard error. `each`: standard error that applies to every reading,
+ * and the only error of a single reading. count >= 1. */
 struct estimate params_mean(const double *readings, size_t count, double each);
 
 #endif

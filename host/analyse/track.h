@@ -1,23 +1,25 @@
-/* The gear's position at any time, from the gates alone, with the precision that they allow.
+/* The gear's position at any time, computed from the gates only, with its standard error.
  *
- * The fit of gates.h is a polynomial of low order: it gives speeds, but between the gates changing
- * braking deviates from it by more than its error. Here, from the first gate beyond touchdown to
- * the last, the station is a parabola whose deceleration wanders: its derivative is white noise of
- * intensity q. Added to it are changes faster than the spacing of the gates, a ripple of the
- * station without memory. The gates, each in error by the switches' tolerance, determine the size
- * of both: a grid of both, weighted by restricted likelihood. For each of them the best linear
- * unbiased estimate of the station under that model (universal kriging; a smoothing spline of
- * degree five) runs through the gates as far as they are exact, and its standard error grows
- * between them as it must; what is given is their mean, with the variance within and between them.
- * On either side a cubic joins it to touchdown and stop, the error going over to theirs. Before
- * touchdown the speed is constant (report 2.4), back to the first edge; after the stop the gear
- * rests. Pure. */
+ * The fit of gates.h is a polynomial of low order. It gives speeds, but if braking changes between
+ * gates, the position deviates from it by more than its error. The model here, from the first gate
+ * beyond touchdown to the last, is a parabola whose deceleration varies randomly: its derivative is
+ * white noise of intensity q. A ripple is added to the station for changes faster than the gate
+ * spacing; ripple values at different times are independent. The intensity q and the size of the
+ * ripple are determined from the gates, whose errors are the switches' tolerance: pairs of both on
+ * a grid are weighted by restricted likelihood. For each pair, the best linear unbiased estimate of
+ * the station (universal kriging; a smoothing spline of degree five) runs through the gates within
+ * their errors, and its standard error grows between them. The result is the weighted mean over the
+ * pairs, with the variance within and between them.
+ *
+ * A cubic on either side joins the estimate to touchdown and stop, and the error changes smoothly
+ * to theirs. Before touchdown the speed is constant (report 2.4), back to the first edge; after the
+ * stop the gear rests. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_TRACK_H
 #define MATRIG_HOST_ANALYSE_TRACK_H
 
 #include "host/analyse/measured.h"
 
-#define TRACK_SIZE (MR_GATES_MAX + 3u) /* gates and parabola */
+#define TRACK_SIZE (MR_GATES_MAX + 3u) /* gates and the 3 terms of the parabola */
 
 #define TRACK_MODELS 24u
 
@@ -29,13 +31,13 @@ struct track_moment {
 
 struct track {
     bool known;
-    double begin_s; /* first edge, or touchdown: nothing is known before */
+    double begin_s; /* first edge, or touchdown; the station is not known before */
     struct track_moment touchdown, first, last, stop;
-    double speed_error_ft_s;                            /* of the touchdown's */
-    size_t points;                                      /* gates */
-    double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times since the first */
-    double error_ft;                                    /* of each */
-    size_t models;                                      /* the likeliest */
+    double speed_error_ft_s; /* standard error of the speed at touchdown */
+    size_t points;           /* number of gates */
+    double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times are relative to the first gate */
+    double error_ft;                                    /* standard error of each gate station */
+    size_t models;                                      /* the models with the largest weights */
     struct track_model {
         double q;         /* (ft/s3)^2 s */
         double ripple_ft; /* standard deviation */
@@ -44,40 +46,42 @@ struct track {
     } model[TRACK_MODELS];
 };
 
-/* From a landing with a fit and three gates or more beyond touchdown; else it is not known. */
+/* Makes the track from a landing with a fit and at least three gates beyond touchdown; otherwise
+ * `known` is false. */
 void track_make(const struct measured *measured, struct track *track);
 /* Station of the lead wheel with its standard error; NaN where it is not known. */
 struct mr_estimate track_at(const struct track *track, double t_s);
 
-/* The film of a landing: which frame each pulse of the camera was, and where the gear stood on it.
+/* The film of a landing: the frame number of each camera pulse, and the gear position on that
+ * frame.
  *
- * Frames are numbered from 1, the first pulse of the landing. A pulse that is not there - the
- * camera gave none, or it was lost with every link - leaves a gap in time: the next frame's number
- * is as much greater as mean periods fit into the gap, the period taken from the steps around it,
- * since a camera may run up or drift. */
+ * Frames are numbered from 1, the first pulse of the landing. A missing pulse (not sent by the
+ * camera, or lost on every link) leaves a gap in time. The next frame number is then increased by
+ * the number of mean periods that fit into the gap. The period is taken from the steps around the
+ * gap, because a camera may run up or drift. */
 struct film_frame {
     int64_t number;
     int64_t pulse; /* the board's own count of pulses */
     double board_us;
-    double t_s;                    /* as measured.h counts it */
-    struct mr_estimate station_ft; /* of the lead wheel, by its track; NaN: not known */
+    double t_s;                    /* time since touchdown, as in measured.h */
+    struct mr_estimate station_ft; /* station of the lead wheel, from its track; NaN: not known */
     struct mr_estimate speed_ft_s;
 };
 
 struct film {
     struct film_frame *frame;
     size_t frames;
-    double rate_hz;  /* NaN: fewer than two frames */
+    double rate_hz;  /* mean frame rate; NaN: fewer than two frames */
     int64_t missing; /* frames without a pulse between the first and the last */
 };
 
-/* The caller releases it with film_free, also after an error. A landing without a camera has no
- * frames. */
+/* The caller releases the film with film_free, also after an error. A landing without a camera has
+ * no frames. */
 enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film,
                          struct error *error);
 void film_free(struct film *film);
 
-/* Frame numbers from pulse times that rise, microseconds. */
+/* Computes frame numbers from ascending pulse times in microseconds. */
 void film_number(const double *t_us, size_t count, int64_t *number);
 
 #endif

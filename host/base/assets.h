@@ -1,14 +1,14 @@
-/* Files of the pages, carried in the program. */
+/* Files of the web pages, embedded in the program. */
 #ifndef MATRIG_HOST_BASE_ASSETS_H
 #define MATRIG_HOST_BASE_ASSETS_H
 
 struct asset {
-    const char *path; /* at which the live page's server has it: "/live.js" */
-    const char *type; /* of its content */
+    const char *path; /* path on the live page's server: "/live.js" */
+    const char *type; /* content type */
     const char *bytes, *end;
 };
 
-/* NULL: no such file. */
+/* Finds a file; NULL if there is none with this path. */
 const struct asset *asset_find(const char *path);
 
 #endif

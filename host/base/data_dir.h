@@ -1,4 +1,4 @@
-/* Files that come with matrig, in the folder that it was built in or where `make install` puts
+/* Files that are part of matrig, in the folder where it was built or where `make install` puts
  * them. */
 #ifndef MATRIG_HOST_BASE_DATA_DIR_H
 #define MATRIG_HOST_BASE_DATA_DIR_H
@@ -6,26 +6,26 @@
 #include <stddef.h>
 
 enum data_file {
-    DATA_BOARD,    /* matrig-board, beside matrig */
+    DATA_BOARD,    /* matrig-board, in the folder of matrig */
     DATA_FIRMWARE, /* matrig.elf */
     DATA_RUNWAY,   /* scene of the model runway */
     DATA_RUNS,     /* folder of the recorded landings */
     PLACE_DEMO     /* script of matrig demo */
 };
 
-/* Looked for beside the program, then in ../share/matrig from there. When it is not found: the
- * first of these places, so that opening it gives the error. */
+/* Searches the folder of the program, then ../share/matrig relative to that folder. If the file is
+ * not found, returns the first of these paths, so that opening it gives the error. */
 void data_dir_find(enum data_file what, char *path, size_t size);
 
-/* The firmware image of a board, likewise: zg's is DATA_FIRMWARE, others lie beside it in a folder
- * of their name ("discovery"). */
+/* As data_dir_find, for the firmware image of a board. Board zg has DATA_FIRMWARE; images of other
+ * boards are in a subfolder with the board's name ("discovery"). */
 void data_dir_find_firmware(const char *board, char *path, size_t size);
 
-/* The path of matrig: of the running program, or what data_dir_set_program was given. "matrig" when
- * neither is known. */
+/* The path of matrig: that of the running program, or the path passed to data_dir_set_program.
+ * "matrig" if neither is known. */
 void data_dir_program(char *path, size_t size);
-/* matrig starts matrig-study: its data is looked for from matrig's place. The text stays the
- * caller's. */
+/* Sets the path of matrig for matrig-study, which matrig starts, so that it finds the data of
+ * matrig. The caller keeps the text. */
 void data_dir_set_program(const char *path);
 
 #endif

@@ -1,25 +1,26 @@
-/* What went wrong, for the person at the terminal: a status and one line `WHAT: WHERE; what to do`.
+/* An error for the person at the terminal: a status and one line `WHAT: WHERE; what to do`.
  *
- * Functions that can fail for reasons a person should read take a `struct error *` and return its
- * status. The first error is kept: setting another one later changes nothing, so cleaning up after
- * a failure cannot hide its cause. */
+ * A function whose failure a person should read about takes a `struct error *` and returns its
+ * status. The first error is kept: setting an error later changes nothing, so cleaning up after a
+ * failure cannot hide its cause. */
 #ifndef MATRIG_HOST_BASE_ERROR_H
 #define MATRIG_HOST_BASE_ERROR_H
 
 #include "common/status.h"
 
 struct error {
-    enum mr_status status; /* MR_OK: none */
+    enum mr_status status; /* MR_OK: no error */
     char text[600];        /* without newline */
-    /* NULL, or what ends the program with it: then who set it does not go on */
+    /* NULL, or a function that ends the program with this error: then error_set does not return. */
     void (*end)(const struct error *error);
 };
 
-/* Formats the line and returns `status`. Control characters from foreign input become '?'. */
+/* Formats the line and returns `status`. Control characters from external input are replaced by
+ * '?'. */
 enum mr_status error_set(struct error *error, enum mr_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* The status in a word, for programs: "usage", "unknown", "not-now", "io", ... */
+/* The status as a word for programs: "usage", "unknown", "not-now", "io", ... */
 #define ERROR_KIND 24
 void error_kind(enum mr_status status, char out[static ERROR_KIND]);
 

@@ -1,14 +1,14 @@
-/* Text of a page. */
+/* Text output for HTML pages. */
 #ifndef MATRIG_HOST_BASE_HTML_H
 #define MATRIG_HOST_BASE_HTML_H
 
 #include <stddef.h>
 #include <stdio.h>
 
-/* Text with <, >, & and quotes escaped. */
+/* Writes text with <, >, & and quotes escaped. */
 void html_text(FILE *out, const char *text);
 void html_bytes(FILE *out, const char *text, size_t length);
-/* Bytes as base64. */
+/* Writes bytes as base64. */
 void html_base64(FILE *out, const unsigned char *bytes, size_t count);
 
 #endif

@@ -1,11 +1,11 @@
-/* The monotonic clock, which nobody sets: for durations and the ends of waits. */
+/* The monotonic clock, which is never set: for durations and timeouts. */
 #ifndef MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 #define MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 
 #include <stdint.h>
 #include <time.h>
 
-/* Since some time that is the same for all of a process. */
+/* Time since an arbitrary start that is the same throughout a process. */
 static inline uint64_t monotonic_us(void)
 {
     struct timespec now;
@@ -21,7 +21,7 @@ static inline double monotonic_s(void)
     return 1e-6 * (double)monotonic_us();
 }
 
-/* Processor time that this process has used: other processes do not count. */
+/* Processor time that this process has used; other processes are not included. */
 static inline double processor_ms(void)
 {
     struct timespec now;

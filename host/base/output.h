@@ -1,11 +1,10 @@
 /* A file that a command writes: `-o F`, or standard output.
  *
- * A page, a table or a picture, which matrig can make again, takes the place of the file that is
- * there. What people fill in (a sheet, a configuration, a scene), and what cannot be made again,
- * replaces a file only with --force: output_keep. A database is never overwritten, nor what the
- * command reads. The file appears whole or not at all: it is made beside its place and renamed, so
- * that a command that fails leaves the old one. A pipe, a terminal or a device is simply
- * written to. */
+ * A page, a table or a picture, which matrig can make again, replaces an existing file. A file that
+ * people fill in (a sheet, a configuration, a scene), or that cannot be made again, replaces an
+ * existing file only with --force: output_keep. A database and the input of the command are never
+ * overwritten. The new file is written in the same folder and then renamed, so that a command that
+ * fails leaves the old file unchanged. A pipe, a terminal or a device is written directly. */
 #ifndef MATRIG_HOST_BASE_OUTPUT_H
 #define MATRIG_HOST_BASE_OUTPUT_H
 
@@ -17,43 +16,44 @@
 #include "host/base/error.h"
 
 struct output {
-    FILE *file;       /* takes what is written; in memory until output_end */
-    const char *path; /* NULL: standard output */
+    FILE *file;       /* stream for the content; kept in memory until output_end */
+    const char *path; /* path of the file; NULL: standard output */
     bool executable;
     char *text;
     size_t length;
 };
 
-/* `path` NULL: standard output. Fails where the file may not be written, as output_check. */
+/* Begins a file; `path` NULL: standard output. Fails if the file may not be written, as
+ * output_check does. */
 enum mr_status output_begin(struct output *output, const char *path, struct error *error);
-/* Puts in place what was written, unless `error` holds one already: then the old file stays. MR_IO
- * when anything did not arrive. Returns the error's status. */
+/* Puts the written file in place, unless `error` is already set: then the old file stays. MR_IO if
+ * a write failed. Returns the error's status. */
 enum mr_status output_end(struct output *output, struct error *error);
-/* Both, of `length` bytes. */
+/* Writes `length` bytes to a file: output_begin and output_end in one call. */
 enum mr_status output_bytes(const char *path, const void *bytes, size_t length,
                             struct error *error);
 
-/* And of a JSON value, indented; `digits` of its numbers. */
+/* Writes a JSON value to a file, indented; numbers have `digits` digits. */
 enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
                            struct error *error);
 
-/* Before work that takes long: whether output_begin would refuse `path` (NULL: nothing is written),
- * whether it can be written, and that it is none of what is read (`input`; NULL: nothing), which
+/* Checks, before work that takes long, that output_begin would accept `path` (NULL: nothing is
+ * written), that it can be written, and that it is not the input file (`input`; NULL: none), which
  * would be lost. Writes nothing. */
 enum mr_status output_check(const char *path, const char *input, struct error *error);
-/* MR_USAGE when a file with content is at `path` (NULL: none) and --force was not given: for what
- * people fill in. */
+/* For files that people fill in. Fails with MR_USAGE if a file with content exists at `path` (NULL:
+ * none) and --force was not given. */
 enum mr_status output_keep(const char *path, bool force, struct error *error);
-/* MR_USAGE when `path` is the file `input` that the command reads, by whatever name; either may be
- * NULL. */
+/* Fails with MR_USAGE if `path` is the same file as `input`, which the command reads, under any
+ * name. Either may be NULL. */
 enum mr_status output_not_input(const char *path, const char *input, struct error *error);
 
 bool output_is_database(const char *path);
-/* MR_MALFORMED: what is to be read as `wanted` ("survey sheet") is a file of another kind, by its
- * first bytes: "a spreadsheet, no survey sheet: F; save it as CSV". */
+/* Fails with MR_MALFORMED if the first bytes show that the file is not a `wanted` ("survey sheet")
+ * but a file of another known kind, such as a spreadsheet. The message names the kind. */
 enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error);
-/* How many bytes at the beginning of a text are the mark of UTF-8, which spreadsheets write: 0
- * or 3. */
+/* Length in bytes of a UTF-8 byte order mark at the start of a text, as spreadsheets write it: 0 or
+ * 3. */
 size_t output_mark(const char *text, size_t length);
 
 #endif

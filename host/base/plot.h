@@ -1,12 +1,11 @@
-/* Pictures in files of their own, drawn by gnuplot (Debian: gnuplot-nox): panels of lines, points
- * and bands over linear or logarithmic axes. The ending of the file chooses SVG, PNG or PDF.
+/* Plots in separate files, drawn by gnuplot (Debian: gnuplot-nox): panels of lines, points and
+ * bands over linear or logarithmic axes. The suffix of the file selects SVG, PNG or PDF.
  *
  *     struct plot *plot = plot_new("residuals", 900, 420, 2);
  *     plot_panel(plot, NULL, (struct plot_axis){"station (ft)"}, (struct plot_axis){"u (in)"});
  *     plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE, .key = "measured", .x = x, .y = y,
  *                                           .count = n});
- *     return plot_write(plot, path, error);
- */
+ *     return plot_write(plot, path, error); */
 #ifndef MATRIG_HOST_BASE_PLOT_H
 #define MATRIG_HOST_BASE_PLOT_H
 
@@ -18,8 +17,8 @@
 struct plot;
 
 struct plot_axis {
-    const char *label; /* with its unit; NULL: none */
-    double low, high;  /* equal: chosen from the data; low > high: the axis is reversed */
+    const char *label; /* label with its unit; NULL: none */
+    double low, high;  /* equal: computed from the data; low > high: the axis is reversed */
     bool log;
 };
 
@@ -38,25 +37,26 @@ enum plot_kind {
 
 struct plot_series {
     enum plot_kind kind;
-    const char *key;        /* NULL: not in the key */
+    const char *key;        /* NULL: the series is not in the key */
     unsigned colour, shape; /* modulo PLOT_COLOURS and PLOT_SHAPES */
     bool dashed, open;      /* a dashed line; a shape that is not filled */
     const double *x, *y, *high;
     size_t count;
 };
 
-/* `columns`: panels in a row. Pixels are those of an SVG or PNG; a PDF has 96 per inch. */
+/* Makes a plot. `columns`: number of panels in a row. Pixels apply to SVG and PNG; a PDF has 96
+ * pixels per inch. */
 struct plot *plot_new(const char *title, unsigned width, unsigned height, unsigned columns);
-/* Begins the next panel; what is drawn next belongs to it. */
+/* Begins the next panel; later plot_draw calls add to it. */
 void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y);
-/* Copies the values. */
+/* Adds a series to the panel. Copies the values. */
 void plot_draw(struct plot *plot, const struct plot_series *series);
-/* Draws it into the file and frees it. MR_USAGE: another ending, or the file may not be
- * overwritten; MR_IO: gnuplot is missing or failed. */
+/* Writes the plot into the file and frees it. MR_USAGE: unknown suffix, or the file may not be
+ * overwritten. MR_IO: gnuplot is missing or failed. */
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error);
 
-/* Before work that takes long: whether plot_write would refuse `path`, or gnuplot is missing.
- * `path` NULL: nothing is drawn. `input`: as for output_check. */
+/* Checks, before work that takes long, that plot_write would accept `path` and that gnuplot is
+ * installed. `path` NULL: nothing is drawn. `input`: as for output_check. */
 enum mr_status plot_check(const char *path, const char *input, struct error *error);
 
 #endif

@@ -1,5 +1,5 @@
-/* Another program as a child of this one, its words for a shell, and the temporary folder it works
- * in. A child is started, awaited for a bounded time, and ends when this program does. */
+/* Running another program as a child process, quoting for a shell, and temporary folders. A child
+ * is started, waited for with a time limit, and ends when this program ends. */
 #ifndef MATRIG_HOST_BASE_PROCESS_H
 #define MATRIG_HOST_BASE_PROCESS_H
 
@@ -10,28 +10,30 @@
 
 #include "host/base/error.h"
 
-/* words[0] is the program's path, or its name in PATH; NULL ends them. `streams` are descriptors
- * that become its 0, 1 and 2; -1: this program's own. They stay the caller's. A program that cannot
- * be run ends with exit code 127. MR_IO. */
+/* Starts a program. words[0] is its path, or its name in PATH; NULL ends the list. `streams` are
+ * the descriptors for its streams 0, 1 and 2 (-1: those of this program); the caller still owns
+ * them. A program that cannot be run ends with exit code 127. MR_IO: the child cannot be
+ * started. */
 enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
                              struct error *error);
 
-/* Until it ends, `*status` as of waitpid; false: it did not within limit_s, and was killed. */
+/* Waits until the child ends; `*status` is that of waitpid. Returns false if it did not end within
+ * limit_s and was killed. */
 bool process_wait(pid_t child, double limit_s, int *status);
 
-/* Words as a POSIX shell takes them. */
+/* Quoting for a POSIX shell. */
 
-/* The text in quotes, whatever is in it: one word of a shell. */
+/* Writes the text in quotes as one word for the shell, whatever it contains. */
 void shell_quote(FILE *out, const char *text);
 
 /* A temporary folder, in $TMPDIR or /tmp. */
 
 #define TEMPORARY_FOLDER 200
 
-/* Makes matrig-NAME.XXXXXX, which is the caller's to remove. MR_IO: `path` is then "". */
+/* Makes matrig-NAME.XXXXXX; the caller removes it. MR_IO: it cannot be made, and `path` is "". */
 enum mr_status temporary_folder_make(char path[TEMPORARY_FOLDER], const char *name,
                                      struct error *error);
-/* Removes these files, as far as they are there, and the folder; nothing for "". */
+/* Removes the named files that exist, and the folder. Does nothing if `path` is "". */
 void temporary_folder_remove(const char *path, const char *const names[], size_t count);
 
 #endif

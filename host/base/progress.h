@@ -1,30 +1,31 @@
-/* Progress of work that takes long: a thread of its own prints a line on stderr every 30 s,
- * whatever the work is busy with, terminal or not. */
+/* Progress of work that takes long. A separate thread prints a line on stderr every 30 s, whatever
+ * the main thread is doing and whether or not stderr is a terminal. */
 #ifndef MATRIG_HOST_BASE_PROGRESS_H
 #define MATRIG_HOST_BASE_PROGRESS_H
 
 #include <pthread.h>
 #include <stdbool.h>
 
-#define PROGRESS_EVERY_S 30.0 /* between two lines; a minute without one is too long */
+/* time between two lines; users consider a minute without a line too long */
+#define PROGRESS_EVERY_S 30.0
 
 struct progress {
-    const char *who;     /* the command: "study"; borrowed */
-    const char *quicker; /* what else there is to do: "fewer --draws"; borrowed */
+    const char *who;     /* name of the command: "study"; not copied */
+    const char *quicker; /* advice for a faster run: "fewer --draws"; not copied */
     pthread_t thread;
     pthread_mutex_t lock;
-    char at[120]; /* how far it is */
+    char at[120]; /* progress text: how far the work has got */
     double begin_s, next_s;
-    int wake[2]; /* a pipe, whose end ends the thread */
+    int wake[2]; /* a pipe; closing it ends the thread */
     bool runs;
 };
 
-/* Counting begins now. With `quiet`, or where no thread can be had, nothing is said. */
+/* Starts the timer. With `quiet`, or if no thread can be started, nothing is printed. */
 void progress_begin(struct progress *progress, const char *who, const char *quicker, bool quiet);
-/* How far it is, from any thread. */
+/* Sets the progress text; may be called from any thread. */
 void progress_at(struct progress *progress, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* After that nothing more is said. */
+/* Stops the thread; nothing is printed after this call. */
 void progress_end(struct progress *progress);
 
 #endif

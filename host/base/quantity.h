@@ -1,18 +1,18 @@
-/* Quantities as people write them: the one reader for options, files and what is typed.
+/* Quantities as people write them: the only parser for options, files and keyboard input.
  *
- *     quantity = number [blanks] [unit]             "5 mm"  "5mm"  "-0.5"  "1.5e3 lb/ft"
- *     unit     = power {blank power} ["/" power]    "ft"  "lb s/ft"  "kg m2"  "1/K"
- *     power    = word ["^"] ["2" to "4"]            "m"  "m2"  "m^2"
+ *     quantity = number [blanks] [unit]                      "5 mm"  "5mm"  "-0.5"  "1.5e3 lb/ft"
+ *     unit     = power {blank power} ["/" power]             "ft"  "lb s/ft"  "kg m2"  "1/K"
+ *     power    = word ["^"] ["2" to "4"]                     "m"  "m2"  "m^2"
  *
- * The words, and for each kind of quantity the units that people know of it, are the two tables of
- * quantity.c; docs/reference/units.md is made from them. Words of lengths and forces may be
- * written in capitals ("MM", "LB"), but for "M" and "Mm", where M is mega. Any product of words
- * that has the right dimension is taken: "kip/in" and "kN/mm" for a stiffness. kg alone, where a
- * force is wanted, is the weight of that mass: times 9.80665 m/s2, which is kgf.
+ * Two tables in quantity.c list the words and, for each kind of quantity, its usual units;
+ * docs/reference/units.md is generated from them. Words of lengths and forces may be in capitals
+ * ("MM", "LB"), except "M" and "Mm", where M is mega. Any product of words with the right dimension
+ * is accepted: "kip/in" and "kN/mm" for a stiffness. kg where a force is expected is the weight of
+ * that mass: times 9.80665 m/s2, which is kgf.
  *
- * All factors are exact by definition, but for the degree, and a conversion is computed in long
- * double: its result is within 0.502 units in the last place. A number in the wanted unit is the
- * double that its digits stand for, as without a unit. */
+ * All factors except that of the degree are exact by definition, and conversion uses long double:
+ * the result is within 0.502 units in the last place. A number in the wanted unit gives the same
+ * double as the digits without a unit. */
 #ifndef MATRIG_HOST_BASE_QUANTITY_H
 #define MATRIG_HOST_BASE_QUANTITY_H
 
@@ -22,41 +22,42 @@
 
 #include "host/base/error.h"
 
-/* Why a text is none, for "WHAT: where it stands; ADVICE". */
+/* Reason why a text is not a quantity, for a message "WHAT: where it stands; ADVICE". */
 struct quantity_wrong {
     char what[80];    /* "a force instead of a length" */
     char advice[200]; /* "write ft, in, mm, cm or m behind the number, or no unit for ft" */
 };
 
-/* The whole text, without blanks around it. `*value` is in `unit`; "" or NULL: a plain number. A
- * number without a unit is in `bare`; NULL: in `unit`; "": it needs one. Never another unit. */
+/* Parses the whole text, which must not have blanks around it. `*value` is in `unit`; "" or NULL: a
+ * number without dimension. `bare` is the unit of a text without a unit; NULL: `unit`; "": a unit
+ * is required. A unit of another dimension is refused. */
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
                     struct quantity_wrong *wrong);
-/* The same; MR_USAGE, and "WHAT: 'TEXT' for NAME; ADVICE". */
+/* As quantity_parse; fails with MR_USAGE and "WHAT: 'TEXT' for NAME; ADVICE". */
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error);
-/* A JSON value: a number in `unit`, or text with a unit of its own. */
+/* Reads a JSON value: a number in `unit`, or a text with its unit. */
 bool quantity_json(const json_t *json, const char *unit, double *value,
                    struct quantity_wrong *wrong);
-/* A value in `from`, in `to`. NaN: they are of different kinds. */
+/* Converts a value from unit `from` to unit `to`. NaN: the units have different dimensions. */
 double quantity_convert(double value, const char *from, const char *to);
 
 /* ---- the tables ---- */
 
-/* What is measured: "a length", and the units that people know, "ft, in, mm, cm, m". */
+/* A kind of quantity, "a length", and its usual units, "ft, in, mm, cm, m". */
 struct quantity_kind {
     const char *name, *units, *si;
-    const char *note; /* what is to be known of one of them; NULL: nothing */
+    const char *note; /* note on one of the units; NULL: none */
 };
-/* quantity_kind_at(0) and on, NULL after the last. Static storage. */
+/* Returns the kinds in order: index 0 is the first; NULL after the last. Static storage. */
 const struct quantity_kind *quantity_kind_at(size_t index);
-/* Of a unit; NULL: the table has no such kind, or the text is no unit. */
+/* Finds the kind of a unit. NULL: the table has no such kind, or the text is not a unit. */
 const struct quantity_kind *quantity_kind_of(const char *unit);
-/* Powers of force, length and time in a unit; all 0: not a unit, or a pure number. */
+/* Powers of force, length and time in a unit; all 0: not a unit, or without dimension. */
 void quantity_dimension(const char *unit, int powers[3]);
-/* The word that the units' table has for a spelling: "in" for "Inches"; "": none. */
+/* The spelling in the table of units: "in" for "Inches"; "": unknown. */
 const char *quantity_word(const char *text, size_t length);
-/* The unit that a name ends with: "ft/s2" of "deceleration_ft_s2"; "": none that is known. */
+/* The unit suffix of a name: "ft/s2" for "deceleration_ft_s2"; "": no known unit. */
 const char *quantity_unit_of_name(const char *name);
 
 #endif

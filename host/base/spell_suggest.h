@@ -1,22 +1,24 @@
-/* Suggests the nearest known word for a word that is not known. */
+/* Suggests the nearest known word for an unknown word. */
 #ifndef MATRIG_HOST_BASE_SPELL_SUGGEST_H
 #define MATRIG_HOST_BASE_SPELL_SUGGEST_H
 
 #include <stddef.h>
 
-/* Dashes at the beginning and capitals do not count. Near: a letter or two (in a word of three or
- * four letters: one) that are wrong, missing, too many or swapped; or the same beginning. */
+/* Leading dashes and capitals are ignored. A word is near if one or two letters (in a word of three
+ * or four letters: one) are wrong, missing, superfluous or swapped, or if the beginning is the
+ * same. */
 struct spell_suggest {
-    const char *word, *best; /* best NULL: none so far */
-    size_t distance;         /* of the best */
+    const char *word, *best; /* best NULL: no near word so far */
+    size_t distance;         /* distance of `best` */
 };
 
 void spell_suggest_begin(struct spell_suggest *near, const char *word);
-/* Of equally near ones the first is kept; the text stays the caller's. */
+/* Compares a candidate. Among equally near candidates the first is kept. The caller keeps the
+ * text. */
 void spell_suggest_try(struct spell_suggest *near, const char *candidate);
 
-/* "; did you mean BEST?"; of a word for what is done otherwise here (delete, undo) how, behind it
- * ";"; "" when nothing is near. */
+/* Writes "; did you mean BEST?". For some words that matrig handles differently (delete, undo),
+ * writes advice between "; " and ";". Writes "" if no word is near. */
 #define SPELL_SUGGEST_TEXT 200
 void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT]);
 

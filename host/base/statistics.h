@@ -1,4 +1,5 @@
-/* Statistics of a few numbers: a straight line, a sorted list, the interval of a share. Pure. */
+/* Statistics of a few numbers: a straight line, a sorted list, the interval of a share. Pure
+ * functions. */
 #ifndef MATRIG_HOST_BASE_STATISTICS_H
 #define MATRIG_HOST_BASE_STATISTICS_H
 
@@ -6,36 +7,36 @@
 
 #include "host/base/error.h"
 
-/* A value with its standard error, both in a unit that its owner defines. */
+/* A value with its standard error, both in the unit that its owner defines. */
 struct estimate {
     double value;
     double error;
 };
 
-/* y = intercept + slope x; the errors from the scatter about it. */
+/* y = intercept + slope x. Errors are computed from the scatter about the line. */
 struct line_fit {
     struct estimate slope, intercept;
-    double covariance; /* of slope and intercept */
-    double scatter;    /* of a reading */
+    double covariance; /* covariance of slope and intercept */
+    double scatter;    /* standard deviation of a reading about the line */
 };
 
-/* Both arrays have `count` readings. MR_TOO_FEW below three or when all x are the same. */
+/* Fits a line. Both arrays have `count` readings. MR_TOO_FEW: fewer than three readings, or all x
+ * are equal. */
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error);
 
-/* Numbers in order, for medians and percentiles. */
+/* Sorting, for medians and percentiles. */
 
-/* Sorts in place, the least first; none of them may be NaN. */
+/* Sorts in place, ascending; NaN is not allowed. */
 void sort_numbers(double *values, size_t count);
 
-/* Wilson's interval of a share: within it the true one lies with 95 %. (E. B. Wilson, J. Am. Stat.
- * Assoc. 22 (1927) 209.) */
+/* Wilson's 95 % interval of a share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209). */
 
 struct wilson {
     double low, high;
 };
 
-/* `count` of `of`; of none: 0 to 1. */
+/* Interval for `count` events in `of` trials; 0 to 1 if `of` is 0. */
 struct wilson wilson_of(size_t count, size_t of);
 
 #endif

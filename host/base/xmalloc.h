@@ -1,6 +1,6 @@
-/* Memory for commands that run once: an allocation that fails ends the process with one line and
- * exit code 3, as in git. What records a landing (collect, store, link, log, live) does not use
- * these: it keeps its data and reports a status. */
+/* Memory for commands that run once: a failed allocation ends the process with one line and exit
+ * code 3, as in git. Code that records a landing (collect, store, link, log, live) does not use
+ * these functions: it keeps its data and returns a status. */
 #ifndef MATRIG_HOST_BASE_XMALLOC_H
 #define MATRIG_HOST_BASE_XMALLOC_H
 
@@ -8,9 +8,9 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never NULL;
- * xmemdup copies bytes as strdup does a text.
- * The caller frees what they return. A size of 0 gives a pointer that can be freed. */
+/* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never
+ * return NULL; xmemdup copies bytes as strdup copies a text. The caller frees the result. A size of
+ * 0 gives a pointer that can be freed. */
 void *xmalloc(size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xcalloc(size_t count, size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xrealloc(void *old, size_t bytes) __attribute__((returns_nonnull));
@@ -21,16 +21,16 @@ void *xaligned_alloc(size_t alignment, size_t bytes) __attribute__((malloc, retu
 char *xasprintf(const char *format, ...)
     __attribute__((format(printf, 1, 2), malloc, returns_nonnull));
 
-/* What else cannot be had for want of memory ends the process alike. */
+/* Ends the process in the same way when another allocation has failed. */
 _Noreturn void xmalloc_failed(size_t bytes);
 
-/* Lists that grow one by one. */
+/* Lists that grow by one element at a time. */
 
-/* Room for one more behind the `count` elements of `size` bytes of a list; `list` is the address of
- * its pointer, NULL at first. The room doubles at powers of two, so its size need not be stored.
- * False: no memory, and the list stays as it is. */
+/* Makes room for one more element after the `count` elements of `size` bytes of a list. `list` is
+ * the address of the list's pointer, which is NULL at first. The room doubles at powers of two, so
+ * its size need not be stored. Returns false if there is no memory; the list is then unchanged. */
 bool list_grow(void *list, size_t count, size_t size);
-/* The same for commands that run once: no memory ends the process (host/base/xmalloc.h). */
+/* As list_grow, for commands that run once: lack of memory ends the process. */
 void xlist_grow(void *list, size_t count, size_t size);
 
 #endif

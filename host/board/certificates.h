@@ -1,6 +1,6 @@
-/* Certificates of the sensors of a board, as rows of the campaign's table `certificates`. Rows are
- * only ever added. Of each channel the certificate entered last holds, through its due day (UTC).
- */
+/* Calibration certificates of a board's sensors, as rows of the campaign's table `certificates`.
+ * Rows are only added. For each channel the certificate entered last applies, up to and including
+ * its due day (UTC). */
 #ifndef MATRIG_HOST_BOARD_CERTIFICATES_H
 #define MATRIG_HOST_BOARD_CERTIFICATES_H
 
@@ -10,7 +10,7 @@
 enum certificate_state {
     CERTIFICATE_VALID,
     CERTIFICATE_OVERDUE,
-    CERTIFICATE_ANOTHER /* of another sensor than the board's configuration names */
+    CERTIFICATE_ANOTHER /* issued for a different sensor than the board's configuration names */
 };
 
 struct certificates {
@@ -20,22 +20,22 @@ struct certificates {
 
 enum mr_status certificates_read(struct store *store, const char *board_uid,
                                  struct certificates *certificates, struct error *error);
-/* What a person writes: "number=2026-4711, laboratory=Metrology Lab, calibrated=2026-03-02,
- * due=2027-03-01, uncertainty=0.4%, coverage=2". `laboratory` may be absent; `due` may be "never";
- * `uncertainty` is expanded: in in or lb, with a unit, or in percent of the reading; `coverage` is
- * its factor. Sets all of `row` but board, sensor and time; row->index is the
- * caller's. MR_USAGE. */
+/* Parses the text that a person enters: "number=2026-4711, laboratory=Metrology Lab,
+ * calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, coverage=2". `laboratory` is optional;
+ * `due` may be "never"; `uncertainty` is expanded, in in or lb, with a unit, or in percent of the
+ * reading; `coverage` is its coverage factor. Sets all fields of `row` except board, sensor and
+ * time; the caller sets row->index. MR_USAGE: the text is invalid. */
 enum mr_status certificates_parse(const char *text, struct store_certificate *row,
                                   struct error *error);
-/* `channel`: as the board is configured. `now_s`: Unix time. */
+/* `channel`: from the board's configuration. `now_s`: Unix time. */
 enum certificate_state certificates_state(const struct store_certificate *certificate,
                                           const struct mr_channel_config *channel, int64_t now_s);
-/* "valid until 2027-03-01", "overdue since 2027-03-02", ... */
+/* State as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
 #define CERTIFICATES_TEXT 160
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
                        const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT]);
 
-/* Standard uncertainty where the reading is `value`, in or lb. */
+/* Standard uncertainty at the reading `value`, in or lb. */
 double certificates_standard(const struct store_certificate *certificate, double value);
 
 #endif

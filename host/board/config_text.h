@@ -10,50 +10,50 @@
 #include "common/config.h"
 #include "host/base/error.h"
 
-/* One field of one member of the configuration: its name, its bytes, its value and its limits as
- * text. Days are written as dates. */
-#define CONFIGPLACE_NAME  80u  /* "channel[3].unit_per_code" and its end */
-#define CONFIGPLACE_VALUE 200u /* a value as text and its end */
+/* One field of a member of the configuration: its name, value and limits as text. Days are written
+ * as dates. */
+#define CONFIGPLACE_NAME  80u  /* length of "channel[3].unit_per_code" and its terminating zero */
+#define CONFIGPLACE_VALUE 200u /* length of a value as text and its terminating zero */
 
 struct configplace {
-    unsigned group, index, field; /* from 0 */
+    unsigned group, index, field; /* counted from 0 */
 };
 
-#define CONFIGPLACE_DATE 11 /* "2026-03-14" and its end */
-/* The date that `text` begins with, after 1970-01-01; false: none. */
+#define CONFIGPLACE_DATE 11 /* length of "2026-03-14" and its terminating zero */
+/* Reads the date at the start of `text`, after 1970-01-01; returns false if there is none. */
 bool configplace_date_read(const char *text, uint32_t *days);
 void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE]);
 
-/* The configuration as text for people: one `group[index].field = value` per line, `#` begins a
+/* The configuration as text for people: one `group[index].field = value` per line; `#` begins a
  * comment.
  *
  *     site.name = "rig"
- *     channel[1].unit_per_code = 0.00161132799    # in or lb per code
+ *     channel[1].unit_per_code = 0.00161132799   # in or lb per code
  *     channel[1].calibrated_day = 2026-03-14
  *
- * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23]
- * the staircase, [24] the reference; gate[1] is the first switch. Reals are decimal numbers or
- * `missing`; several are separated by blanks; texts stand in double quotes, with \" and \\ in them;
- * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What
- * is written reads back bit for bit. */
-/* The text; the caller frees it. */
+ * Members are counted from 1: channel[1] to [8] are the inputs of the transducers, [9] to [22]
+ * those of the gages, [23] is the staircase, [24] the reference; gate[1] is the first switch. Reals
+ * are decimal numbers or `missing`; several reals are separated by blanks. Texts are in double
+ * quotes, with \" and \\ as escapes. Days are YYYY-MM-DD or `never`. Each field must occur exactly
+ * once, in any order. A written text reads back bit for bit. */
+/* Writes the configuration as text, which the caller frees. */
 char *config_text_write(const struct mr_config *config);
-/* Reads a text and checks it (mr_config_check). `name` is the file's, for the error, which names
- * the line, what is wrong there and what would be right: MR_MALFORMED, MR_UNKNOWN, MR_LIMIT. */
+/* Reads a text and checks it (mr_config_check). `name` is the file's name for the error message,
+ * which states the line, the fault and the correct form: MR_MALFORMED, MR_UNKNOWN, MR_LIMIT. */
 enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,
                                 struct error *error);
-/* The same of a file. MR_IO: cannot be read. */
+/* As config_text_read, from a file. MR_IO: the file cannot be read. */
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error);
 
-/* Sensors that are fitted and have no date of calibration: bit of index. */
+/* Fitted sensors without a calibration date: bit mask by channel index. */
 uint32_t config_text_undated(const struct mr_config *config);
 
-/* Why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
+/* Reason why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
 void config_text_reason(const struct mr_config *config, const struct mr_config_reason *reason,
                         char *out, size_t size);
 
-/* Calls `each` for every field in which they differ, with its name and both values as the text
- * writes them. Returns how many. */
+/* Calls `each` for every field that differs between `old` and `new`, with its name and both values
+ * as text. Returns the number of differences. */
 unsigned config_text_compare(const struct mr_config *old, const struct mr_config *new,
                              void (*each)(void *context, const char *field, const char *old,
                                           const char *new),

@@ -1,4 +1,5 @@
-/* The dialogue with one board: its identity, orders and answers, waiting, and its other messages.
+/* The dialogue with one board: its identity, commands and answers, waiting, and its other messages.
+ * A command to the board is an "order" in names (struct dialogue_order).
  *
  *     struct dialogue dialogue;
  *     struct mr_ack answer;
@@ -10,19 +11,19 @@
  *     dialogue_close(&dialogue);
  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
- * them. Orders go over serial when there is a serial link, else over CAN. Hello and answers count
- * on the link of the orders alone; messages of the other link go to subscribers. A lost device is
- * waited for, see host/link/link.h.
+ * them. Commands are sent over serial if there is a serial link, otherwise over CAN. Only the hello
+ * and the answers on that link are used; messages of the other link go to subscribers. If a device
+ * disappears, the link waits for its return (host/link/link.h).
  *
- * Time. Deadlines are seconds of a clock that is never set. Received data is read before a deadline
- * applies, so that a suspended computer does not make the board look silent.
+ * Time. Deadlines are in seconds of a monotonic clock. Received data is read before a deadline
+ * applies, so that a suspended computer does not make the board appear silent.
  *
- * Errors. A function that returns MR_TIMEOUT leaves `error` unchanged: the caller reports what is
- * missing. Only dialogue_hello, and the sentences at the end of this file, set `error` for
- * MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board of another layout),
- * MR_CLOSED (the board ended the link), MR_IO, or what a subscriber returned.
+ * Errors. A function that returns MR_TIMEOUT leaves `error` unchanged, and the caller reports what
+ * is missing. Only dialogue_hello and the functions for error messages at the end of this file set
+ * `error` for MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board with another
+ * layout), MR_CLOSED (the board ended the link), MR_IO, or the status that a subscriber returned.
  *
- * Threads. One thread at a time uses a dialogue. No function waits without a bound. */
+ * Threads. Only one thread at a time may use a dialogue. All waits are bounded. */
 #ifndef MATRIG_HOST_BOARD_DIALOGUE_H
 #define MATRIG_HOST_BOARD_DIALOGUE_H
 
@@ -36,67 +37,72 @@
 #include "host/link/link.h"
 
 #define DIALOGUE_HELLO_S     10.0 /* a board sends a hello once a second */
-#define DIALOGUE_ANSWER_S    10.0 /* the longest order, a shunt calibration, takes 0.9 s */
-#define DIALOGUE_TURN_S      0.1  /* of one turn at most */
+#define DIALOGUE_ANSWER_S    10.0 /* the slowest command, a shunt calibration, takes 0.9 s */
+#define DIALOGUE_TURN_S      0.1  /* longest duration of one turn */
 #define DIALOGUE_SUBSCRIBERS 4u
 
-/* A board's messages about itself and its image: hello and those after it, once a second. */
+/* A board's messages about itself and its image, sent once a second: hello and the messages after
+ * it. */
 #define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
 
 struct identity {
     bool hello_known;
     struct mr_hello hello;
     uint32_t uid[3];
-    bool image_known;   /* the last word of uid, and the next */
-    uint32_t image_crc; /* of the program, as the board computed it at start */
-    bool commit_known;  /* it sent these two as well */
+    bool image_known;   /* the last word of uid and image_crc are known */
+    uint32_t image_crc; /* CRC of the program, as the board computed it at start */
+    bool commit_known;  /* commit and header are known */
     struct mr_image_commit commit;
     struct mr_image_header header;
     bool board_known;
-    uint8_t board; /* common/boards.def; sent a little later than the rest */
+    /* type of the board (common/boards.def); sent a little later than the other fields */
+    uint8_t board;
     bool key_known;
-    struct mr_bus_key key; /* whether orders need a proof; sent last */
+    struct mr_bus_key key; /* whether commands need a proof; sent last */
     bool nonce_known;
-    uint8_t nonce[MR_PROOF_BYTES]; /* the newest */
+    uint8_t nonce[MR_PROOF_BYTES]; /* newest nonce */
 };
 
-/* Takes a message in; those of other kinds change nothing. */
+/* Updates the identity from a message; messages of other kinds change nothing. */
 void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
-/* MR_OK: the board uses this matrig's layout; else MR_VERSION. `spec`: its link. */
+/* Returns MR_OK if the board uses this matrig's layout, otherwise MR_VERSION. `spec`: its link, for
+ * the error. */
 enum mr_status identity_speaks(const struct identity *identity, const char *spec,
                                struct error *error);
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
-/* Does the board run this image, complete? Otherwise `why` describes the difference. */
+/* Returns true if the board runs this image and the image is complete. Otherwise `why` describes
+ * the difference. */
 bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
                    size_t size);
 
-/* One message of a board: a frame of serial, or a data frame of CAN. */
+/* One message of a board: a serial frame or a CAN data frame. */
 struct dialogue_message {
     enum link_kind kind;    /* the link on which it arrived */
     uint32_t id;            /* MR_ID_... */
-    uint16_t seq;           /* of a serial frame; 0 on CAN */
-    const uint8_t *payload; /* until the subscriber returns */
+    uint16_t seq;           /* number of a serial frame; 0 on CAN */
+    const uint8_t *payload; /* valid until the subscriber returns */
     size_t length;
-    uint64_t host_us; /* Unix time of reception */
+    uint64_t host_us; /* Unix time of reception, microseconds */
 };
 
-/* Takes one message. Anything but MR_OK ends the wait that is under way, with that status; it sets
- * `error` then. It must not wait or order itself. */
+/* Receives one message. Any status except MR_OK ends the current wait with that status; the
+ * function sets `error` then. It must not wait or send commands. */
 typedef enum mr_status dialogue_take(void *context, const struct dialogue_message *message,
                                      struct error *error);
 
-/* Whether what is waited for has come. Is asked after each turn: it has no effect. */
+/* Returns true when the awaited data has arrived. Called after each turn; it must not have side
+ * effects. */
 typedef bool dialogue_done(const void *context);
 
 struct dialogue {
-    /* the board's messages about itself since the beginning, or since dialogue_forget */
+    /* From the board's messages about itself since the beginning, or since dialogue_forget. */
     struct identity identity;
-    bool any_layout;       /* set by who flashes: a board of another layout is spoken with too */
-    double (*now_s)(void); /* the clock; a test may put its own */
+    bool any_layout;       /* set for flashing: a board with another layout is accepted too */
+    double (*now_s)(void); /* the monotonic clock; a test may replace it */
 
-    /* private */
+    /* The next fields are private. */
     struct link *link[LINK_KINDS];
-    enum link_kind kind; /* over which orders go */
+    enum link_kind kind; /* link over which commands are sent */
     struct mr_deframer deframer;
     uint16_t seq, tag;
     struct {
@@ -105,100 +111,105 @@ struct dialogue {
     } subscriber[DIALOGUE_SUBSCRIBERS];
     unsigned subscribers;
     bool asking, answered;
-    struct mr_ack answer; /* awaited: of this code and tag; then the answer */
+    struct mr_ack answer; /* code and tag of the awaited answer; then the answer */
 };
 
-/* Opens the links: LINK texts, NULL: not used, one at least. On failure nothing is open. */
+/* Opens the links. `can` and `serial` are LINK texts; NULL: not used; at least one is required.
+ * After a failure nothing is open. */
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
                              struct error *error);
-/* The same for a command that runs once and has one dialogue: what fails ends the program, and the
- * dialogue is closed at its end. */
+/* As dialogue_open, for a command that runs once with one dialogue: any failure ends the program,
+ * and the dialogue is closed at exit. */
 struct dialogue *dialogue_of_command(const char *can, const char *serial);
-/* The same with links that are open, which it takes over. */
+/* As dialogue_open, with open links; the dialogue takes ownership of them. */
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial);
-/* Of a dialogue that is all zero, or closed, it does nothing. */
+/* Closes the links. Does nothing if the dialogue is all zero or closed. */
 void dialogue_close(struct dialogue *dialogue);
 
-/* The link over which orders go, and its name. The dialogue's. */
+/* The link over which commands are sent, and its name. The dialogue owns both. */
 struct link *dialogue_link(const struct dialogue *dialogue);
 const char *dialogue_spec(const struct dialogue *dialogue);
-/* By the clock of the deadlines. */
+/* Time by the clock of the deadlines. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
-/* From now on `take` is called for every message, after the dialogue itself and the subscribers
- * before. `context` is the caller's, and lives as long as the dialogue is used.
- * DIALOGUE_SUBSCRIBERS at most. */
+/* Calls `take` for every later message, after the dialogue itself and earlier subscribers.
+ * `context` belongs to the caller and must exist as long as the dialogue is used. There is room for
+ * DIALOGUE_SUBSCRIBERS subscribers. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context);
-/* The board restarts, or another one is expected: its identity must be sent again. */
+/* Resets the identity, because the board restarts or another board is expected. The board must send
+ * its identity again. */
 void dialogue_forget(struct dialogue *dialogue);
 
-/* The board has another base on CAN from now on (common/canbase.h). */
+/* Sets the CAN base that the board uses from now on (common/canbase.h). */
 void dialogue_move(struct dialogue *dialogue, uint16_t base);
 
-/* Reads messages within `most_s`, and DIALOGUE_TURN_S; MR_OK also when there are none. For callers
- * that watch something else as well. */
+/* Reads messages for at most `most_s` and at most DIALOGUE_TURN_S. Returns MR_OK also if there are
+ * none. For callers that also wait for other inputs. */
 enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error);
-/* Hears the board until `done`, at most `within_s`. MR_OK: done; MR_TIMEOUT. */
+/* Reads the board's messages until `done`, for at most `within_s`. MR_OK: done; MR_TIMEOUT: not
+ * done in time. */
 enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
                               double within_s, struct error *error);
-/* The same, and `within_s` begins again whenever `*progress` has changed: for answers of many
- * messages. */
+/* As dialogue_until, but `within_s` starts again whenever `*progress` has changed. For answers of
+ * many messages. */
 enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done,
                                      const void *context, const size_t *progress, double within_s,
                                      struct error *error);
-/* `done` of a `bool` that a subscriber sets. */
+/* A `done` function for a `bool` that a subscriber sets. */
 bool dialogue_flag(const void *flag);
-/* Reads messages until the board's hello and `done` (NULL: the hello alone), at most
+/* Reads messages until the board's hello and `done` (NULL: only the hello), for at most
  * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received instead,
  * with advice. */
 enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
                               struct error *error);
-/* Reads messages until the board has sent its identity and its image's, at most `within_s`. MR_OK
- * also without the commit, as from an older firmware; MR_TIMEOUT. */
+/* Reads messages until the board has sent its identity and that of its image, for at most
+ * `within_s`. Returns MR_OK also without the commit, which older firmware does not send.
+ * MR_TIMEOUT: not received in time. */
 enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error);
 
-/* An order: one message `command` (common/command.h). Its answer is the ack of its code and its
- * tag; each order has a tag of its own, which the order of another program hardly has. The first
- * answer counts; later ones are ignored.
+/* A command to the board: one message `command` (common/command.h). Its answer is the ack with the
+ * same code and tag. Each command has a new tag, so that a command of another program is unlikely
+ * to have the same one. The first answer is used; later answers are ignored.
  *
- * When no answer comes, the order or the answer is lost. An order that may be carried out twice
- * (dialogue_repeats) is sent again, with the same tag: an answer to either is its answer. Any other
- * order is sent once, whatever `tries` says; a second arming would be refused because of the first.
- * The board's state is used instead: `taken` decides whether it shows that the order was carried
- * out. */
+ * If no answer arrives, either the command or the answer was lost. A command that may be executed
+ * twice (dialogue_repeats) is sent again with the same tag, and an answer to either copy is
+ * accepted. Any other command is sent once, whatever `tries` is, because a second arming would be
+ * refused due to the first. The board's state is used instead: `taken` decides whether the state
+ * shows that the command was executed. */
 struct dialogue_order {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
     int32_t argument;
-    double answer_s;      /* for the answer to each try */
-    unsigned tries;       /* 0: one */
-    dialogue_done *taken; /* NULL: the state does not show it */
-    const void *context;  /* of `taken` */
+    double answer_s;      /* time limit for the answer to each try */
+    unsigned tries;       /* 0: one try */
+    dialogue_done *taken; /* NULL: the state does not show whether the command was executed */
+    const void *context;  /* context of `taken` */
 };
 
-/* MR_OK: `answer->status` is what the board answered, MR_OK too when `taken` shows it. MR_TIMEOUT:
- * lost, and not known to be done. */
+/* Sends a command and waits for its answer. MR_OK: `answer->status` is the board's answer; it is
+ * MR_OK too if `taken` shows that the command was executed. MR_TIMEOUT: the answer was lost, and it
+ * is not known whether the command was executed. */
 enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
                               struct mr_ack *answer, struct error *error);
-/* Whether the order of this code, done twice, is the same as done once, so that it may be sent
- * again. */
+/* True if executing the command twice has the same effect as once, so that it may be sent again. */
 bool dialogue_repeats(unsigned code);
-/* The tag of the last order, for messages that name it. */
+/* Tag of the last command, for messages that refer to it. */
 uint16_t dialogue_tag(const struct dialogue *dialogue);
-/* A new one, for messages that are no order. */
+/* Makes a new tag, for messages that are not commands. */
 uint16_t dialogue_next_tag(struct dialogue *dialogue);
 /* Sends a message that the board does not answer. */
 enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload,
                              size_t length, struct error *error);
 
-/* The usual sentences, and their status: no board answered (MR_TIMEOUT, MR_IO); the board did not
- * answer an order (MR_TIMEOUT); the board refused it, where `not_now` is the advice for MR_NOT_NOW
- * (NULL: as for any other). */
+/* Standard error messages and their statuses: no board answered (MR_TIMEOUT, MR_IO); the board did
+ * not answer a command (MR_TIMEOUT); the board refused a command. `not_now` is the advice for
+ * MR_NOT_NOW; NULL: the general advice. */
 enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error);
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error);
 enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
                                 const char *not_now, struct error *error);
-/* An order and these sentences. MR_OK: the board did it. */
+/* Sends a command and sets one of the standard error messages if it fails. MR_OK: the board
+ * executed the command. */
 enum mr_status dialogue_obey(struct dialogue *dialogue, const struct dialogue_order *order,
                              const char *not_now, struct error *error);
 

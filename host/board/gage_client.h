@@ -9,33 +9,36 @@
 #include "common/catalogue.h"
 #include "host/board/dialogue.h"
 
-/* The results of a shunt calibration, as a board sends them: each gage's, followed by its change
- * since the last one. */
+/* Results of a shunt calibration as a board sends them: the result of each gage, followed by its
+ * change since the last calibration. */
 struct shunts {
-    bool begun; /* one began during this dialogue; results of an earlier one do not count */
+    bool begun; /* a calibration began during this dialogue; earlier results are ignored */
     unsigned count;
     struct mr_shunt_result result[MR_GAGES];
     struct mr_shunt_check check[MR_GAGES]; /* NaN: not reported */
 };
 
-/* All zero: none. Takes a message in; those of other kinds change nothing. */
+/* Updates the results from a message; messages of other kinds change nothing. An all-zero struct
+ * has no results. */
 void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
 
-/* Result of a shunt calibration in words; for none (STORE_NONE): "not calibrated". Static
- * storage. */
+/* Verdict of a shunt calibration as text; STORE_NONE: "not calibrated". Static storage. */
 const char *shunts_verdict_text(int64_t verdict);
 
-/* Asking a board for the zeros of its channels, or for a shunt calibration of its gages. */
+/* A client that makes a board measure the zeros of its channels or calibrate its gages with the
+ * shunt. */
 struct gage_client {
-    struct mr_ack ack; /* MR_OK: all good; MR_LIMIT: the results show which one is not */
+    /* MR_OK: all good; MR_LIMIT: the results show which channel is outside its limit */
+    struct mr_ack ack;
     struct shunts shunts;
     struct mr_zero_result zero[MR_CHANNELS];
     unsigned zeros;
 };
 
-/* MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has their arguments), after the board's
- * hello; fills `talk`, which subscribes to the caller's dialogue. MR_NOT_NOW: the board is armed,
- * in a landing, or calibrating; MR_TIMEOUT; else as dialogue_hello. */
+/* Waits for the board's hello and sends MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has
+ * their arguments). Fills `talk`, which subscribes to the caller's dialogue. MR_NOT_NOW: the board
+ * is armed, in a landing, or calibrating. MR_TIMEOUT: no answer. Other statuses as
+ * dialogue_hello. */
 enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
                                  int32_t argument, struct error *error);
 

@@ -1,6 +1,6 @@
-/* A channel's calibration from known values and what the converter read at them: straight line by
- * least squares, residuals, standard errors; where the line is not good enough, a table of points
- * (common/channels.h). Pure. */
+/* Calibration of a channel from known values and the converter's readings at these values: a
+ * least-squares straight line, residuals and standard errors. If the line is not good enough, a
+ * table of points is used (common/channels.h). Pure functions. */
 #ifndef MATRIG_HOST_CALIBRATE_FIT_H
 #define MATRIG_HOST_CALIBRATE_FIT_H
 
@@ -10,7 +10,7 @@
 #define CALIBRATE_POINTS_MAX 64u
 
 struct calibrate_point {
-    double value;  /* what is known to be true, in or lb */
+    double value;  /* known value, in or lb */
     double code;   /* mean reading, codes times the reference's ratio */
     double spread; /* standard deviation of a block's reading, codes; NaN: not known */
 };
@@ -18,28 +18,30 @@ struct calibrate_point {
 struct calibrate_fit {
     double unit_per_code, zero_code;
     double gain_error;      /* relative */
-    double zero_error;      /* in or lb, like those below */
-    double linearity_error; /* what the calibration leaves: root mean square */
-    double worst;           /* largest residual, in size, and the point that has it */
+    double zero_error;      /* in or lb, like the fields below */
+    double linearity_error; /* root mean square of the deviations that the calibration leaves */
+    double worst;           /* largest residual by magnitude, and the index of its point */
     size_t worst_point;
-    double residual[CALIBRATE_POINTS_MAX]; /* calibrated reading less the known value */
-    double low, high;                      /* known values */
-    /* what a reading is off its fit, at most: of a table also a point off its neighbours' chord */
+    double residual[CALIBRATE_POINTS_MAX]; /* calibrated reading minus known value */
+    double low, high;                      /* smallest and largest known value */
+    /* Largest deviation of a reading from the fit; for a table, also of a point from the chord of
+     * its neighbours. */
     double miss;
 };
 
-/* `known_error`: standard error of the known values, common to all (a gage block's set, a
- * weight's). Sets kind-independent fields of `channel`: unit_per_code, zero_code, points, errors;
- * the others stay. With `table` the distinct values become its points, 2 to 8, and residuals are
- * against the table. MR_TOO_FEW: fewer than three points or two values; MR_NUMERICS: the reading
- * does not follow the value, or the table does not rise; MR_LIMIT: more values than a table has
- * room for. */
+/* Fits a channel. `known_error`: standard error that all known values share (of a set of gage
+ * blocks, of a weight). Sets unit_per_code, zero_code, points and errors of `channel`; other fields
+ * are unchanged. With `table`, the 2 to 8 distinct values become the points of the table, and
+ * residuals are relative to the table. MR_TOO_FEW: fewer than three points or two values.
+ * MR_NUMERICS: the reading does not follow the value, or the table does not rise. MR_LIMIT: more
+ * values than a table has room for. */
 enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
                              bool table, struct mr_channel_config *channel,
                              struct calibrate_fit *fit, struct error *error);
 
-/* The point without which the others fit to `most`, and twice as well as without any other; its
- * index, and what the others miss then. `count`: no single point explains it. */
+/* Finds an outlier: the point without which the others fit to within `most`, and at least twice as
+ * well as without any other point. Returns its index, and in `miss` the largest deviation of the
+ * others. Returns `count` if no single point explains the deviation. */
 size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool table, double most,
                          const struct mr_channel_config *channel, double *miss);
 

@@ -1,14 +1,14 @@
-/* A file of points: what is known to be true, and what the converter read there.
+/* A file of calibration points: known values and the converter's readings.
  *
  *     displacement (mm),codes
  *     0,62.1
  *     12.7,372.4
  *     1 in,682.6
  *
- * The first line names the columns, in either order: `codes`, and the unit of the values, alone or
- * in brackets behind a name: mm, load (lb), displacement [in]. Values are converted to in or lb. A
- * value may have a unit of its own behind it; the column is then called `value`. Lines that are
- * empty or begin with # are passed over. */
+ * The first line names the columns, in either order: `codes`, and the unit of the values. The unit
+ * is the column name or follows a name in brackets: mm, load (lb), displacement [in]. Values are
+ * converted to in or lb. A unit may follow each value; the column may then be named `value`. Empty
+ * lines and lines that begin with # are skipped. */
 #ifndef MATRIG_HOST_CALIBRATE_POINTS_H
 #define MATRIG_HOST_CALIBRATE_POINTS_H
 
@@ -17,25 +17,26 @@
 #include "host/base/units.h"
 
 struct calibrate_points {
-    struct calibrate_point point[CALIBRATE_POINTS_MAX]; /* values in in or lb */
+    struct calibrate_point point[CALIBRATE_POINTS_MAX]; /* the points; values are in in or lb */
     size_t count;
-    const struct unit_word *unit; /* of values without one of their own; NULL: all had their own */
+    const struct unit_word *unit; /* unit of values without a unit; NULL: every value has a unit */
     bool codes_first;
 };
 
-/* Meaning of a column's name. A name is understood completely or refused: a misread unit would
- * change every value. */
+/* Meaning of a column name. A name that is not completely understood is refused, because a misread
+ * unit would change every value. */
 struct calibrate_column {
     bool known, codes;
-    const struct unit_word *unit; /* NULL: none */
+    const struct unit_word *unit; /* NULL: no unit */
 };
 struct calibrate_column calibrate_column(const char *name);
 
-/* MR_IO; MR_MALFORMED: a line, or the first line's names; MR_TOO_LONG. */
+/* Reads a file of points. MR_IO: it cannot be read. MR_MALFORMED: invalid line or column names.
+ * MR_TOO_LONG: too many points. */
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                                      struct calibrate_points *points, struct error *error);
-/* A number, with or without a unit of that kind; `plain`: the unit of one without, NULL: it needs
- * one. False: invalid, and `wrong` has the reason. */
+/* Reads a number, with or without a unit of that kind. `plain`: unit of a number without a unit;
+ * NULL: a unit is required. Returns false if the text is invalid; `wrong` has the reason. */
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
                      double *value, struct quantity_wrong *wrong);
 

@@ -1,27 +1,28 @@
-/* Loss accounting of one link: frames sent by the board against frames received.
+/* Loss accounting of one link: frames sent by the board compared with frames received.
  *
- * Serial: every frame has a number; a jump is the number lost. CAN: frames have none, so
- * `can_health.sent`, which counts the frames queued before that one, is held against the frames
- * received since the one before; and the messages of a series (common/catalogue.h) step by its
- * blocks while a landing is recorded, which shows whose frames are missing. A step alone proves
- * nothing; it counts when the next can_health confirms that frames are lost, or when no more
- * arrive.
+ * Serial: every frame has a number; a jump in the numbers is the number of lost frames. CAN: frames
+ * have no numbers. `can_health.sent` counts the frames queued before that can_health, and its
+ * increase is compared with the frames received since the previous can_health. Messages of a series
+ * (common/catalogue.h) also step by a fixed number of blocks while a landing is recorded, which
+ * shows which frames are missing. A missing step is not proof of a loss; it counts when the next
+ * can_health confirms that frames are lost, or when the link ends.
  *
- * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer),
- * lock, slow disk, full disk, processor (the queue to the campaign had no room, for that reason),
- * adapter (its buffers or its serial line), bus-off; else link. A trouble alone proves no loss on
- * CAN; it names the cause of one that is found, or stands for it when nothing can be counted any
- * more.
+ * Causes of losses, as far as the link detected them: queue (the receive queue of this computer);
+ * lock, slow disk, full disk, processor (the queue to the campaign had no room, for that reason);
+ * adapter (its buffers or its serial line); bus-off; otherwise link. On CAN, an error that the link
+ * reports does not prove a loss. It is recorded as the cause when a loss is found, or when losses
+ * can no longer be counted.
  *
- * Which messages they were follows from message_count, the board's count of each message it meant
- * for the link: held against what was received of it, at the moment that count comes. What was lost
- * after the last count before a restart nobody can say.
+ * The lost messages are identified by message_count, in which the board reports how many of each
+ * message it sent on the link. It is compared with the number of those messages received when the
+ * count arrives. Losses after the last count before a restart cannot be determined.
  *
- * On CAN anybody may have sent a can_health or message_count. Counts that the bus cannot have
- * carried since the last ones are not taken; a can_health is when the next one goes on from it.
+ * On CAN, any node may have sent a can_health or message_count. A count that the bus cannot have
+ * carried since the last one is ignored; a can_health of this kind is accepted if the next one
+ * continues from it.
  *
- * What the board itself dropped it says in can_health and serial_health; that is counted apart.
- * Pure; gaps found wait in `gap` until they are taken. */
+ * Frames that the board itself dropped are reported in can_health and serial_health and counted
+ * separately. Pure functions; gaps are stored in `gap` until the caller takes them. */
 #ifndef MATRIG_HOST_ACCOUNT_H
 #define MATRIG_HOST_ACCOUNT_H
 
@@ -30,93 +31,101 @@
 #include "host/store/store.h"
 
 #define ACCOUNT_GAPS   32u
-#define ACCOUNT_QUEUES 5u /* causes: the kernel's queue, and those of the queue to the campaign */
+/* number of causes: the kernel's queue, and the queue to the campaign (four causes) */
+#define ACCOUNT_QUEUES 5u
 
 struct account {
     enum link_kind kind;
     struct store_link_counts counts;
     struct store_gap gap[ACCOUNT_GAPS];
-    size_t gaps; /* found and not taken */
+    size_t gaps; /* number of gaps that were found and not taken yet */
 
     bool seq_known;
     uint16_t seq_next;
-    int64_t frame_block;   /* newest block known at the last frame */
-    bool lost_since_block; /* frames are missing since the last block record */
+    int64_t frame_block;   /* newest block known at the last serial frame */
+    bool lost_since_block; /* frames were lost since the last block record */
 
     bool sent_known;
-    uint32_t sent; /* of the last can_health */
+    uint32_t sent; /* count of the last accepted can_health */
     int64_t sent_block;
-    int64_t received_since; /* frames since it, itself included */
-    /* a can_health that cannot follow the last one, until a second one follows it */
+    int64_t received_since; /* frames received since that can_health, including it */
+    /* An implausible can_health, kept until a second one continues from it. */
     bool doubt_known;
     uint32_t doubt_sent;
-    int64_t doubt_block, doubt_since; /* frames since it, itself included */
-    int64_t before_first; /* CAN frames the board sent before logging began; -1: not known yet */
+    int64_t doubt_block, doubt_since; /* frames received since that can_health, including it */
+    /* CAN frames that the board sent before logging began; -1: not known yet */
+    int64_t before_first;
     struct store_gap suspect[MR_SERIES_PACKS];
     size_t suspects;
-    /* frames that steps say are missing since the last can_health */
+    /* Frames since the last can_health that are missing according to the steps of the series. */
     int64_t suspect_count;
-    int64_t step_block[MR_SERIES_PACKS]; /* last block of each; -1: none */
+    int64_t step_block[MR_SERIES_PACKS]; /* last block of each series; -1: none */
 
-    bool whole; /* nothing of this boot was sent before logging began */
-    /* frames of each message since the board began, or logging did */
+    bool whole; /* all frames that the board sent since its start were sent while logging */
+    /* Frames of each message received since the board started, or since logging began. */
     int64_t received_of[MR_PLACES];
     bool count_known[MR_PLACES];
-    uint32_t count_of[MR_PLACES];         /* the board's last count of it */
-    int64_t count_block[MR_PLACES];       /* when, by the last can_health or serial frame */
-    int64_t received_at_count[MR_PLACES]; /* received when that came */
-    /* found by counts so far, in all boots; dropped ones included */
+    uint32_t count_of[MR_PLACES]; /* the board's last count of each message */
+    /* block of that count, from the last can_health or serial frame */
+    int64_t count_block[MR_PLACES];
+    /* frames of the message received when that count arrived */
+    int64_t received_at_count[MR_PLACES];
+    /* Missing frames by all counts so far, in all boots; frames that the board dropped are
+     * included. */
     int64_t missing_of[MR_PLACES];
-    int64_t repeated_of[MR_PLACES]; /* came more often than they were sent */
+    int64_t repeated_of[MR_PLACES]; /* frames received more often than they were sent */
 
-    /* frames that queues of this computer lost since the last can_health, by cause */
+    /* Frames that queues of this computer lost since the last can_health, by cause. */
     int64_t queue_lost[ACCOUNT_QUEUES];
-    int64_t bytes, bytes_lost; /* serial: received; lost by the full queue since the last frame */
-    const char *other_cause;   /* of losses since it, by what the link saw; NULL: nothing */
+    /* serial: bytes received; bytes lost by the full queue since the last frame */
+    int64_t bytes, bytes_lost;
+    const char *other_cause; /* cause of losses since then, as detected by the link; NULL: none */
 
     bool dropped_known;
     uint16_t dropped;
     int64_t dropped_block;
     bool block_known;
     uint32_t block_next;
-    bool doubtful; /* frames were lost, perhaps because the board began again */
+    bool doubtful; /* frames were lost, so the board may have restarted */
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* The board began again: its counters too. `whole`: at the frame to come, so that nothing it sends
- * is missed. */
+/* The board restarted, and its counters with it. `whole`: logging continues from the board's first
+ * frame, so no frame of this start is missed. */
 void account_restart(struct account *account, bool whole);
-/* After it: the first serial frames of this start, from number 0 on, may be among those lost. */
+/* Call after account_restart if the first serial frames of this start, from number 0 on, may be
+ * lost: they are then counted. */
 void account_from_first(struct account *account);
-/* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
+/* Call when a landing begins or ends on this link: steps and block numbers are not compared across
+ * this moment. */
 void account_break(struct account *account);
 
-/* A message came, counted already as a frame; a message_count says what the board has sent of one.
- * False: nothing was taken from it, for it may be of a board that has begun again, which nobody has
- * noticed yet: its count went back, or frames were lost before it and no time has come since.
- * Counts only grow, so the next one makes up for it. */
+/* account_message adds a received message, already counted as a frame; account_message_count
+ * applies the board's count of one message. Returns false if the count was ignored because the
+ * board may have restarted unnoticed: its count decreased, or frames were lost before it and no
+ * board time has arrived since. Counts only grow, so the next count includes the ignored one. */
 void account_message(struct account *account, unsigned place); /* enum mr_message_place */
 bool account_message_count(struct account *account, const struct mr_message_count *count);
-/* A time of the board came that goes on from those before: it has not begun again. */
+/* A board time arrived that continues from the previous ones: the board has not restarted. */
 void account_goes_on(struct account *account);
 
-/* A frame came. `block`: newest block known on the link, that of this frame included; -1: none.
- * Call it before what the frame says is accounted. */
+/* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
+ * none. Call it before the content of the frame is accounted. */
 void account_serial_frame(struct account *account, uint16_t seq, int64_t block);
 void account_can_frame(struct account *account);
-/* The frame just counted was this one: can_health on CAN; serial_health on serial (its count of
- * dropped frames); a message that may step by blocks, in a landing; a block record, in a
- * landing. */
+/* Applies the content of the frame that was just added: a can_health on CAN; the count of dropped
+ * frames of a serial_health; during a landing, a message of a series (account_step) or a block
+ * record (account_block). */
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block);
 void account_dropped(struct account *account, uint16_t dropped, int64_t block);
 /* enum mr_series_pack_number */
 void account_step(struct account *account, unsigned pack, int64_t block);
 void account_block(struct account *account, uint32_t index);
 
-/* The link saw a trouble `count` times. */
+/* The link reported an error `count` times. */
 void account_trouble(struct account *account, enum link_trouble trouble, int64_t count);
 
-/* The link ended, or fell silent for good: what is only suspected so far is taken as lost. */
+/* The link ended or has become silent: suspected losses are counted as losses. */
 void account_end(struct account *account);
 
 #endif

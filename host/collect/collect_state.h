@@ -1,5 +1,5 @@
-/* Insides of the collector: collect_links.c (what comes), collect_landing.c (landings) and
- * collect_message.c with its topics (what each message does). */
+/* Internal data of the collector. collect_links.c handles links and frames, collect_landing.c
+ * landings, collect_message.c the content of messages, by topic. */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
@@ -18,107 +18,114 @@
 struct collector;
 struct collector_event;
 
-/* One landing that is open, or was lately. */
+/* A landing that is open or was open recently. */
 struct slot {
-    struct store_landing row; /* row.id 0: free */
+    struct store_landing row; /* row.id 0: the slot is free */
     bool entered[LINK_KINDS];
     bool left[LINK_KINDS];
     bool finished;
-    int64_t state_block; /* of the newest change of state reported */
-    int64_t end_block;   /* where the first link left it; -1: still going on */
-    int64_t begun_mark;  /* a frame of some seconds before it began */
-    bool broken_off;     /* the board began again in it; the newest frame before that on CAN, */
-    int64_t broken_mark; /* 0: not there yet */
+    int64_t state_block; /* block of the newest reported change of state */
+    int64_t end_block;   /* block at which the first link left the landing; -1: in progress */
+    int64_t begun_mark;  /* row of a frame some seconds before the landing began */
+    bool broken_off;     /* the board restarted during the landing */
+    int64_t broken_mark; /* row of the newest CAN frame before the restart; 0: none yet */
     unsigned edges;
-    double first_edge_us; /* board time; 0: none yet */
-    int64_t film_frames;  /* number of the newest, unwrapped */
+    double first_edge_us; /* board time; 0: no edge yet */
+    int64_t film_frames;  /* number of the newest frame, unwrapped */
 };
 #define SLOTS 4u
 
-/* Hellos and identities of another board, and none of this one: about once a second each. */
+/* Number of hellos and identities of another board, without one of this board, that show a change
+ * of board. A board sends each about once a second. */
 #define COLLECT_OTHERS_IN_ROW 3u
 
-/* A frame that waits until it is known which start of the board it is of: of CAN, or of serial with
- * its type in place of the identifier. A start takes 0.1 s until its second clock, 9 frames/ms. */
+/* A frame that waits until its boot is known: a CAN frame, or a serial frame with its type as
+ * identifier. After a start the second clock arrives within 0.1 s, at 9 frames/ms. */
 struct held {
     struct link_frame frame;
     uint16_t seq;
 };
 #define COLLECT_HELD 2048u
 
-/* One link. */
+/* State of one link. */
 struct side {
     enum link_kind kind;
-    struct mr_landing armed; /* CAN: the newest state ARMED, and its own stamp */
+    /* CAN: the newest landing message with state ARMED; armed_us: its time of reception */
+    struct mr_landing armed;
     uint64_t armed_us;
-    int64_t clock_block, first_clock; /* of the newest clock that was believed; of the first */
-    int64_t mark[2], mark_block; /* CAN: rows of frames, of MARK_BLOCKS ago at most, and before */
-    const char *spec;            /* NULL: not used */
+    int64_t clock_block, first_clock; /* block of the newest accepted clock, and of the first */
+    /* CAN: rows of frames; [1] is at most MARK_BLOCKS old, [0] is the previous mark */
+    int64_t mark[2], mark_block;
+    const char *spec; /* NULL: the link is not used */
     bool ended;
     struct account account;
     struct timebase time;
     struct timebase_doubt time_doubt;
     struct timemap map;
-    struct mr_sync sync; /* the newest, and when it came; 0: none waits for its sync_at */
+    /* the newest sync, which waits for its sync_at, and its time of reception; 0: none waits */
+    struct mr_sync sync;
     uint64_t sync_host_us;
     int64_t boot;
-    struct held held[COLLECT_HELD]; /* since a hello on CAN, since a loss on serial */
+    struct held held[COLLECT_HELD]; /* frames held since a hello on CAN, since a loss on serial */
     size_t held_count;
     struct slot *current;
-    struct slot *last; /* the one left most recently */
+    struct slot *last; /* the landing left most recently */
     struct mr_deframer deframer;
-    /* that its second half is to follow; this and the next are of the block zone16, motion16 */
+    /* First half of a zone or motion message that waits for its second half. zone16, motion16: its
+     * block. */
     struct store_zone zone;
     struct store_motion motion;
     int32_t zone16, motion16;
-    struct store_shunt shunt; /* the calibration whose results come; number 0: none */
+    struct store_shunt shunt; /* the shunt calibration in progress; number 0: none */
     struct store_shunt shunt_result;
-    struct store_slow slow; /* being put together: its number, gages that came */
+    /* slow row being assembled: its number, and the number of its gages received */
+    struct store_slow slow;
     unsigned slow_number, slow_gages;
-    struct mr_predictor_state runway;    /* being put together */
-    unsigned runway_parts;               /* of it, that came in a row */
+    struct mr_predictor_state runway;    /* runway being assembled */
+    unsigned runway_parts;               /* number of the runway's parts received in order */
     struct mr_runway_store runway_store; /* newest */
-    uint64_t told[LINK_TROUBLES];        /* what the link has counted */
-    /* and is not recorded yet: in landing pending_run, from pending_us on */
+    uint64_t told[LINK_TROUBLES];        /* errors that the link has counted */
+    /* Errors that are counted but not recorded yet: they belong to landing pending_run and began at
+     * pending_us. */
     uint64_t pending[LINK_TROUBLES];
     int64_t pending_run;
     int64_t pending_us; /* board time */
     bool any_pending;
-    uint64_t heard_us;     /* when the newest message came */
-    uint32_t state_block;  /* of the newest state of a landing that was believed */
-    unsigned others;       /* hellos and identities of another board since one of this board */
-    bool own_heard;        /* an identity of this board came */
-    uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
+    uint64_t heard_us;    /* time of reception of the newest message */
+    uint32_t state_block; /* block of the newest accepted landing state */
+    unsigned others; /* hellos and identities of another board since the last one of this board */
+    bool own_heard;  /* an identity of this board was received */
+    uint32_t other_uid[2]; /* words 0 and 1 of the other board's identity */
     struct configwords config;
 };
 
-/* Answers to one code that are the same within a second: a flood is told once a second. */
+/* Identical answers to one command within a second. A burst of them is reported once a second. */
 #define COLLECT_ORDERS 8u
 #define REPEATED       32u
 struct repeated {
     bool known, own;
     int8_t status;
     uint8_t code;
-    uint32_t block; /* of the last one told */
+    uint32_t block; /* block of the last answer reported */
     unsigned more;
 };
 
-/* What the board last said about itself, once or when it is asked. */
+/* What the board last reported about itself, by itself or on request. */
 struct told {
     bool hello;
     bool landing_known;
-    struct mr_landing landing;     /* the newest of either link */
-    struct store_landing identity; /* uid, firmware, CRCs, clock, site */
+    struct mr_landing landing;     /* newest landing state on either link */
+    struct store_landing identity; /* facts about the board: uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
-    uint32_t uid_parts; /* bit 0: words 0 and 1 are known, bit 1: word 2; */
-    bool uid_vouched;   /* serial said so */
+    uint32_t uid_parts; /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
+    bool uid_vouched;   /* the identity was received on serial */
     bool key_known, nonce_known;
-    struct mr_bus_key key;         /* whether orders need a proof */
-    uint8_t nonce[MR_PROOF_BYTES]; /* of the next one */
+    struct mr_bus_key key;         /* whether commands need a proof */
+    uint8_t nonce[MR_PROOF_BYTES]; /* nonce for the next proof */
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
-    uint32_t items_known[MR_CHANNELS]; /* bit: enum mr_calibration_item */
+    uint32_t items_known[MR_CHANNELS]; /* bit mask by enum mr_calibration_item */
     bool switch_known[STORE_SWITCHES_MAX];
     struct store_switch place[STORE_SWITCHES_MAX];
     bool segment_known[MR_SEGMENTS];
@@ -131,99 +138,100 @@ struct told {
 
 struct collector {
     struct store *store;
-    struct collector *mark; /* what it was at collector_mark; NULL: never */
+    struct collector *mark; /* state saved by collector_mark; NULL: not saved */
     int64_t session;
     struct side side[LINK_KINDS];
     uint16_t can_base;
-    const struct collector_listener *listener; /* NULL: nobody */
+    const struct collector_listener *listener; /* NULL: no listener */
     struct told told;
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;  /* newest, of either link */
-    bool stored_known, stored_news; /* and nobody has asked for yet */
-    bool config_kept;               /* a whole configuration is in the database: */
+    struct mr_runway_store stored;  /* newest, from either link */
+    bool stored_known, stored_news; /* stored_news: changed, and not taken yet */
+    bool config_kept; /* the database has the configuration with CRC config_kept_crc */
     uint32_t config_kept_crc;
-    struct crash_report crash[LINK_KINDS]; /* being put together */
-    struct crash_report crashed;           /* the newest that is stored */
-    bool crash_news;                       /* and nobody has asked for yet */
-    struct mr_can_alarm alarm;             /* newest; of either link */
+    struct crash_report crash[LINK_KINDS]; /* being assembled */
+    struct crash_report crashed;           /* the newest stored processor fault */
+    bool crash_news;                       /* not taken yet */
+    struct mr_can_alarm alarm;             /* newest, from either link */
     bool alarm_news;
     struct collector_own *own; /* NULL: not known */
     struct collector_order order[COLLECT_ORDERS];
-    unsigned orders, orders_taken;      /* ever */
-    struct repeated repeated[REPEATED]; /* by code modulo their number */
+    unsigned orders, orders_taken;      /* total numbers */
+    struct repeated repeated[REPEATED]; /* indexed by code modulo REPEATED */
 };
 
-/* Puts a row of the landing that the side is in. */
+/* Adds a row to the landing that the side is in. */
 #define COLLECT_PUT(table, value) \
     store_##table##_put(collector->store, side->current->row.id, value, error)
 
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
-/* Board time of a message: that of its own block where it has one, else the newest known; NULL: of
- * what is no message. */
+/* Board time of a message: that of its block if it has one, otherwise the newest known time.
+ * `message` NULL: a frame that is not a message. */
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
-/* Block in which happened what a message tells, which is not long past; -1: not known, or it says
- * none. */
+/* Block of the event that a message reports, if it is recent; -1: not known, or the message has no
+ * block. */
 int64_t collect_block(struct side *side, const struct mr_message *message);
-/* The side's, among those that brought a row. */
+/* Bit of the side's link in `links` of a row. */
 int64_t collect_link_bit(const struct side *side);
-/* An event, of the landing that the side is in, if any. */
+/* Adds an event, to the landing that the side is in if there is one. */
 enum mr_status collect_put_event(struct collector *collector, const struct side *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error);
 
 /* ---- collect_links.c ---- */
 
-/* The link ended: what is held is taken for what it most likely is. */
+/* The link ended: the held frames are processed with the most likely boot. */
 enum mr_status collect_release(struct collector *collector, struct side *side, struct error *error);
-/* Stores the gaps the account has found, with the landing they fall in. */
+/* Stores the gaps that the account has found, with the landing in which they occurred. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
                                   struct error *error);
 
-/* Does what a message says that is believed: each topic takes its own, in the file of that name. */
+/* Processes an accepted message. Each topic is handled in the file of its name. */
 typedef enum mr_status collect_topic(struct collector *collector, struct side *side,
                                      const struct collector_event *event, struct error *error);
 collect_topic collect_message;
-/* Once more, for the landing that the message turns out to be of: events, and what gear, predictor
- * and bands did. */
+/* collect_message_again processes a message a second time, for the landing to which it turns out to
+ * belong: events, gear, predictor and bands. */
 collect_topic collect_message_again, collect_identity_message;
-/* A change of a landing's state, as an event of the landing that the side is in. */
+/* Adds a change of a landing's state as an event of the landing that the side is in. */
 enum mr_status collect_state_event(struct collector *collector, const struct side *side,
                                    const struct mr_landing *message, uint64_t host_us,
                                    struct error *error);
-/* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
+/* Writes the known parameters of the predictor for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
                                         struct error *error);
-/* Writes all that is known of the configuration for a landing that begins. */
+/* Writes the known parts of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);
 
-/* Pairs of board and host time; what they come to, written for a
- * landing that is over (NULL: of the boot that is); film frames. */
+/* Pairs of board and host time, and film frames. collect_put_time_map writes the resulting clock of
+ * a landing that is over (`slot` NULL: of the boot that is over). */
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
 void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
-/* of this computer's clock, which is another one now */
+/* Discards the pairs, because this computer's clock was set. */
 void collect_forget_time(struct side *side);
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
                                     const struct slot *slot, struct error *error);
 enum mr_status collect_film_frame(struct collector *collector, struct side *side,
                                   const struct mr_film_frame *frame, struct error *error);
 
-/* The side reports a landing: enter, follow or leave it. */
-/* Not `*believed`: it cannot be of now, and nothing was done. */
+/* The side reports a state of a landing: enters, follows or leaves it. `*believed` false: the state
+ * cannot be current, and nothing was done. */
 enum mr_status collect_landing(struct collector *collector, struct side *side,
                                const struct mr_landing *landing, uint64_t host_us, bool *believed,
                                struct error *error);
-/* The side's landing, if any, is over for it. */
+/* Ends the side's landing, if there is one. */
 void collect_leave(struct side *side);
-/* A landing is over: what a link should have brought of it and did not becomes a gap. */
+/* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
-/* The same for each landing that every link has left, has ended in, or is known to have missed. */
+/* Calls collect_finish for each landing that every link has left, during which it ended, or that it
+ * is known to have missed. */
 enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
 
 #endif

@@ -1,5 +1,4 @@
-/* All commands, by name and as a table (commands.def). What a descriptor is:
- * host/base/command.h. */
+/* All commands, by name and as a table (commands.def). host/base/command.h defines a descriptor. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 
@@ -9,7 +8,7 @@
 #include "host/commands/commands.def"
 #undef COMMAND
 
-/* The words of matrig board that have a file of their own; their options are theirs. */
+/* Subcommands of matrig board that are in separate files, with separate options. */
 extern const struct command command_board_config, command_board_bringup;
 
 extern const struct command_table command_table;

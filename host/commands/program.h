@@ -1,4 +1,4 @@
-/* What matrig and matrig-study have in common around a command: how it begins and ends. */
+/* How matrig and matrig-study begin and end a command. */
 #ifndef MATRIG_HOST_COMMANDS_PROGRAM_H
 #define MATRIG_HOST_COMMANDS_PROGRAM_H
 
@@ -7,28 +7,30 @@
 #include "host/base/cli.h"
 #include "host/store/store.h"
 
-/* What was printed must have arrived: returns exit_code, or when exit_code is 0 and standard output
- * failed, the code of that error, which is then told on standard error. */
+/* Checks that standard output was written. Returns exit_code; if exit_code is 0 and writing failed,
+ * reports the error on standard error and returns its code. */
 int program_end(int exit_code);
 
 /* Runs a command: argv[0] is the command's name. */
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli);
 
-/* Opens the campaign of a command. It is closed when the program ends, and what was not committed
- * is taken back. One that cannot be opened ends the program. */
+/* Opens the campaign of a command; a failure ends the program. The campaign is closed when the
+ * program ends, and uncommitted changes are rolled back. */
 struct store *program_campaign(const char *db, enum store_mode mode);
 
-/* The same, made when there is none: a name that was mistyped is no new campaign, so a person is
- * asked, and who runs without one is told. */
+/* As program_campaign, but creates the campaign if it does not exist. A mistyped name must not
+ * create a campaign, so a person at the terminal is asked for confirmation; without a terminal, a
+ * note is printed. */
 struct store *program_campaign_or_new(const struct cli *cli, const char *db);
-/* That question alone, before it is opened: whether it will be new; and what is told then. */
+/* The two parts of program_campaign_or_new: program_new asks before a new campaign is opened and
+ * returns whether it will be new; program_tell_new prints the note. */
 bool program_new(const char *db);
 void program_tell_new(const struct cli *cli, const char *db);
 
-/* matrig's own options (--json, --quiet, --si), as they were given, into `words`, which has room
- * for command_matrig.count: for a program that is started with them. Returns how many. The rows
- * tell which they are. */
+/* Writes the given global options of matrig (--json, --quiet, --si) into `words`, which has room
+ * for command_matrig.count, for a program that is started with them. Returns their number. The
+ * options are the rows of command_matrig. */
 size_t program_options(const char *words[], const struct cli *cli);
 
 #endif

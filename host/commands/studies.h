@@ -1,5 +1,6 @@
-/* The commands that matrig-study runs: what each is asked for, as its rows (host/commands/) put it
- * there, and its run (host/study/). matrig has the rows alone and links none of their libraries. */
+/* The commands that matrig-study runs: the request of each command, as filled from its rows
+ * (host/commands/), and the function that runs it (host/study/). matrig has only the rows and links
+ * none of the libraries. */
 #ifndef MATRIG_HOST_COMMANDS_STUDIES_H
 #define MATRIG_HOST_COMMANDS_STUDIES_H
 
@@ -14,8 +15,8 @@
 
 struct study_request {
     const char *path, *plot;
-    const char *ground; /* NULL: as the file says */
-    int64_t seeds;      /* 0: the file's */
+    const char *ground; /* NULL: as in the file */
+    int64_t seeds;      /* 0: as in the file */
 };
 
 struct error_request {
@@ -31,7 +32,7 @@ struct fit_request {
 };
 
 struct sweep_request {
-    const char *words[2 + SWEEP_FILES_MAX]; /* the sweep, result files; NULL at the end */
+    const char *words[2 + SWEEP_FILES_MAX]; /* the sweep and result files; NULL at the end */
     const char *cases, *output;
     bool table;
 };
@@ -41,12 +42,13 @@ int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
 
-/* Before all other words: the version and the path of the matrig that starts matrig-study. */
+/* First argument of matrig-study: followed by the version and the path of the matrig that starts
+ * it. */
 #define STUDY_STARTED_BY "--started-by"
 
-/* A command's run (host/base/command.h) in matrig: matrig-study takes its place in this process,
- * with the same words, standard streams, signals and exit code. Returns only when that fails:
- * printed, and the exit code. */
+/* Runs a command (host/base/command.h) from matrig: matrig-study replaces matrig in this process,
+ * with the same arguments, standard streams, signals and exit code. Returns only if that fails:
+ * prints the error and returns the exit code. */
 int study_start(int argc, char **argv, const struct cli *cli);
 
 #endif

@@ -1,5 +1,5 @@
-/* A landing's comparison in numbers: two series, the zones of both sides, the table of each
- * transducer, and whether they agree. */
+/* The figures of a landing's comparison: two series, the zones of measurement, board and
+ * simulation, the table of each transducer, and whether measured and simulated values agree. */
 #ifndef MATRIG_HOST_COMPARE_FIGURES_H
 #define MATRIG_HOST_COMPARE_FIGURES_H
 
@@ -7,38 +7,41 @@
 #include "host/analyse/zones.h"
 #include "host/store/store.h"
 
-/* Two series of the same quantity, sample by sample: how far apart, how alike, and whether their
- * errors explain it. Pure.
+/* Comparison of two series of the same quantity, sample by sample: their difference, their
+ * similarity, and whether their errors explain the difference. Pure functions.
  *
- * Values in inches (or any one unit), times in seconds since touchdown; d = measured - simulated;
- * u: standard errors.
+ * Values are in inches (or any one unit), times in seconds since touchdown; d = measured -
+ * simulated; u: standard errors.
  *
- *     bias         mean of d
- *     rms          root mean square of d
- *     chi          root mean square of d / sqrt(u_m^2 + u_s^2): 1 when the errors explain all of it
- *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples; its time: when that
- *                  first comes within SIGNAL_NEAR of it, or five standard deviations of the noise
- *                  if that is more: on a plateau noise says where the most is
- *     arrival      first time at which that mean crosses SIGNAL_ARRIVAL of its own peak, between
- *                  two samples by a straight line. Error: noise and error of the value over the
- *                  slope there; alignment; spacing of the samples / sqrt(12). Not known when the
- *                  threshold is below five standard deviations of the noise
- *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528,
- *                  coverage factor 2)
+ *     bias     mean of d
+ *     rms      root mean square of d
+ *     chi      root mean square of d / sqrt(u_m^2 + u_s^2): 1 if the errors explain all of d
+ *     peak     extreme, by magnitude, of the mean over SIGNAL_WINDOW samples. Its time is when
+ *              this mean first comes within SIGNAL_NEAR of the peak, or within five standard
+ *              deviations of the noise if that is more: on a plateau, noise decides where the
+ *              largest value is
+ *     arrival  first time at which this mean crosses SIGNAL_ARRIVAL of its peak, interpolated
+ *              linearly between two samples. Its error has three parts: noise and error of the
+ *              value, divided by the slope there; alignment; sample spacing / sqrt(12). Not known
+ *              if the threshold is below five standard deviations of the noise
+ *     En       |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two values agree
+ *              (ISO 13528, coverage factor 2)
  *
- * NaN: a sample that is missing; in a result: not known. */
+ * NaN: a missing sample; in a result: not known. */
 #define SIGNAL_WINDOW  11
 #define SIGNAL_ARRIVAL 0.1
 #define SIGNAL_NEAR    0.01
 
-/* Sample i is at t0_s + i dt_s. Arrays are the caller's. */
+/* Sample i is at t0_s + i dt_s. The caller owns the arrays. */
 struct signal {
     size_t count;
     double t0_s, dt_s;
     const double *measured, *simulated;
-    const double *measured_error, *simulated_error; /* of a sample: all there is */
-    const double *time_error_s;                     /* of the alignment */
-    /* of a measured sample, independent of the next; part of measured_error */
+    /* standard error of each sample, from all sources */
+    const double *measured_error, *simulated_error;
+    const double *time_error_s; /* error of the alignment of the time axes */
+    /* Standard deviation of a measured sample, independent between samples; included in
+     * measured_error. */
     double noise;
 };
 
@@ -48,86 +51,88 @@ struct signal_moment {
 };
 
 struct signal_figures {
-    size_t compared; /* samples that both have */
+    size_t compared; /* number of samples that both series have */
     double bias, bias_error;
     double rms, chi;
     struct signal_moment peak_measured, peak_simulated;
-    struct signal_moment arrival_measured, arrival_simulated; /* value: the threshold */
+    /* value: the threshold that is crossed */
+    struct signal_moment arrival_measured, arrival_simulated;
 };
 
 void signal_compare(const struct signal *signal, struct signal_figures *figures);
 
-/* En of two values; NaN when either is not known; INFINITY when they differ without any error. */
+/* En of two values. NaN: one of them is not known. INFINITY: they differ and have no error. */
 double signal_en(double measured, double measured_error, double simulated, double simulated_error);
 
-/* How well the measured wheel's times are known: the error of its station (host/analyse/track.h)
- * over its speed, at most that of the stop. This is what the timing of edges and the places of
- * switches leave uncertain when two movements are laid over each other. Times in seconds since
- * touchdown. */
+/* Error of the measured wheel's times: the error of its station (host/analyse/track.h) divided by
+ * its speed, limited to the error of the stop time. It is the uncertainty, from the timing of edges
+ * and the positions of switches, with which two movements can be aligned. Times are in seconds
+ * since touchdown. */
 #define COMPARE_CLOCK_POINTS 128
 struct compare_clock {
     double stop_s, stop_error_s;
-    double error_s[COMPARE_CLOCK_POINTS + 1]; /* evenly from touchdown to the stop */
+    double error_s[COMPARE_CLOCK_POINTS + 1]; /* errors at equal steps from touchdown to the stop */
 };
 void compare_clock_make(const struct measured *measured, struct compare_clock *clock);
 double compare_time_error(const struct compare_clock *clock, double t_s);
 
-/* Zones of closed mats as measured (survey and transducers, common/closure.h), as the board said,
- * and as simulated, at the same moment.
+/* Zones of closed mats at the same moment: as measured (survey and transducers, common/closure.h),
+ * as the board reported, and as simulated.
  *
- * A simulated segment of ten mats counts as closed when its joints, added up, are open by less than
- * MR_CLOSURE_OPEN_IN: the measure by which the measured one does. Both therefore begin and end at
- * segments, 2.86 ft apart, or at the wheel; an end is good to a segment / sqrt(12). The board's own
- * statement comes with standard errors. Stations in ft. */
+ * A simulated segment of ten mats counts as closed if the sum of its joint openings is less than
+ * MR_CLOSURE_OPEN_IN, the same criterion as for a measured segment. Both zones therefore begin and
+ * end at segments, 2.86 ft apart, or at the wheel; the standard error of an end is a segment /
+ * sqrt(12). The zone that the board reports has its own standard errors. Stations are in ft. */
 
 enum compare_zone_source { COMPARE_MEASURED, COMPARE_BOARD, COMPARE_SIMULATED, COMPARE_SOURCES };
 
 struct compare_zone {
-    bool known;  /* false: nobody said */
-    double mats; /* 0: none */
+    bool known;  /* false: not measured, reported or simulated */
+    double mats; /* length of the zone; 0: no zone */
     double start_ft, end_ft, start_error_ft, end_error_ft;
 };
 
 struct compare_overlap {
     bool known;
-    double common_mats, all_mats; /* intersection and union */
-    double share;                 /* common / all; 1 when neither has a zone */
-    double start_ft, end_ft;      /* measured - the other; NaN when either has none */
+    double common_mats, all_mats; /* length of the intersection and of the union */
+    double share;                 /* common / all; 1 if neither has a zone */
+    double start_ft, end_ft;      /* measured minus the other; NaN if either has no zone */
 };
 
-/* One moment. */
+/* The zones at one moment. */
 struct compare_zone_moment {
     const char *what; /* "longest measured", ... */
     double t_s, wheel_ft;
     struct compare_zone zone[COMPARE_SOURCES];
-    struct compare_overlap board, simulated; /* each against the measured */
+    struct compare_overlap board, simulated; /* each compared with the measured zone */
 };
 
-#define COMPARE_MOMENTS 2u /* where the zone is at its longest, and at rest */
+#define COMPARE_MOMENTS 2u /* when the zone is longest, and at rest */
 
 struct compare_zones {
-    size_t count; /* 0: no moment */
+    size_t count; /* 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
-/* The moment at rest, or the other one; NULL: there is none. */
+/* The moment at rest, or the other moment; NULL: not known. */
 const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_overlap_of(const struct compare_zone *measured,
                                           const struct compare_zone *other);
 
-/* Longest run of segments with less than MR_CLOSURE_OPEN_IN left whose end is ahead of the wheel;
- * one that the wheel is in begins there. */
+/* Longest run of segments with remaining openings below MR_CLOSURE_OPEN_IN whose end is ahead of
+ * the wheel. A run that contains the wheel begins at the wheel. */
 struct compare_zone compare_closed_run(const float *remaining_in, double wheel_ft);
 
-/* What the board said, in order of time; predictions (their errors) may be none. */
+/* The board's messages in order of time. `prediction` has the errors of the zones and may be
+ * empty. */
 struct compare_said {
     const struct store_zone *zone;
     size_t zones;
     const struct store_prediction *prediction;
     size_t predictions;
 };
-/* What is left of the simulated segments every dt_s since touchdown: rows x MR_SEGMENTS. None: no
- * simulated zone is known. */
+/* Remaining openings of the simulated segments, one row every dt_s since touchdown: rows x
+ * MR_SEGMENTS. Without rows the simulated zone is not known. */
 struct compare_segments {
     const float *remaining_in;
     size_t rows;
@@ -137,23 +142,23 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
                    const struct compare_said *said, const struct compare_segments *segments,
                    struct compare_zones *zones);
 
-/* A landing's comparison as figures, from what was measured and a simulation along its motion: a
- * fresh one, or the newest one that the campaign keeps. The table of `matrig compare` and of
- * the report.
+/* The comparison of a landing as figures: the measurement, and a simulation with the measured
+ * motion, either just run or the newest one stored in the campaign. `matrig compare` and the report
+ * print this table.
  *
- * Errors are standard errors. Measured: noise, calibration and baseline (common/channels.h) and
- * alignment, how far the simulated movement changes within the error of the wheel's time.
- * Simulated: the solver's own estimate and the spread over an ensemble. Inches, feet, seconds since
- * touchdown; NaN: not known. */
+ * Errors are standard errors. Measured: noise, calibration and baseline (common/channels.h), and
+ * alignment, which is the change of the simulated movement within the error of the wheel's time.
+ * Simulated: the solver's estimate and the spread over an ensemble. Units are inches, feet, and
+ * seconds since touchdown; NaN: not known. */
 
-#define COMPARE_LEAST_VALID 0.5 /* share of the samples */
+#define COMPARE_LEAST_VALID 0.5 /* share of the samples that must be valid */
 
 struct compare_channel {
     int64_t number;
     double station_ft;
     bool compared;
-    char why[100]; /* not compared: why; else what is to be known of it, or empty */
-    double valid;  /* share of the samples */
+    char why[100]; /* if not compared: the reason; otherwise a remark, or empty */
+    double valid;  /* share of the samples that are valid */
     struct signal_figures f;
     struct signal_moment end_measured, end_simulated; /* mean of the last 0.2 s */
     double bias_en, peak_en, end_en, arrival_en;
@@ -161,34 +166,34 @@ struct compare_channel {
 
 struct compare_figures {
     int64_t run;
-    char against[120]; /* file; empty: not kept */
-    /* why the measured numbers are doubtful (measured_torn_text); "": they are not */
+    char against[120]; /* the model's file; empty: not stored */
+    /* Reason why the measured numbers are doubtful (measured_torn_text); "": they are not. */
     char torn[MEASURED_TORN_TEXT];
-    const char *marks;       /* measured_marks */
-    double run_ms, error_in; /* of the simulation, and its own estimate */
+    const char *marks;       /* marks of the landing, from measured_marks */
+    double run_ms, error_in; /* duration of the simulation, and its error estimate */
     int64_t seeds;
-    size_t surveyed; /* segments whose slack was known */
-    size_t channels; /* fitted */
+    size_t surveyed; /* number of segments with known slack */
+    size_t channels; /* number of fitted channels */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
     struct compare_clock clock;
 };
 
-/* Rows of channels that measured lacks are left out; a channel that is measured without a row is
- * there, not compared. */
+/* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
+ * without a row is listed as not compared. */
 void compare_figures(const struct measured *measured, const struct zones_closure *survey,
                      const struct compare_said *said, const struct store_simulation_head *head,
                      const struct store_simulation *rows, size_t count,
                      struct compare_figures *figures);
-/* Over the channels that were compared, weighted by their samples. */
+/* Means over the compared channels, weighted by their number of samples. */
 struct compare_mean {
     size_t channels;
-    double samples, bias_in, rms_in; /* NaN: no channel */
-    double worst_rms_in, peak_en;    /* of any */
+    double samples, bias_in, rms_in; /* NaN: no channel was compared */
+    double worst_rms_in, peak_en;    /* largest of all channels */
 };
 struct compare_mean compare_mean_of(const struct compare_figures *figures);
-/* The channel in full, as it was compared: arrays of measured->samples, NaN where not compared. The
- * caller frees `storage`. */
+/* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
+ * compared. The caller frees `storage`. */
 struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
         *time_error_s, *alignment_in;
@@ -197,22 +202,22 @@ void compare_curves(const struct measured *measured, const struct compare_clock 
                     const struct measured_channel *channel, const struct store_simulation *row,
                     double solver_error_in, struct compare_curves *curves);
 
-/* Whether measured and simulated agree, by the peak, the end and the arrival of each transducer
- * that was compared: two values agree while En, their difference over twice their common standard
- * error (signal.h), is at most 1. */
+/* Agreement of measured and simulated values: peak, end and arrival of each compared transducer.
+ * Two values agree if En, their difference divided by twice their common standard error, is at most
+ * 1. */
 struct compare_agreement {
     int64_t run;
     const char *against;
-    size_t judged, differ; /* values whose En is known; of them beyond 1 */
-    /* The value with the largest En, in inches, of an arrival in seconds; channel NULL: none is
+    size_t judged, differ; /* number of values with a known En, and of those with En above 1 */
+    /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
      * known. */
-    const struct compare_channel *channel; /* of the figures */
+    const struct compare_channel *channel; /* points into the figures */
     const char *value;                     /* "peak", "end", "arrival" */
     bool is_time;
     double measured, simulated, en;
 };
 void compare_agreement(const struct compare_figures *figures, struct compare_agreement *agreement);
-/* In one sentence, without an end of line. */
+/* The agreement as one sentence without newline. */
 #define COMPARE_SENTENCE 400
 void compare_sentence(const struct compare_agreement *agreement, bool si,
                       char out[COMPARE_SENTENCE]);

@@ -1,7 +1,7 @@
-/* matrig import: files of other programs into the campaign. Candump logs of our own boards, and
- * readings of other instruments by a mapping: a table of numbers as other programs write it, or the
- * signals of CAN frames in a candump log. A line that is none is passed over and counted; the
- * verdict names the first. */
+/* matrig import: files of other programs into the campaign. Candump logs of matrig boards are
+ * imported as landings. Readings of other instruments are imported by a mapping, from a table of
+ * numbers or from the signals of CAN frames in a candump log. Invalid lines are skipped and
+ * counted; the verdict names the first one. */
 #ifndef MATRIG_HOST_EXCHANGE_IMPORT_H
 #define MATRIG_HOST_EXCHANGE_IMPORT_H
 
@@ -12,12 +12,13 @@
 
 /* A whole file as text, with its SHA-256. */
 struct textfile {
-    char *text; /* no final zero */
+    char *text; /* without terminating zero */
     size_t length;
     char sha256[65];
 };
 
-/* MR_IO: cannot be read. Release with textfile_close, also after an error. */
+/* Reads a whole file. MR_IO: it cannot be read. Release it with textfile_close, also after an
+ * error. */
 enum mr_status textfile_open(const char *path, struct textfile *file, struct error *error);
 void textfile_close(struct textfile *file);
 
@@ -26,9 +27,10 @@ void textfile_close(struct textfile *file);
 struct import_request {
     const struct cli *cli;
     const char *path;
-    uint16_t base;         /* of the board on it (common/canbase.h) */
-    int64_t like;          /* RUN whose gear and survey it shares; 0: none */
-    const char *interface; /* of a log of several buses; NULL: on which the board speaks */
+    uint16_t base; /* base of the board on its bus (common/canbase.h) */
+    int64_t like;  /* RUN from which gear and survey are taken; 0: none */
+    /* interface to import from a log of several buses; NULL: the one of the board */
+    const char *interface;
 };
 
 struct import_result {
@@ -36,51 +38,51 @@ struct import_result {
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows;                 /* taken: frames, or rows of a table */
-    char bus[CANDUMP_INTERFACE]; /* whose frames are taken; "": a table */
-    uint64_t elsewhere;          /* frames of other interfaces */
+    size_t rows;                 /* imported frames, or rows of a table */
+    char bus[CANDUMP_INTERFACE]; /* interface of the imported frames; "": a table */
+    uint64_t elsewhere;          /* number of frames of other interfaces */
     int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };
 
-/* There is a frame in it, else MR_MALFORMED; sets the result's bus. MR_USAGE: boards speak on
- * several. */
+/* Checks that the log has a frame, otherwise MR_MALFORMED, and sets the result's bus. MR_USAGE:
+ * boards send on several buses. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
                                     struct import_result *result, struct error *error);
-/* Frames of our own boards: landings as if they had been logged. A transaction is
- * open; it is committed now and then. */
+/* Imports frames of matrig boards: landings are stored as if they had been logged. A transaction
+ * must be open; it is committed at intervals. */
 enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* Fills the series of the mapping's channels. A line that is no row is passed over; the verdict
- * names the first. MR_MALFORMED: a column is not there, no row is good, or more than one in ten is
- * not. `rows`: taken. */
+/* Fills the series of the mapping's channels from a table. Invalid lines are skipped; the verdict
+ * names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than one row in
+ * ten is invalid. `rows`: number of rows read. */
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
                         size_t *rows, struct verdict *verdict, struct error *error);
 
-/* The next frame to be taken of a candump log in memory; `at`: where it goes on. */
+/* Finds the next frame to import in a candump log in memory. `at`: position after it. */
 bool candump_log_next(struct candump_log *log, const struct textfile *file, const char **at,
                       struct candump_line *line);
 
-/* Frames of other instruments: the mapping's series from a candump log, times in s since its first
- * frame. MR_MALFORMED: none of them is in it. */
+/* Fills the mapping's series from the signals in a candump log; times are in s since its first
+ * frame. MR_MALFORMED: the log has none of the signals. */
 enum mr_status import_read_signals(const struct textfile *file,
                                    const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error);
 
-/* The series of the mapping as one landing of a session of its own, in the transaction that is
- * open. By 1 ms blocks: faster samples as their mean over a block, slower ones by straight lines
- * between them; a gap stays one. With request->like the gear, switches, survey and configuration
- * are that landing's, and time is its time. MR_MALFORMED: nothing to put in a landing, or more than
- * an hour; MR_USAGE. */
+/* Stores the series of the mapping as one landing of a separate session, in the open transaction.
+ * Series are resampled to 1 ms blocks: faster samples are averaged over each block, slower samples
+ * are interpolated linearly; gaps are kept. With request->like, gear, switches, survey,
+ * configuration and time base are those of that landing. MR_MALFORMED: there is no data for a
+ * landing, or more than an hour. MR_USAGE: the request does not fit that landing. */
 enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* One channel by blocks, its time in us of the board: reading[i] is that of block first + i; NaN:
- * missing. `usual_us`: between samples. Pure, for tests. */
+/* Resamples one channel to blocks, in the board's time in us: reading[i] belongs to block first +
+ * i; NaN: missing. `usual_us`: usual time between samples. Pure, for tests. */
 void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading);
 

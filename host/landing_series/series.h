@@ -1,11 +1,11 @@
-/* Landing series: one runway, landings on it, and an ensemble of runways drawn from seeds.
- * README.md.
+/* A landing series: one runway, the landings on it, and an ensemble of runways drawn from seeds.
+ * README.md describes the file.
  *
- * The file's own quantities have their units in their names; scene keys are host/sim/README.md's
- * (ft, lb, s, slug). Stations are feet from the runway's upfield edge. Mats 1..N, joints and nodes
- * 1..N+1; in arrays by joint [0] is joint 1. One owner: series_load allocates, series_free
- * releases. A loaded series is only read: any number of threads may play runways of it at
- * once. */
+ * Quantities of the file have their units in their names; the keys of scenes are those of
+ * host/sim/README.md (ft, lb, s, slug). Stations are in feet from the runway's upfield edge. Mats
+ * are numbered 1..N, joints and nodes 1..N+1; in arrays by joint, [0] is joint 1. series_load
+ * allocates, series_free releases. A loaded series is not modified: any number of threads may
+ * simulate its runways at the same time. */
 #ifndef MATRIG_HOST_LANDING_SERIES_SERIES_H
 #define MATRIG_HOST_LANDING_SERIES_SERIES_H
 
@@ -23,36 +23,38 @@
 #define SERIES_PROFILE_MAX  16
 #define SERIES_STATIONS_MAX 64
 #define SERIES_FAILURES_MAX 8
-/* of a landing that does not say */
+/* defaults of a landing without these values */
 #define SERIES_TOUCHDOWN_FT 3.0
 #define SERIES_SPEED_FT_S   28.0
 
-/* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
+/* auto: the chain is always simulated; the planar engine is run if the chain's compression could
+ * raise a wave. */
 enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
 
 struct series_range {
-    double low, high; /* uniform between them */
+    double low, high; /* drawn uniformly between them */
 };
 
 struct series_knot {
     double station_ft, deceleration_ft_s2;
 };
 
-/* A landing as the file says it. */
+/* A landing as described in the file. */
 struct series_landing {
     struct series_range touchdown_ft;
     struct series_range speed_ft_s;
-    /* drawn anew in every landing; when there is no profile */
+    /* Drawn for each landing; used if there is no profile. */
     struct series_range deceleration_ft_s2;
-    /* linear between stations, constant beyond the ends */
+    /* Linear between stations, constant beyond the ends. */
     struct series_knot profile[SERIES_PROFILE_MAX];
     size_t profile_count;
-    /* above 0: no landing, but a model towed with locked wheels: constant speed, this thrust on the
-     * strip */
+    /* Above 0: not a landing, but a model towed with locked wheels at constant speed, with this
+     * thrust on the strip. */
     double tow_lb;
-    /* as the runway is then: the file's scene with what has been applied; model and path unset */
+    /* The runway at this landing: the scene of the file with the modifications applied so far;
+     * model and path are not set. */
     struct sim_scene scene;
-    double times;  /* so many alike */
+    double times;  /* number of identical landings */
     bool modified; /* a modification was applied before this landing */
 };
 
@@ -63,69 +65,71 @@ struct landing_series {
     uint64_t first_seed;
     size_t seeds;
     enum series_engine engine;
-    unsigned ground; /* 1: elastic */
-    /* runway */
+    unsigned ground; /* 1: elastic ground */
+    /* Runway. */
     struct series_range gap_in, closing_lb, irregularity_in;
-    double strength_lb_in; /* of a joint in tension, per inch of width */
-    double strip_ft;       /* width that a mat of the scene stands for */
-    double unhinge_deg;    /* unhinging: a joint that turns by more comes apart */
-    bool press_flat;       /* waves that a landing leaves, before the next */
-    double wave_in;        /* a rise above this is a wave, */
-    double buckle_in;      /* above this a buckle */
-    /* aircraft */
+    double strength_lb_in; /* strength of a joint in tension, per inch of width */
+    double strip_ft;       /* width that a mat of the scene represents */
+    double unhinge_deg;    /* unhinging: a joint that turns by more than this angle comes apart */
+    bool press_flat;       /* waves that a landing leaves are pressed flat before the next one */
+    double wave_in;        /* a rise above this height is a wave */
+    double buckle_in;      /* a rise above this height is a buckle */
+    /* Aircraft. */
     double weight_lb, axles, onset_s, dwell_s;
-    /* engines */
-    double chain_dt_s, planar_dt_s; /* 0: half the stability limit, a quarter of it */
-    /* of the weight that a joint must carry before the planar engine is asked */
+    /* Engines. */
+    /* 0: half the stability limit (chain), a quarter of it (planar engine) */
+    double chain_dt_s, planar_dt_s;
+    /* Share of its weight that must be lifted at a joint before the planar engine is run. */
     double skip_share;
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
-    /* what was seen, for the scoreboard; texts, "" when absent */
+    /* Observations for the scoreboard; "" if absent. */
     char observed[240];
-    /* where the parameters come from: calibrated on this series, predicted, assumed */
+    /* Source of the parameters: calibrated on this series, predicted, assumed. */
     char basis[400];
-    char afterwards[240]; /* what was put in after its row had been seen: no prediction any more */
+    /* changes made after the outcome was known; such a row is not a prediction */
+    char afterwards[240];
 };
 
-/* The keys of a study's sections, as a file has them; series_key_count of them, section by
- * section. */
+/* The keys of a study's sections, as in a file: series_key_count keys, section by section. */
 enum series_key_kind { SERIES_NUMBER, SERIES_RANGE, SERIES_CHOICE, SERIES_TEXT, SERIES_FLAG };
 struct series_key {
-    const char *section, *name; /* its unit is what the name ends with */
+    const char *section, *name; /* the name ends with its unit */
     enum series_key_kind kind;
-    size_t offset; /* in struct series */
+    size_t offset; /* offset in struct landing_series */
     double low, high;
-    const char *const *choices; /* ends with NULL */
+    const char *const *choices; /* allowed words; NULL at the end */
 };
 extern const struct series_key series_keys[];
 extern const size_t series_key_count;
-/* A number, [from, to] or a word; the caller's. */
+/* The value of a key as JSON: a number, [from, to] or a word. The caller owns it. */
 json_t *series_key_json(const struct series_key *key, const struct landing_series *series);
 
-/* Read a study file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left
- * to free then. */
+/* Reads a study file. MR_MALFORMED: `error` names the key. MR_IO, MR_TRUNCATED: as for scenes.
+ * After an error there is nothing to free. */
 enum mr_status series_load(struct landing_series *series, const char *path, struct error *error);
-/* The same from what a file holds. `where` begins its errors; a scene that is a name is looked for
- * beside the file `where`. */
+/* As series_load, from the JSON of a file. `where`: prefix of error messages; a scene given by name
+ * is read from the folder of the file `where`. */
 enum mr_status series_from_json(struct landing_series *series, const char *where,
                                 const json_t *root, struct error *error);
-/* The same on this ground, "weightless" or "elastic"; NULL: the file's. */
+/* As series_load, on the ground "weightless" or "elastic"; NULL: the ground in the file. */
 enum mr_status series_load_on(struct landing_series *series, const char *path, const char *ground,
                               struct error *error);
 void series_free(struct landing_series *series);
-/* The object of a JSON file; `name` is looked for beside `file` (NULL: as it is). `what` names it
- * in errors. A new reference; NULL: MR_IO, MR_TRUNCATED, MR_MALFORMED. */
+/* Reads the object of a JSON file. `name` is relative to the folder of `file` (NULL: to the working
+ * directory). `what`: its description in error messages. Returns a new reference; NULL: MR_IO,
+ * MR_TRUNCATED, MR_MALFORMED. */
 json_t *series_json(const char *file, const char *name, const char *what, struct error *error);
-/* Where that is. */
+/* Makes the path of `name` relative to the folder of `file`. */
 void series_beside(const char *file, const char *name, char path[PATH_MAX]);
-/* The scene of a series that was read from `file`: what it holds, or what the file holds that it
- * names beside itself; on elastic ground with that ground's keys. The caller owns the reference;
- * NULL: absent, or as the error says. */
+/* The scene of a series that was read from `file`: the object in it, or the content of the file
+ * that it names; on elastic ground, with the keys of that ground. The caller owns the reference.
+ * NULL: absent, or `error` is set. */
 json_t *series_scene_json(const char *file, const json_t *root, struct error *error);
-/* Likewise the scene keys that elastic ground adds. */
+/* The scene keys that elastic ground adds; ownership and NULL as series_scene_json. */
 json_t *series_elastic_json(const char *file, const json_t *root, struct error *error);
 
-/* Which ground the first landing is on, in words for one line. */
+/* The ground of the first landing, as text of one line. */
 void series_ground_text(const struct landing_series *series, char *text, size_t size);
 
 #endif

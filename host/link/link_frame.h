@@ -1,4 +1,4 @@
-/* What comes over a link: frames and their identifiers, and what the link counted. */
+/* Frames of a link, their identifiers, and the counters of a link. */
 #ifndef MATRIG_HOST_LINK_LINK_FRAME_H
 #define MATRIG_HOST_LINK_LINK_FRAME_H
 
@@ -10,14 +10,14 @@
 enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_KINDS 2
 
-/* As SocketCAN has it: these bits of `id` mark extended, remote and error frames; 11-bit data
- * frames have none set. */
+/* As in SocketCAN: these bits of `id` mark extended, remote and error frames; 11-bit data frames
+ * have none of them set. */
 #define LINK_ID_EXTENDED 0x80000000u
 #define LINK_ID_REMOTE   0x40000000u
 #define LINK_ID_ERROR    0x20000000u
 
-/* An identifier with its flags for the board at `base`, and back on the bus; only those of 11 bits
- * are moved. */
+/* Convert an identifier with its flags from the bus to the catalogue, for the board at `base`, and
+ * back. Only 11-bit identifiers are changed. */
 static inline uint32_t link_id_from_bus(uint32_t id, uint16_t base)
 {
     return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
@@ -32,21 +32,21 @@ static inline uint32_t link_id_to_bus(uint32_t id, uint16_t base)
 }
 
 struct link_frame {
-    uint64_t host_us; /* Unix time of reception; of recording, when it comes from a file */
+    uint64_t host_us; /* Unix time of reception; in a file, of recording */
     uint32_t id;
-    uint8_t length; /* 0 to 8; for a remote frame the length it asks for */
+    uint8_t length; /* 0 to 8; for a remote frame the requested length */
     uint8_t data[8];
 };
 
-/* Troubles of a link: what it saw that is no frame of the board. Each is counted by the link
- * (struct link_counters), recorded in the campaign and shown to the user. The numbers are in
- * campaign databases: new ones go to the end.
+/* Errors of a link: events other than frames of the board. The link counts each (struct
+ * link_counters); the count is stored in the campaign and shown to the user. Campaign databases
+ * contain the numbers: append new entries at the end.
  *
- * The first group is what CAN error frames say (linux/can/error.h), the second what the ways into
- * this computer lost, the last what the queue to the campaign had no room for (host/link/queue.h):
- * frames of CAN, bytes of serial. */
+ * The first group are the reports of CAN error frames (linux/can/error.h), the second group losses
+ * on the path into this computer, the last group losses because the queue to the campaign was full
+ * (host/link/queue.h): CAN frames, serial bytes. */
 
-/*        name                     text of one or more of them */
+/* name, and text for one or more of them */
 /* clang-format off */
 #define LINK_TROUBLE_TABLE(X)                                                             \
     X(LINK_BUS_OFF,                "bus off")                                             \
@@ -81,24 +81,24 @@ enum link_trouble {
 };
 #undef LINK_TROUBLE_ENUM
 
-/* What a link has received before a board is understood on it. */
+/* Data that a link received before a board was identified on it. */
 struct link_rx {
-    uint64_t begun_us; /* by the monotonic clock */
+    uint64_t begun_us; /* start of the counting, by the monotonic clock */
     uint64_t bytes;
-    uint64_t frames; /* serial: with a good CRC; counting ends with the first */
-    uint64_t bad;    /* ends of frames that are none */
-    int baud;        /* of the line; 0: it has none */
+    uint64_t frames; /* serial: frames with a valid CRC; counting stops after the first one */
+    uint64_t bad;    /* frame ends without a valid frame */
+    int baud;        /* rate of the serial line; 0: the link has none */
     struct mr_deframer deframer;
 };
 
 struct link_counters {
-    uint64_t received; /* frames or bytes */
+    uint64_t received; /* frames or bytes received */
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles;     /* all of them; when it has not changed, none has */
-    uint64_t error_frames; /* what the adapter said of the bus; not in `received` */
-    uint64_t bad_lines;    /* of a log: no frames, passed over */
-    uint64_t elsewhere;    /* frames of other buses of a log, left out */
+    uint64_t troubles;     /* sum of `trouble`; unchanged if there was no new error */
+    uint64_t error_frames; /* error frames of the adapter; not included in `received` */
+    uint64_t bad_lines;    /* invalid lines of a log, which were skipped */
+    uint64_t elsewhere;    /* frames of other buses in a log, which were skipped */
     struct link_rx rx;
 };
 

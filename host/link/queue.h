@@ -1,140 +1,145 @@
-/* What came over one link and is not in the campaign yet, in order of arrival: a bounded queue in
- * memory between the thread that reads the link and the one that writes. One thread puts, one
- * takes; each function locks for itself.
+/* Data received on one link and not yet stored in the campaign, in order of arrival: a bounded
+ * queue in memory between the thread that reads the link and the thread that writes the campaign.
+ * One thread puts, one takes; each function locks the queue.
  *
- * What was taken stays until link_queue_release: a transaction that failed is written again after
- * link_queue_rewind. Of what was released the newest part is kept for the case that the campaign
- * itself is lost: link_queue_rewind_all. */
+ * Items that were taken are kept until link_queue_release: link_queue_rewind returns them when a
+ * failed transaction is written again. The newest part of the released items is also kept, in case
+ * the campaign itself is lost: link_queue_rewind_all returns them too. */
 #ifndef MATRIG_HOST_LINK_QUEUE_H
 #define MATRIG_HOST_LINK_QUEUE_H
 
 #include "host/link/link.h"
 
-/* 60 s of a full link. An item takes LINK_QUEUE_ITEM bytes and its content in steps of 8.
- *   CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits without stuffing): 24 bytes
- *   each, 13.0 MB. serial: 2 Mbaud carry 200,000 bytes/s; with up to 5,000 reads a second (40 bytes
- *   a read: adapters hand over 32 to 512) 24 bytes are added to each: 19.2 MB.
- * Memory is taken as the queue grows, and given back as it empties, but for a part of the capacity:
- * the newest of what was released, 30 s of a full link. */
+/* Capacity: 60 s of a fully loaded link. An item takes LINK_QUEUE_ITEM bytes and its content,
+ * rounded up to a multiple of 8. CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits
+ * without stuffing), 24 bytes each: 13.0 MB. Serial: 2 Mbaud carry 200,000 bytes/s in up to 5,000
+ * reads a second (40 bytes a read: adapters deliver 32 to 512), which add 24 bytes each: 19.2 MB.
+ * Memory is allocated as the queue grows and freed as it empties, except for the newest released
+ * items, which use part of the capacity: 30 s of a fully loaded link. */
 #define LINK_QUEUE_S            60u
 #define LINK_QUEUE_ITEM         16u
 #define LINK_QUEUE_CAN_BYTES    (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM + 8u))
 #define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM + 8u)))
 
-#define LINK_QUEUE_HISTORY 2u /* this part of the capacity */
+/* the released items use up to 1/LINK_QUEUE_HISTORY of the capacity */
+#define LINK_QUEUE_HISTORY 2u
 
-#define LINK_QUEUE_READ_MAX 16384u /* bytes of one item */
+#define LINK_QUEUE_READ_MAX 16384u /* maximum bytes of one item */
 
 struct link_queue;
 
 enum link_item_kind {
-    LINK_ITEM_FRAME,    /* of CAN */
-    LINK_ITEM_BYTES,    /* of serial, read together */
-    LINK_ITEM_COUNTERS, /* of the link, before what came after they changed */
-    LINK_ITEM_CLOCK,    /* this computer's clock was set: stamps from here on are by the new time */
-    LINK_ITEM_END,      /* of the link; nothing comes after it */
+    LINK_ITEM_FRAME, /* a CAN frame */
+    LINK_ITEM_BYTES, /* serial bytes, read together */
+    /* counters of the link, placed before the data received after they changed */
+    LINK_ITEM_COUNTERS,
+    LINK_ITEM_CLOCK, /* this computer's clock was set: later time stamps use the new time */
+    LINK_ITEM_END,   /* end of the link; the last item */
 };
 
 struct link_item {
     enum link_item_kind kind;
-    bool again; /* was taken before: a rewind brought it back */
+    bool again; /* the item was taken before and returned by a rewind */
     struct link_frame frame;
-    uint64_t host_us;     /* of the bytes: when they were read, Unix time */
+    uint64_t host_us;     /* time at which the bytes were read, Unix time */
     const uint8_t *bytes; /* valid until the release */
     size_t length;
     struct link_counters counters;
-    int64_t jump_us;  /* of the clock */
-    struct error end; /* why; MR_OK: it was the end */
+    int64_t jump_us;  /* change of the clock, for LINK_ITEM_CLOCK */
+    struct error end; /* reason for the end; MR_OK: end of file */
 };
 
 struct link_queue_depth {
-    size_t bytes, capacity;  /* of memory */
-    uint64_t frames, octets; /* of CAN, of serial, that are not released */
+    size_t bytes, capacity;  /* memory used, and its limit */
+    uint64_t frames, octets; /* CAN frames and serial bytes that are not released */
 };
 
-/* `news`: an eventfd that is written to when something is put and link_queue_listen said nothing
- * was there; -1: none. MR_FULL: no memory. */
+/* Opens a queue. `news`: an eventfd that is written when something is put after link_queue_listen
+ * returned false; -1: none. MR_FULL: no memory. */
 enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
                                struct error *error);
-void link_queue_close(struct link_queue *queue); /* NULL is allowed; nobody may be in a call */
+void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread may be in a call */
 
-/* ---- for the thread that reads ---- */
+/* ---- for the thread that reads the link ---- */
 
-/* False: no room. */
+/* Return false if there is no room. */
 bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame);
 bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length,
                           uint64_t host_us);
-/* These few always find room. */
+/* These rare items always have room. */
 void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters);
 void link_queue_put_end(struct link_queue *queue, const struct error *reason);
-/* Wakes the thread that takes, if it listens. After each batch. */
+/* Wakes the taking thread if it listens. Call it after each batch. */
 void link_queue_wake(struct link_queue *queue);
-/* Waits until a quarter is free, or link_queue_stop: then false. */
+/* Waits until a quarter is free. Returns false after link_queue_stop. */
 bool link_queue_wait_for_room(struct link_queue *queue);
-/* It was full, and less than a quarter is free since. */
+/* True if the queue was full and less than a quarter has been free since. */
 bool link_queue_is_tight(struct link_queue *queue);
 
-/* ---- for the thread that takes ---- */
+/* ---- for the thread that writes the campaign ---- */
 
-/* False: nothing is there. */
+/* Return false if there is no item. */
 bool link_queue_take(struct link_queue *queue, struct link_item *item);
 bool link_queue_unread(struct link_queue *queue);
-/* As link_queue_unread; when false, what is put from now on is told by the eventfd. */
+/* As link_queue_unread; if it returns false, the eventfd signals later items. */
 bool link_queue_listen(struct link_queue *queue);
-/* What was taken is written. */
+/* The items taken so far are stored and may be discarded. */
 void link_queue_release(struct link_queue *queue);
-/* What was taken and not released is taken again. */
+/* Returns the items that were taken and not released to the queue. */
 void link_queue_rewind(struct link_queue *queue);
-/* The same, with all that is kept of what was released. It counts as not written again. */
+/* As link_queue_rewind, including all released items that are kept. They are not counted as written
+ * again. */
 void link_queue_rewind_all(struct link_queue *queue);
-/* All that was ever put is kept. */
+/* True if every item that was ever put is still kept. */
 bool link_queue_is_whole(struct link_queue *queue);
-/* When the oldest of it came, Unix time, microseconds; 0: nothing is kept. */
+/* Unix time of arrival of the oldest kept item, microseconds; 0: no item is kept. */
 uint64_t link_queue_oldest_us(struct link_queue *queue);
-/* Behind all that was put so far. */
+/* Puts a LINK_ITEM_CLOCK after all items so far. */
 void link_queue_put_clock(struct link_queue *queue, int64_t jump_us);
-/* Nobody waits for room from now on. */
+/* Ends all waiting for room, now and later. */
 void link_queue_stop(struct link_queue *queue);
 
 struct link_queue_depth link_queue_depth(struct link_queue *queue);
 
 /* ---- the reader ----
  *
- * Reads a link into its queue, so that nothing of it waits for whoever writes.
+ * Reads a link into its queue, so that reading never waits for the thread that writes the campaign.
  *
- * A link of the world outside has a thread of its own, that stamps what comes as it comes; when its
- * queue is full, what comes until a quarter is free again is lost: what is in the queue stays
- * whole, the gap has one beginning and one end, and the link's counters say by what
- * (LINK_LOST_...). One whose sender can wait (link_waits) is not read meanwhile. A recording
- * (link_recorded) has no thread: it is read when asked for, so that the same files give the same
- * campaign each time. */
+ * A live link has a separate thread, which puts a time stamp on data as it arrives. When its queue
+ * is full, all data is lost until a quarter is free again: the queued data stays complete, the gap
+ * has one beginning and one end, and the link's counters show the cause (LINK_LOST_...). A link
+ * whose sender can wait (link_waits) is not read meanwhile, and loses nothing. A recording
+ * (link_recorded) has no thread: it is read on request, so that the same files always give the same
+ * campaign. */
 
-#define READER_FRAMES 1024u /* of CAN that are read in one turn */
+#define READER_FRAMES 1024u /* CAN frames read in one turn */
 
 struct link_reader;
 
-/* Why nothing is written now: one of the LINK_LOST_ troubles. Called by the reader's thread. */
+/* Returns the reason why nothing is written at present: one of the LINK_LOST_ values. The reader's
+ * thread calls it. */
 typedef enum link_trouble link_blame(void *context);
 
-/* `link` must outlive the reader; from now on only link_send_... and link_spec may be called by
- * others. `news` as link_queue_open; `capacity`: bytes of the queue, 0: for LINK_QUEUE_S. */
+/* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
+ * link_spec. `news`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for
+ * LINK_QUEUE_S. */
 enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
                                 link_blame *blame, void *context, struct link_reader **reader,
                                 struct error *error);
-/* Reads no more; what is in the queue stays. Waits for the thread. */
+/* Stops reading and waits for the thread; queued items are kept. */
 void link_reader_stop(struct link_reader *reader);  /* NULL is allowed */
 void link_reader_close(struct link_reader *reader); /* NULL is allowed */
 
 struct link_queue *link_reader_queue(const struct link_reader *reader);
 
-/* -1: a thread reads it, and tells by `news`. Else what to wait for until it can be read, then
- * link_reader_turn. */
+/* The descriptor to wait for before link_reader_turn. -1: a thread reads the link and signals with
+ * `news`. */
 int link_reader_fd(const struct link_reader *reader);
-/* Reads a turn's worth of a recording. True: there may be more at once. */
+/* Reads one turn of a recording. Returns true if there may be more data at once. */
 bool link_reader_turn(struct link_reader *reader);
-/* What was lost so far because the queue was full: frames of CAN, bytes of serial. */
+/* Data lost so far because the queue was full: CAN frames, serial bytes. */
 uint64_t link_reader_lost(const struct link_reader *reader);
-/* The queue is full, and the sender is made to wait. */
+/* True if the queue is full and the sender is waiting. */
 bool link_reader_holds_up(const struct link_reader *reader);
 
 #endif

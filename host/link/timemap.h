@@ -1,50 +1,54 @@
-/* The board's clock against this computer's: when, in time of day, did something happen on the
- * board, and how well is that known?
+/* The board's clock compared with this computer's clock: the time of day of an event on the board,
+ * with its uncertainty.
  *
- * A pair is a moment of the board and the time at which this computer learnt of it: later by a
- * delay that is never negative and mostly small, sometimes large. Over ten minutes both clocks run
- * evenly, so the truth is a straight line below all pairs:
+ * A pair is a moment of the board and the time at which this computer received it. The time of
+ * reception is later by a delay that is never negative, mostly small, and sometimes large. Over ten
+ * minutes both clocks run at constant rates, so the true relation is a straight line below all
+ * pairs:
  *
  *     host = offset + rate * board + delay,   delay >= 0
  *
- * Nothing is assumed of how delays are distributed but that next to the least one they are as dense
- * as a little above it. Then the pairs just above the line are a Poisson process of unknown
- * intensity in the strip there, and the line's posterior (offset and rate evenly distributed
- * beforehand, intensity by its logarithm: the invariant prior of a location and a scale) is
+ * The only assumption about the distribution of delays is that their density at the smallest delay
+ * is the same as slightly above it. Then the pairs just above the line form a Poisson process of
+ * unknown intensity in the strip there. The prior is uniform in offset, rate and the logarithm of
+ * the intensity (the invariant prior of a location and a scale). The posterior of the line (offset
+ * and rate) is
  *
- *     p(c, b) ~ (T - c)^-m  for every line c + b (t - mean t) below all pairs,
+ *     p(c, b) ~ (T - c)^-m   for every line c + b (t - mean t) below all pairs,
  *
- * T the top of the strip that holds m pairs, over the mean time. It depends on c alone, so c is
- * integrated numerically and b evenly between the two tangents to the lower convex hull. Intervals
- * are its 2.5 to 97.5 %: tests/host/test_timemap.c holds them against delays of known distribution.
+ * where T is the top, at the mean time, of the strip that holds m pairs. It depends only on c, so c
+ * is integrated numerically, and b uniformly between the two tangents to the lower convex hull.
+ * Intervals are the 2.5 and 97.5 % quantiles; tests/host/test_timemap.c checks them with delays of
+ * known distribution.
  *
- * The least delay itself cannot be told from the offset: a link that always takes a millisecond
- * makes every time of day a millisecond late, within no interval. What is known of it is taken off
- * before (timemap_serial_us). Pure. */
+ * The smallest delay cannot be separated from the offset: a link with a constant delay of a
+ * millisecond makes every time of day a millisecond late, and no interval shows it. The known part
+ * of the delay is subtracted before (TIMEMAP_SERIAL_US). Pure functions. */
 #ifndef MATRIG_HOST_LINK_TIMEMAP_H
 #define MATRIG_HOST_LINK_TIMEMAP_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* the newest; at one a second ten minutes: crystals keep their rate to 0.01 ppm or so that long */
+/* Number of newest pairs that are used; at one pair a second, ten minutes. Crystals keep their rate
+ * to about 0.01 ppm for that long. */
 #define TIMEMAP_PAIRS 600u
 #define TIMEMAP_LEAST 12u
 #define TIMEMAP_GRID  96u
 
-/* A clock message on serial tells of a block's first trigger. It is sent when the block is
- * complete, 970 us later, and takes 17 bytes of 5 us at least. */
+/* Delay of a clock message on serial, which has the time of a block's first trigger. It is sent
+ * when the block is complete, 970 us later, and takes at least 17 bytes of 5 us. */
 #define TIMEMAP_SERIAL_US 1055
 
 struct timemap {
-    size_t count; /* of pairs ever added */
+    size_t count; /* number of pairs ever added */
     struct timemap_pair {
         double board_us;
-        int64_t host_us;   /* Unix */
-    } pair[TIMEMAP_PAIRS]; /* by count modulo their number */
+        int64_t host_us;   /* Unix time */
+    } pair[TIMEMAP_PAIRS]; /* indexed by count modulo TIMEMAP_PAIRS */
 };
 
-/* A value with its 95 % interval, both in the unit of the name that holds it. */
+/* A value with its 95 % interval, both in the unit of the field's name. */
 struct timemap_value {
     double value; /* middle of the interval */
     double half;  /* half its width */
@@ -52,37 +56,39 @@ struct timemap_value {
 
 enum timemap_refusal {
     TIMEMAP_GOOD,
-    TIMEMAP_TOO_FEW, /* pairs */
-    /* the stamps are no times of day: a recording that was made without a clock */
+    TIMEMAP_TOO_FEW, /* too few pairs */
+    /* The time stamps are not times of day: the recording was made without a clock. */
     TIMEMAP_NO_DATE,
-    /* the board's time does not pass as fast as this computer's: it is emulated, or a file is
-     * read */
+    /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
+     * a file is read. */
     TIMEMAP_OTHER_PACE,
-    TIMEMAP_UNCERTAIN, /* the delays are too uneven, or this computer's clock was set meanwhile */
+    TIMEMAP_UNCERTAIN, /* the delays vary too much, or this computer's clock was set meanwhile */
 };
 
 struct timemap_fit {
-    /* of all below but pairs, unless TIMEMAP_GOOD; TIMEMAP_OTHER_PACE knows fast_ppm */
+    /* Unless it is TIMEMAP_GOOD, the fields below except `pairs` are not valid; fast_ppm is also
+     * valid for TIMEMAP_OTHER_PACE. */
     enum timemap_refusal refusal;
     size_t pairs;
-    double from_us, to_us;         /* board time of the first and last */
-    double spread_us;              /* median delay beyond the least */
-    struct timemap_value fast_ppm; /* the board's clock runs so much faster than this computer's */
+    double from_us, to_us;         /* board time of the first and the last pair */
+    double spread_us;              /* median delay minus the smallest delay */
+    struct timemap_value fast_ppm; /* how much faster the board's clock runs than this computer's */
 
-    /* The posterior; times in s and offsets in us since these. */
+    /* The posterior. Times in s and offsets in us are relative to board0_us and host0_us. */
     double board0_us, mean_s;
     int64_t host0_us;
     double c_us[TIMEMAP_GRID], low_ppm[TIMEMAP_GRID], high_ppm[TIMEMAP_GRID], weight[TIMEMAP_GRID];
 };
 
-/* A pair; one that is not later on the board than the last is passed over. */
+/* Adds a pair. A pair whose board time is not later than the last one is ignored. */
 void timemap_add(struct timemap *map, double board_us, int64_t host_us);
-/* `tolerance_ppm`: how far both clocks together may be off; beyond it, for certain, the pace is
- * another. */
+/* Fits the line. `tolerance_ppm`: largest possible rate error of both clocks together; if the rate
+ * is certainly beyond it, the result is TIMEMAP_OTHER_PACE. */
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
-/* Time of day, Unix microseconds, of a moment of the board. Beyond the pairs its interval grows. */
+/* Time of day, Unix microseconds, of a moment of the board. The interval grows with the distance
+ * from the pairs. */
 struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us);
-/* What a refusal means, with what to do; static storage. */
+/* Meaning of a refusal and what to do, as text. Static storage. */
 const char *timemap_refusal_text(unsigned refusal);
 
 #endif

@@ -1,5 +1,5 @@
-/* A serial port of this computer, through libserialport: raw, 8 data bits, no parity unless set,
- * one stop bit, no flow control, for this program alone. */
+/* A serial port of this computer, opened with libserialport: raw, 8 data bits, one stop bit, no
+ * flow control, parity only if set, exclusive to this program. */
 #ifndef MATRIG_HOST_LINK_TTY_H
 #define MATRIG_HOST_LINK_TTY_H
 
@@ -11,9 +11,9 @@
 struct link;
 struct tty;
 
-/* "TTY[:BAUD]" in its parts. A colon belongs to the path unless only
- * digits follow it (names below /dev/serial/by-path have colons). MR_USAGE; `form` tells how it
- * should be written. */
+/* Splits "TTY[:BAUD]". A colon belongs to the path unless only digits follow it (names in
+ * /dev/serial/by-path contain colons). MR_USAGE: not of this form; `form` is the correct form for
+ * the message. */
 enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,
                          struct error *error);
 

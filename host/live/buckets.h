@@ -1,9 +1,10 @@
-/* Readings of a live view, decimated: buckets of LIVE_BUCKET_BLOCKS with the least and the most of
- * each channel, so that no peak is lost however few of them are drawn. Block records (serial, each
- * ms) count when they come, else the readings on CAN.
+/* Decimated readings for a live view: buckets of LIVE_BUCKET_BLOCKS with the minimum and maximum of
+ * each channel, so that drawing only some of them loses no peak. Block records (serial, each ms)
+ * are used if they arrive, otherwise the readings on CAN.
  *
- * Pure: no clock, no threads, bounded memory. Displacements are readings, as the board sends them.
- * Absent values are NaN, absent blocks -1. A block is a ms since the board's scans began. */
+ * Pure functions: no clock, no threads, bounded memory. Displacements are readings as the board
+ * sends them. Missing values are NaN, missing blocks -1. A block is 1 ms, counted from the start of
+ * the board's scans. */
 #ifndef MATRIG_HOST_LIVE_BUCKETS_H
 #define MATRIG_HOST_LIVE_BUCKETS_H
 
@@ -13,63 +14,67 @@
 #include "common/catalogue.h"
 #include "host/link/link.h"
 
-/* transducers, then gages, in the board's order */
+/* Transducers, then gages, in the board's order. */
 #define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
 #define LIVE_BUCKET_BLOCKS  20 /* 50 buckets a second */
-/* links are not in step: so many may still be filled */
+/* Buckets that may still be filled, because the links are not synchronous. */
 #define LIVE_OPEN_BUCKETS   32
-#define LIVE_CLOSED_BUCKETS 256 /* not taken yet; the oldest is forgotten */
+#define LIVE_CLOSED_BUCKETS 256 /* not taken yet; if full, the oldest is discarded */
 
 struct live_bucket {
-    int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: free */
+    int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
     float least[LIVE_CHANNELS], most[LIVE_CHANNELS];
 };
 
 struct live_reading {
-    float value; /* newest; NaN: not valid */
+    float value; /* newest value; NaN: not valid */
     int64_t block;
-    uint8_t validity;  /* enum mr_validity; of CAN alone valid or saturated */
-    float least, most; /* since arming, or since the view began */
+    uint8_t validity;  /* enum mr_validity; from CAN only valid or saturated */
+    float least, most; /* minimum and maximum since arming, or since the view began */
 };
 
 struct live_buckets {
-    int64_t newest[LINK_KINDS]; /* block heard of on each link */
-    uint64_t restarts;          /* seen: board time began again */
+    int64_t newest[LINK_KINDS]; /* newest block on each link */
+    uint64_t restarts;          /* number of detected restarts of the board */
 
     bool channel_known[MR_CHANNELS], zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
-    uint32_t calibration_known[MR_CHANNELS]; /* bit n: item n */
+    uint32_t calibration_known[MR_CHANNELS]; /* bit n: item n is known */
 
     struct live_reading reading[LIVE_CHANNELS];
-    int64_t record_block;   /* of the newest block record */
-    uint64_t records, late; /* taken; for a bucket that was closed, or not taken in time */
+    int64_t record_block; /* block of the newest block record */
+    /* records used; readings that arrived for a closed bucket or were not taken in time */
+    uint64_t records, late;
     struct live_bucket open[LIVE_OPEN_BUCKETS];
-    int64_t closed_to; /* buckets up to it are closed */
+    int64_t closed_to; /* all buckets up to this one are closed */
     struct live_bucket closed[LIVE_CLOSED_BUCKETS];
     unsigned closed_count;
 };
 
 void live_buckets_start(struct live_buckets *buckets);
 
-/* A link has heard of this block. True: the board began again; open buckets were closed. */
+/* Reports the newest block of a link. Returns true if the board has restarted; open buckets are
+ * then closed. */
 bool live_buckets_hear(struct live_buckets *buckets, enum link_kind link, int64_t block);
-/* Readings on CAN, and what turns codes into readings; other messages change nothing. */
+/* Applies readings on CAN, and messages with calibration or zeros; other messages change
+ * nothing. */
 void live_buckets_message(struct live_buckets *buckets, const struct mr_message *message,
                           int64_t block);
 void live_buckets_record(struct live_buckets *buckets, const struct mr_block *record);
-/* Least and most of each channel begin again. */
+/* Resets the minimum and maximum of each channel. */
 void live_buckets_arm(struct live_buckets *buckets);
 
-/* Closes the buckets that both links have passed, or the one that is heard when the other is
- * silent. Call it before each take. */
+/* Closes the buckets that both links have passed, or that the active link has passed if the other
+ * one is silent. Call it before each live_buckets_take. */
 void live_buckets_settle(struct live_buckets *buckets);
-/* Moves up to `most` closed buckets out, the oldest first; returns how many. */
+/* Moves up to `most` closed buckets to `out`, oldest first. Returns their number. */
 unsigned live_buckets_take(struct live_buckets *buckets, struct live_bucket *out, unsigned most);
 
-/* Newest block heard of on either link. */
+/* Newest block on either link. */
 int64_t live_buckets_block(const struct live_buckets *buckets);
-/* Zero and calibration of the channel have come. No record is read before. */
-/* Why a channel has no value; "": it has one, or nothing was read. Static storage. */
+/* True if zero and calibration of the channel are known. Until then its records are not used. */
+/* Reason why a channel has no value; "": it has a value, or no reading has arrived. Static
+ * storage. */
 const char *live_buckets_why(const struct live_buckets *buckets, unsigned index);
 
 #endif

@@ -1,10 +1,12 @@
-/* Insides of matrig log: what it holds while it collects. logger.c does the work, tell.c talks to
- * the user, watch.c tells while they wait. Its loop is host/commands/log_command.c.
+/* Internal data of matrig log. logger.c does the work, tell.c prints to the user and reads typed
+ * commands, watch.c reports while the writing thread waits. The main loop is in
+ * host/commands/log_command.c.
  *
  * Each link has a thread that reads it into a queue (host/link/queue.h). One thread takes from the
- * queues and writes: the store and the collectors are its alone. The third kind looks on (watch.h).
+ * queues and writes; only this thread uses the store and the collectors. A third thread watches it
+ * (watch.h).
  *
- * One log logs one board; its links are numbered by their kind. */
+ * One log records one board; its links are indexed by their kind. */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
 #define MATRIG_HOST_LOG_LOGGER_H
 
@@ -17,172 +19,182 @@
 #include "host/link/queue.h"
 #include "host/log/watch.h"
 
-/* Commands on standard input. */
+/* Commands from standard input. */
 struct typed {
     bool on, terminal;
-    bool ended;     /* there is no more to read */
-    char text[256]; /* read, and not yet obeyed */
+    bool ended;     /* end of input */
+    char text[256]; /* read but not yet processed */
     size_t length;
-    struct mr_command command; /* the one asked about, or sent */
-    bool asked;                /* whether it is meant; `yes` is waited for */
-    bool sent;                 /* its answer is waited for until until_us */
-    bool answered;             /* and is there: */
+    struct mr_command command; /* the command to be confirmed, or the command that was sent */
+    bool asked;                /* confirmation is required; waiting for `yes` */
+    bool sent;                 /* the command was sent; its answer is awaited until until_us */
+    bool answered;             /* the answer was received and is in `answer` */
     enum mr_status answer;
-    uint16_t tag; /* of the last one */
+    uint16_t tag; /* tag of the last command */
     uint64_t until_us;
-    uint64_t hold_us; /* no progress is drawn until then, over what is being typed */
+    uint64_t hold_us; /* until this time no progress is drawn over the text being typed */
 };
 
 struct logger {
     const struct cli *cli;
     struct store *store;
     struct collector *collector; /* NULL until the session begins */
-    uint16_t base;               /* of the board on CAN */
-    const char *db, *page;       /* page: NULL, none is written */
-    pid_t page_child;            /* writes it; 0: none */
-    bool page_again;             /* another one is due after it */
-    int64_t silent_block;        /* the newest, */
-    uint64_t silent_us;          /* and since when; 0: not begun */
-    int64_t silent_run;          /* the landing whose silence was told */
-    uint64_t asked_us;           /* for the configuration; 0: not, or a landing came in between */
-    unsigned asks;               /* since the beginning or the last landing */
-    bool exchanged_told;         /* that CAN and serial are two boards */
-    bool other_heard;            /* a hello at other_base, of another board */
+    uint16_t base;               /* base of the board on CAN */
+    const char *db, *page;       /* page: NULL if no page is written */
+    pid_t page_child;            /* process that writes the page; 0: none */
+    bool page_again;             /* the page must be written once more after that process */
+    int64_t silent_block;        /* newest block at the last check for silence */
+    uint64_t silent_us;          /* time since which the block has not changed; 0: not started */
+    int64_t silent_run;          /* landing whose silence was reported */
+    /* time of the last request for the configuration; 0: none, or a landing followed it */
+    uint64_t asked_us;
+    unsigned asks;       /* number of requests since the beginning or the last landing */
+    bool exchanged_told; /* the user was informed that CAN and serial have different boards */
+    bool other_heard;    /* a hello of another board was received at other_base */
     uint16_t other_base;
-    bool other_told; /* that there is another board */
+    bool other_told; /* the other board was reported */
     struct link *link[LINK_KINDS];
     bool open[LINK_KINDS];
-    /* of a recording, not drained: poll need not see what waits inside the link */
+    /* Of a recording that is not fully read: more data may be buffered in the link, where poll does
+     * not see it. */
     bool more[LINK_KINDS];
-    struct link_reader *reader[LINK_KINDS];    /* NULL: not used */
-    int news;                                  /* eventfd: something is in a queue */
-    struct link_counters counters[LINK_KINDS]; /* as of what was taken */
-    bool troubled[LINK_KINDS];                 /* they have changed, and nobody has taken notice */
-    uint64_t noted[LINK_KINDS][LINK_TROUBLES]; /* of them, seen by the user */
-    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
+    struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
+    int news;                                  /* eventfd, written when a queue has a new item */
+    struct link_counters counters[LINK_KINDS]; /* counters at the item taken last */
+    bool troubled[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
+    uint64_t noted[LINK_KINDS][LINK_TROUBLES];    /* counts at the last note to the user */
+    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES]; /* time of that note */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
-    uint64_t commit_us;   /* the last one took so long */
-    uint64_t again_us;    /* until then nothing is written: the campaign took nothing */
-    char saved[4096];     /* the campaign was taken away, and is here now; "": not */
-    char taken[9000];     /* what became of the one that was named, in a sentence */
-    char lost_before[40]; /* what came before that time of day is not in it; "": all is */
-    bool refilled;        /* the queues give all that they have kept once more */
-    bool emptied;         /* what was logged is no longer in it */
-    bool followed;        /* the watch knows the campaign with its journal */
-    uint64_t rescue_us;   /* when saving was tried */
+    uint64_t commit_us; /* duration of the last commit */
+    uint64_t again_us;  /* nothing is written until this time, because the store refused */
+    /* path where the campaign was saved after its file was removed; "": not removed */
+    char saved[4096];
+    char taken[9000]; /* what happened to the original file, as a sentence */
+    /* time of day before which data is missing; "": the campaign is complete */
+    char lost_before[40];
+    bool refilled;      /* the queues have returned all kept items */
+    bool emptied;       /* what was logged is no longer in the campaign */
+    bool followed;      /* the watch thread knows the campaign and its journal */
+    uint64_t rescue_us; /* time of the last attempt to save the campaign */
     uint64_t shown_us;
-    bool mute[LINK_KINDS];   /* nothing can be sent on it */
-    double wait_s;           /* for a device that went away */
-    const char *ended_by;    /* NULL: going on */
-    bool hurried;            /* the end was asked for twice */
-    uint64_t signalled_us;   /* when it was asked for first; 0: not yet */
-    struct error link_error; /* the first link that broke; logging went on with the other */
+    bool mute[LINK_KINDS];   /* nothing can be sent on this link */
+    double wait_s;           /* how long to wait for a device that disappeared */
+    const char *ended_by;    /* reason for the end; NULL: still running */
+    bool hurried;            /* the end was requested twice */
+    uint64_t signalled_us;   /* time of the first request to end; 0: none yet */
+    struct error link_error; /* the first link that failed; logging continued with the other one */
     json_t *landings;
-    char *unsaid; /* of the summaries: what standard output has not taken; NULL: never anything */
+    char *unsaid; /* text of summaries that standard output has not accepted yet; NULL: never any */
     size_t unsaid_length;
-    int output[2];          /* standard output and error as they were, while logger_hasty; 0: not */
-    bool all;               /* the whole summary of a landing */
-    unsigned shown;         /* landings summarised */
-    char newest[80];        /* of them, for people */
-    struct live live;       /* of --live; else all zero */
-    int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
-    uint64_t unheard_us;    /* from when on it is told that no board is heard; 0: not begun */
+    /* original standard output and standard error during logger_hasty; 0: not active */
+    int output[2];
+    bool all;               /* print the full summary of each landing */
+    unsigned shown;         /* number of landings whose summary was printed */
+    char newest[80];        /* the newest of these landings, as text */
+    struct live live;       /* the live page with --live; otherwise all zero */
+    int64_t clock_ahead_us; /* time of day minus the monotonic clock; 0: not determined yet */
+    uint64_t unheard_us;    /* time at which to report that no board answers; 0: not started */
     bool unheard_told;
-    uint64_t live_us;              /* when the board was asked to be live; 0: not yet */
-    bool met;                      /* who answered was told */
-    uint64_t turn_us;              /* of the look for messages before this one */
-    int64_t heard[LINK_KINDS];     /* messages, by then */
-    uint64_t heard_us[LINK_KINDS]; /* when they became more; 0: never */
-    bool silent, lost[LINK_KINDS]; /* the silence of all, of one alone was told */
+    uint64_t live_us;              /* time of the last request for live readings; 0: none yet */
+    bool met;                      /* the board that answered was reported */
+    uint64_t turn_us;              /* time of the previous check for messages */
+    int64_t heard[LINK_KINDS];     /* number of messages at that check */
+    uint64_t heard_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
+    bool silent, lost[LINK_KINDS]; /* silence of all links, or of one link, was reported */
     struct typed typed;
-    struct collector_own own;      /* commands that it gave */
-    uint8_t nonce[MR_PROOF_BYTES]; /* of which the proof of the last order was made */
+    struct collector_own own;      /* commands that this program sent */
+    uint8_t nonce[MR_PROOF_BYTES]; /* nonce in the proof of the last command */
 };
 
 /* ---- logger.c ---- */
 
-/* A signal that asks for the end came; the second one hurries it. */
+/* A signal to end was received; a second signal makes the end faster. */
 bool logger_signalled(struct logger *logger, int signals);
-/* What waits in its queue, a turn's worth. A link that breaks is ended, and is no error. */
+/* Processes items of the link's queue, up to the limit of one turn. A link that fails is ended,
+ * which is not an error. */
 enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);
-/* Leaves of two links that are ready the one that is behind in board time. */
+/* If both links are ready, keeps only the one that is behind in board time. */
 void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
-/* The transaction that is open around all that is written. Committing none is MR_OK. */
+/* Begin and commit the transaction that encloses all writes. Committing without a transaction is
+ * MR_OK. */
 enum mr_status logger_begin(struct logger *logger, struct error *error);
 enum mr_status logger_commit(struct logger *logger, struct error *error);
-/* It has been open for long enough: what was received is to be on disk within 100 ms. */
+/* True if the transaction must be committed now: received data must be on disk within 100 ms. */
 bool logger_commit_due(struct logger *logger);
-/* After an error: when the store refused for a reason that may pass, takes back and forgets the
- * error: it is tried again at again_us. Else returns the error's status. */
+/* Call after an error. If the store refused for a temporary reason, rolls back, clears the error
+ * and schedules a new try at again_us. Otherwise returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
-/* When the campaign is no longer where it was: saves it beside, and goes on there. When it is no
- * longer what it was: begins a new one beside it, with what the queues have kept. */
+/* If the campaign's file was moved or removed, saves the campaign beside it and continues there. If
+ * its content was replaced, starts a new campaign beside it with the data that the queues have
+ * kept. */
 enum mr_status logger_rescue(struct logger *logger, struct error *error);
-/* Writes what is in the queues, and the end of the session. What a campaign does not take in time
- * goes with all that the queues keep into a new one beside it. */
+/* Writes the content of the queues and the end of the session. If a campaign does not accept it in
+ * time, starts a new campaign beside it with all data that the queues have kept. */
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
-/* False: somebody has overwritten the campaign since; told, and its journal does not stay with what
- * is there now. */
+/* Closes the store. Returns false if the file was overwritten by another program; this is reported,
+ * and the journal is not left with the new file. */
 bool logger_close_store(struct logger *logger);
-/* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
- * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
+/* Sends a command to the board, over serial if possible, otherwise over CAN; returns false if
+ * neither works. `unasked`: the user did not request it, so a link that fails is not used again for
+ * such commands. */
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
-/* The typed order was refused, and its nonce is no longer the newest: another program was first.
- * False: it is not given again. */
+/* Sends the typed command again if it was refused and a newer nonce shows that another program's
+ * command came first. Returns false if it was not sent. */
 bool logger_again(struct logger *logger);
 void logger_ask_for_configuration(struct logger *logger);
-/* The live view: events that are due, and what its viewers ask of the board. */
+/* Serves the live page: due events, and the commands of its viewers. */
 void logger_serve_live(struct logger *logger);
 
 /* ---- tell.c ---- */
 
-/* A terminal that was stopped, or whose connection hangs, must not hold up the writing: from now
- * on, or no more, standard output and error take what they can at once. What is left of the
- * summaries is printed later; of the rest it is not said. */
+/* Makes standard output and standard error non-blocking, or blocking again, so that a stopped
+ * terminal or a hanging connection cannot delay writing. Unprinted text of summaries is printed
+ * later; other text is lost. */
 void logger_hasty(struct logger *logger, bool on);
-/* What is left of the summaries, as far as standard output takes it; waits for it when it is not
- * hasty. */
+/* Prints the summaries still unprinted, as far as standard output accepts them; waits for it unless
+ * output is non-blocking. */
 void logger_say_rest(struct logger *logger);
 
-/* Takes the progress away before a line goes to stderr. */
+/* Clears the progress line before a line is printed on stderr. */
 void logger_clear_progress(const struct logger *logger);
-/* Troubles of a link that are new. */
+/* Reports new errors of a link. */
 void logger_note_troubles(struct logger *logger, unsigned link);
 void logger_note_unheard(struct logger *logger);
-/* Of a board that speaks now, not of a recording: who answered; that it, or one of its links, fell
- * silent, and that it speaks again. */
+/* Reports, for a live board: which board answered, that the board or one of its links has fallen
+ * silent, and that it sends again. */
 void logger_note_board(struct logger *logger);
-/* When its silence is due; UINT64_MAX: it is not. */
+/* Time at which the silence must be reported; UINT64_MAX: none. */
 uint64_t logger_silence_due_us(const struct logger *logger);
-/* A serial line is not that of the board on CAN: once. */
+/* Reports, once, that the board on serial is not the board on CAN. */
 void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
-/* Orders that the board obeyed or refused, whoever gave them. */
+/* Reports commands that the board executed or refused, from any sender. */
 void logger_note_orders(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
-/* Another board says hello on the bus: once. */
+/* Reports, once, that another board sends hello on the bus. */
 void logger_note_other(struct logger *logger, const struct link_frame *frame);
-/* Nobody spoke, or nobody that matrig understands. */
+/* Sets an error if no board was identified on the links. */
 enum mr_status logger_check_heard(const struct logger *logger, struct error *error);
-/* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit
- * code of a failed output: people may have gone away while it logged. */
+/* Prints the totals of the session, during landings and outside. Returns `code`, or with --json the
+ * exit code of a failed output; in text mode the user may have closed the terminal. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);
 
-/* What the viewers of the live page are told when all is over. */
+/* Sends the viewers of the live page the reason for the end. */
 void logger_end_live(struct logger *logger, const struct error *error);
-/* Looks after the process that writes the page; `end`: waits for it, a minute at most. */
+/* Checks the process that writes the page; `end`: waits for it, at most a minute. */
 void logger_serve_page(struct logger *logger, bool end);
 
-/* `commands`: also when standard input is no terminal. `listen`: never. */
+/* `commands`: read commands even if standard input is not a terminal. `listen`: never read
+ * commands. */
 void typed_begin(struct typed *typed, bool commands, bool listen);
-/* To be waited for until it can be read, then typed_read; -1: nothing is. */
+/* Descriptor to wait for before typed_read; -1: none. */
 int typed_fd(const struct typed *typed);
 void typed_read(struct typed *typed);
-/* Obeys a line, and looks for the answer of the command before. Every turn. */
+/* Processes a line, and checks for the answer to the previous command. Call it every turn. */
 void typed_turn(struct logger *logger);
 
 #endif

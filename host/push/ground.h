@@ -1,18 +1,21 @@
-/* What push tests say of the ground under the gear: which law it has, and the scene keys gear_* of
- * the elastic one with 95 % intervals.
+/* The ground under the gear from push tests: which law applies, and the scene keys gear_* of the
+ * elastic law with 95 % intervals.
  *
- * Each test is fitted alone (fit.h); then the tests are held together. Stiffness by the load:
+ * Each test is fitted separately (fit.h); then the tests are combined. Stiffness as a function of
+ * load:
  *
  *     ln(K / mats) = ln k + axle_law ln(load / axle load) + place
  *
- * k is that of one mat under the load of one axle, as the scene key gear_k_lb_ft has it: K is
- * divided by the mats that the load presses, as a mat brings all of its ground to bear. Where tests
- * differ by more than their readings explain, places differ: their scatter is estimated (Paule and
- * Mandel), and Student's t of the tests widens the interval. It takes two tests more than
- * parameters to do so always; with one more it is done where they contradict each other.
+ * k belongs to one mat under the load of one axle, like the scene key gear_k_lb_ft: K is divided by
+ * the number of mats under the load, because each mat engages all of its ground. If tests differ by
+ * more than their readings explain, the ground differs between places: the scatter is estimated
+ * (Paule and Mandel), and Student's t for the number of tests widens the interval. This is done
+ * whenever there are two more tests than parameters; with one more test, only if the tests
+ * contradict each other.
  *
- * The law is the one that the tests make PUSH_ODDS times as likely as the other, both as likely
- * before; else nobody can tell. What is not told has value NaN and a reason. */
+ * A law is chosen if the tests make it PUSH_ODDS times as likely as the other law, with equal prior
+ * odds; otherwise the law is undecided. A parameter that is not determined has value NaN and a
+ * reason. */
 #ifndef MATRIG_HOST_PUSH_GROUND_H
 #define MATRIG_HOST_PUSH_GROUND_H
 
@@ -23,50 +26,52 @@
 
 #define PUSH_ODDS           20.0
 #define PUSH_REASON         200u
-#define PUSH_MATS_MOST      4u /* gear_foot_ft */
-/* Report 2.6: 120 lb sink by 0.050 in; 2 (1 - nu)/(2 - nu) = 0.82 of that along the ground
- * (Mindlin, nu 0.3), half of it under each of two mats. */
+#define PUSH_MATS_MOST      4u /* limited by gear_foot_ft */
+/* Report 2.6: 120 lb sink by 0.050 in. Along the ground the stiffness is 2 (1 - nu)/(2 - nu) = 0.82
+ * of that (Mindlin, nu 0.3). Each of two mats has half of it. */
 #define PUSH_EXPECTED_LB_FT 11800.0
 
 struct push_setting {
     struct push_gages gages;
-    unsigned mats;        /* that the load presses, and that move together */
-    double mat_weight_lb; /* 0: not known, left out of the friction */
-    double axle_load_lb;  /* 0: the least load tested */
+    unsigned mats;        /* number of mats under the load, which move together */
+    double mat_weight_lb; /* 0: not known, omitted from the friction */
+    double axle_load_lb;  /* 0: the smallest load tested */
 };
 
 enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };
 
 struct push_told {
-    struct push_interval of;  /* value NaN: not told */
-    char reason[PUSH_REASON]; /* why not; or what the value rests on */
+    struct push_interval of;  /* value NaN: not determined */
+    char reason[PUSH_REASON]; /* why it is not determined, or what the value is based on */
 };
 
 struct push_ground {
     enum push_law law;
-    double log_odds; /* natural: elastic against rigid, all tests */
+    double log_odds; /* natural logarithm of the odds of elastic to rigid, from all tests */
     struct push_told k_lb_ft, unloading, axle_law, friction;
     double axle_load_lb;
-    double spread;  /* of ln k from place to place; NaN: too few tests */
-    bool poor;      /* readings scatter more than the gages explain (by chance once in 1,000) */
-    double stretch; /* of the intervals by that, at least 1 */
-    double scatter; /* of the readings, in stated errors */
-    size_t untold;  /* tests whose stiffness is not told */
-    struct push_fit *fit; /* of each test; allocated */
+    double spread; /* scatter of ln k between places; NaN: too few tests */
+    bool poor; /* readings scatter more than the stated errors explain (by chance once in 1,000) */
+    double stretch;       /* factor on the intervals due to this scatter, at least 1 */
+    double scatter;       /* scatter of the readings divided by the stated errors */
+    size_t untold;        /* number of tests whose stiffness is not determined */
+    struct push_fit *fit; /* one per test; allocated */
 };
 
-/* MR_TOO_FEW as push_fit; MR_NUMERICS. The caller frees it, also when it fails. */
+/* Combines all tests. MR_TOO_FEW as push_fit. MR_NUMERICS: the fit failed. The caller frees
+ * `ground`, also after a failure. */
 enum mr_status push_ground_find(const struct push_readings *readings,
                                 const struct push_setting *setting, struct push_ground *ground,
                                 struct error *error);
 void push_ground_free(struct push_ground *ground);
 
-/* What push tests say, for people, programs and pages (host/base/answer.h). */
+/* Results of push tests as an answer for people, programs and pages (host/base/answer.h). */
 
-/* The law and what it rests on; what is not told, with the reason; for which rig it holds. */
+/* Adds the law and its basis, the parameters that are not determined, with the reason, and the rig
+ * for which the results are valid. */
 void push_answer_law(struct answer *answer, const struct push_ground *ground,
                      const struct push_setting *setting);
-/* A row for each test. */
+/* Adds one row per test. */
 void push_answer_tests(struct answer *answer, const struct push_readings *readings,
                        const struct push_ground *ground);
 

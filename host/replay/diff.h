@@ -1,10 +1,10 @@
-/* Two boards' answers to the same landing, message by message and field by field.
+/* Comparison of two boards' messages about the same landing, message by message and field by field.
  *
- * What follows from blocks, edges and commands must agree: equal where the same image ran, within
- * tolerances where another did. Block indices and ticks are compared after the replay's shift.
- * Counts since reset (frames queued) are compared as counts since the first such message of the
- * landing. What does not follow from the record - processor load, error counters of the links, the
- * cause of the last reset, faults of links and clocks - is not compared. */
+ * Everything that follows from blocks, edges and commands must agree: exactly if the same image
+ * ran, within tolerances if a different image ran. Block indices and ticks are compared after the
+ * replay's shift. Counts since reset (queued frames) are compared as counts since the first such
+ * message of the landing. Data that does not follow from the record is not compared: processor
+ * load, error counters of the links, the cause of the last reset, faults of links and clocks. */
 #ifndef MATRIG_HOST_REPLAY_DIFF_H
 #define MATRIG_HOST_REPLAY_DIFF_H
 
@@ -20,7 +20,7 @@ struct difference {
     int link;
     const char *message;
     const char *field; /* "" for a whole message */
-    int64_t block;     /* of the record */
+    int64_t block;     /* block of the record */
     double recorded, replayed;
 };
 
@@ -28,31 +28,34 @@ struct diff_row { /* one message on one link */
     const char *message;
     int link;
     int64_t pairs;
-    int64_t fields; /* compared */
+    int64_t fields; /* number of compared fields */
     int64_t differ;
     int64_t only_recorded, only_replayed;
-    struct difference first; /* when anything differs */
+    struct difference first; /* first difference, if there is one */
 };
 
 struct diff {
     bool exact;
     struct diff_row row[DIFF_MESSAGES_MAX];
     size_t rows;
-    /* messages that only one side has count as a difference each */
+    /* A message that only one side has counts as one difference. */
     int64_t messages, fields, differ;
-    int64_t late_blocks;   /* so much apart is what is told in turn: a full bus; 0: nothing */
-    int64_t before_record; /* rest on blocks before the first record */
-    /* of blocks after the last record: CAN tells of them first, or the record breaks off */
+    /* Largest time difference, in blocks, of messages sent in rotation, if a full bus delayed them;
+     * 0: no delay. */
+    int64_t late_blocks;
+    int64_t before_record; /* messages that depend on blocks before the first record */
+    /* Messages of blocks after the last record, because CAN reports them first or the record ends
+     * early. */
     int64_t after_record;
-    /* recorded messages that no record foretells (CIRCUMSTANCE of the catalogue) */
+    /* Recorded messages that no record determines (CIRCUMSTANCE in the catalogue). */
     int64_t circumstances;
-    int64_t not_recorded; /* messages of the replay that a lossy log may have missed */
+    int64_t not_recorded; /* messages of the replay that a log with losses may have missed */
     bool found;
-    struct difference first; /* in time */
+    struct difference first; /* earliest in time */
 };
 
 struct diff_options {
-    bool exact;             /* else within tolerances */
+    bool exact;             /* false: within tolerances */
     int64_t shift_blocks;   /* block of the record minus block of the replay */
     bool lossy[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };

@@ -1,8 +1,8 @@
-/* The rows of a campaign's tables, one struct each: struct store_edge, store_event, ... Their
- * fields, with units, are in tables.def.
+/* The rows of a campaign's tables, one struct each: struct store_edge, store_event, ... tables.def
+ * lists their fields, with units.
  *
- * An INTEGER is an int64_t, STORE_NONE where the file has NULL; a REAL a double, NaN likewise; a
- * TEXT an array of characters, empty likewise. A put copies what pointers point to. */
+ * An INTEGER is an int64_t, STORE_NONE for NULL; a REAL is a double, NaN for NULL; a TEXT is an
+ * array of characters, empty for NULL. A put copies the data behind pointers. */
 #ifndef MATRIG_HOST_STORE_ROWS_H
 #define MATRIG_HOST_STORE_ROWS_H
 
@@ -30,7 +30,7 @@ struct store_bytes {
 /* clang-format on */
 #include "host/store/tables.def"
 
-/* store_blank_edge, ...: a row of a table that says nothing yet. */
+/* store_blank_edge, ...: rows in which every field has its value for NULL. */
 #define NO_VIEWS
 #define TABLE(row, table) extern const struct store_##row store_blank_##row;
 #include "host/store/tables.def"

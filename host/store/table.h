@@ -1,11 +1,11 @@
-/* Rows in and out of the campaign, by the tables of tables.def and the queries of queries.def. Only
- * host/store/ includes this, and only host/store/ knows SQLite.
+/* Writing and reading rows of the campaign, by the tables of tables.def and the queries of
+ * queries.def. Only files in host/store/ include this file and use SQLite.
  *
- * The compiler checks that a row is of its table's or query's struct, how many integers say whose
- * it is, and that each value which a statement takes is an integer, a real or a text. That a
- * statement takes so many, and that a query's columns are the fields of its struct, is checked when
- * it is prepared: a mistake ends the program at its first use (tests/host/test_tables.c uses
- * each). */
+ * The compiler checks that a row has the struct of its table or query, that the number of owner
+ * columns is right, and that each parameter of a statement is an integer, a real or a text. The
+ * number of parameters of a statement, and the match of a query's columns with its struct, are
+ * checked when the statement is prepared: a mistake ends the program at its first use
+ * (tests/host/test_tables.c uses each statement). */
 #ifndef MATRIG_HOST_STORE_TABLE_H
 #define MATRIG_HOST_STORE_TABLE_H
 
@@ -18,7 +18,7 @@
 
 struct store;
 
-/* ---- what tables.def says ---- */
+/* ---- definitions from tables.def ---- */
 
 #define TABLE(row, table) STORE_TABLE_##row,
 enum store_table_number {
@@ -26,7 +26,8 @@ enum store_table_number {
     STORE_TABLE_COUNT
 };
 
-/* How many integers say whose a row is. */
+/* Number of owner columns of a table: integers that state to which session or landing a row
+ * belongs. */
 /* clang-format off */
 #define TABLE(row, table) enum { STORE_OWNERS_##row = 0
 #define OWNER(row, column, constraint) +1
@@ -48,16 +49,16 @@ enum store_kind {
 };
 
 struct store_column {
-    const char *name; /* NULL: computed, of no column */
+    const char *name; /* NULL: computed, not a column */
     const char *type, *constraint;
-    const char *field, *read; /* SQL that is read instead of the column; "": none */
-    size_t offset, size;      /* of the field in the row */
+    const char *field, *read; /* SQL expression that is read instead of the column; "": none */
+    size_t offset, size;      /* position and size of the field in the struct */
     uint8_t kind, merge;
     bool empty_is_null;
 };
 
 struct store_table {
-    const char *name; /* NULL: rows of a query alone */
+    const char *name; /* NULL: only for rows of a query */
     const struct store_column *columns;
     unsigned count;
     size_t row_size;
@@ -70,24 +71,24 @@ const struct store_table *store_table(enum store_table_number which);
 /* Makes all tables, indexes and triggers in an empty database. Returns SQLite's code. */
 int store_tables_make(sqlite3 *database);
 
-/* "INSERT ... VALUES(?,...),(?,...)" of so many rows, "UPDATE ...", and the names of what is read;
- * the caller frees them with sqlite3_free. */
+/* SQL text: "INSERT ... VALUES(?,...),(?,...)" for `rows` rows, and the list of columns to read.
+ * The caller frees it with sqlite3_free. */
 char *store_insert_text(const struct store_table *table, unsigned rows);
 char *store_read_text(const struct store_table *table);
 
-/* Binds a row from parameter `*at` on, which moves behind it: the columns whose merge rule is in
- * `rules` (1 << enum store_merge). What pointers point to must stay until the statement has run.
- * Returns SQLite's code. */
+/* Binds a row to the parameters from `*at` on, and moves `*at` past them: the columns whose merge
+ * rule is in `rules` (1 << enum store_merge). Data behind pointers must stay valid until the
+ * statement has run. Returns SQLite's code. */
 int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
                    const void *row, unsigned rules, int *at);
 #define STORE_ALL_RULES (~(1u << STORE_GIVEN))
-/* The row that a statement made of store_read_text stands at. */
+/* Reads the current row of a statement made with store_read_text. */
 void store_take_row(sqlite3_stmt *statement, const struct store_table *table, void *row);
 
-/* ---- rows in ---- */
+/* ---- writing rows ---- */
 
-/* STORE_PUT(store, error, edge, &edge, run): a row of the table `edges`; what becomes of one that
- * is there: tables.def. */
+/* STORE_PUT(store, error, edge, &edge, run) writes a row of the table `edges`; tables.def defines
+ * what happens to an existing row. */
 #define STORE_PUT(store, error, row, value, ...)                                            \
     store_insert(                                                                           \
         (store), (error), STORE_TABLE_##row, (1 ? (value) : (const struct store_##row *)0), \
@@ -96,7 +97,7 @@ void store_take_row(sqlite3_stmt *statement, const struct store_table *table, vo
                                     1 + STORE_OWNERS_##row                                  \
                                 ? 1                                                         \
                                 : -1]))
-/* Writes the columns that can change of the row with the number `id`. */
+/* Writes the columns that may change of the row with number `id`. */
 #define STORE_CHANGE(store, error, row, value, id)    \
     store_update((store), (error), STORE_TABLE_##row, \
                  (1 ? (value) : (const struct store_##row *)0), (id))
@@ -106,7 +107,7 @@ enum mr_status store_insert(struct store *store, struct error *error, enum store
 enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which,
                             const void *row, int64_t id);
 
-/* ---- rows out ---- */
+/* ---- reading rows ---- */
 
 #define LISTED(NAME, row, sql) STORE_##NAME,
 #define STATEMENT(NAME, sql)   STORE_##NAME,
@@ -118,7 +119,7 @@ enum store_statement {
 #define LISTED(NAME, row, sql) typedef struct store_##row store_row_of_##NAME;
 #include "host/store/queries.def"
 
-/* What a statement takes. */
+/* A parameter of a statement. */
 struct store_value {
     enum store_kind kind;
     int64_t integer;
@@ -137,7 +138,7 @@ static inline struct store_value store_value_text(const char *value)
 {
     return (struct store_value){.kind = STORE_POINTER, .text = value};
 }
-/* STORE_NONE, NaN and NULL are NULL. */
+/* STORE_NONE, NaN and NULL are bound as SQL NULL. */
 /* clang-format off */
 #define BIND(value)                         \
     _Generic((value),                       \
@@ -154,20 +155,21 @@ static inline struct store_value store_value_text(const char *value)
                 sizeof(struct store_value) -                                \
             1
 
-/* A statement that returns no rows. */
+/* Runs a statement that returns no rows. */
 #define STORE_RUN(store, error, NAME, ...) \
     store_run((store), (error), STORE_##NAME, STORE_VALUES(__VA_ARGS__))
-/* A query; then store_step, or STORE_NEXT into a row, until it returns MR_TOO_FEW (no more rows) or
- * an error. A query that is not stepped to its end is released with sqlite3_reset. */
+/* Starts a query. Then call store_step, or STORE_NEXT to read into a struct, until it returns
+ * MR_TOO_FEW (no more rows) or an error. A query that is not stepped to its end must be released
+ * with sqlite3_reset. */
 #define STORE_QUERY(store, error, NAME, statement, ...) \
     store_query((store), (error), STORE_##NAME, (statement), STORE_VALUES(__VA_ARGS__))
 #define STORE_NEXT(store, error, NAME, statement, row) \
     store_next((store), (error), STORE_##NAME, (statement), (1 ? (row) : (store_row_of_##NAME *)0))
-/* The only or first row, of a struct without pointers; MR_TOO_FEW: none. */
+/* Reads the only or first row into a struct without pointers; MR_TOO_FEW: there is none. */
 #define STORE_ONE(store, error, NAME, row, ...)                                       \
     store_one((store), (error), STORE_##NAME, (1 ? (row) : (store_row_of_##NAME *)0), \
               STORE_VALUES(__VA_ARGS__))
-/* The integer of a query's only row; MR_TOO_FEW: none. */
+/* Reads the integer in the only row of a query; MR_TOO_FEW: there is none. */
 #define STORE_NUMBER(store, error, NAME, value, ...) \
     store_number((store), (error), STORE_##NAME, (value), STORE_VALUES(__VA_ARGS__))
 
@@ -183,13 +185,14 @@ enum mr_status store_one(struct store *store, struct error *error, enum store_st
                          void *row, const struct store_value *values, size_t count);
 enum mr_status store_number(struct store *store, struct error *error, enum store_statement which,
                             int64_t *value, const struct store_value *values, size_t count);
-/* All rows, of a struct without pointers, in an array that the caller frees; STORE_ROWS calls
- * this. */
+/* Reads all rows, of a struct without pointers, into an array that the caller frees; used by
+ * STORE_ROWS. */
 enum mr_status store_all(struct store *store, struct error *error, enum store_statement which,
                          void **rows, size_t *count, const struct store_value *values,
                          size_t values_count);
 
-/* Ends a function that has `store`, `rows`, `count` and `error` with all rows of a query. */
+/* Body of a function with the parameters `store`, `rows`, `count` and `error` that returns all rows
+ * of a query. */
 #define STORE_ROWS(NAME, ...)                                                       \
     do {                                                                            \
         void *made;                                                                 \
@@ -199,27 +202,29 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
         return status;                                                              \
     } while (0)
 
-/* Prepares all of them: MR_OK, or the program ends. */
+/* Prepares all statements. Returns MR_OK, or the program ends. */
 enum mr_status store_prepare_all(struct store *store, struct error *error);
 
 /* ---- an open campaign ---- */
 
-/* A frame that waits to be written with others (store_frames.c). */
+/* A frame waiting to be written with others (store_frames.c). */
 #define STORE_FRAMES_A_STATEMENT 64u
 struct store_waiting {
-    struct store_frame_row row; /* its data: */
+    struct store_frame_row row; /* its data is in `data` */
     uint8_t data[8];
 };
 
-/* What matrig log knows of the file itself: of its header, and its size. */
+/* State of the file as known to matrig log: fields of its header, and its size. */
 struct store_header {
     uint32_t counter, pages, cookie;
     int64_t bytes;
 };
 
-/* SQLite's methods of the file, of which those that write look first whose it is. */
+/* SQLite's methods of the file. Writing methods are replaced by functions that first check whether
+ * the file was overwritten. */
 struct store_guard {
-    sqlite3_io_methods methods; /* first: SQLite points to them */
+    /* must be the first field: SQLite's pointer to the methods is used as one to this struct */
+    sqlite3_io_methods methods;
     const sqlite3_io_methods *plain;
     struct store *store;
 };
@@ -227,60 +232,65 @@ struct store_guard {
 struct store {
     sqlite3 *database;
     char *path;
-    sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use, as the next two */
+    /* prepared at first use, like `insert` and `update` */
+    sqlite3_stmt *statement[STORE_STATEMENT_COUNT];
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
-    int alone;               /* descriptor that keeps others who log out; 0: none */
-    bool made_room;          /* since the last commit */
-    bool grown;              /* its file may not become larger */
-    bool waits;              /* it has locks, and another program holds them */
-    bool writes;             /* its journal is written back when it is closed */
-    char folder[STORE_TEXT]; /* holds a copy that is read; "": none */
+    int alone;               /* descriptor whose lock keeps other logs out; 0: none */
+    bool made_room;          /* the journal was written back since the last commit */
+    bool grown;              /* the file has reached its size limit */
+    bool waits;              /* the file system has locks, and another program holds one */
+    bool writes;             /* the journal is written back at closing */
+    char folder[STORE_TEXT]; /* folder with a copy for reading; "": none */
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;
-    int64_t steps;              /* since the last statement that began while no other was running */
-    struct store_header header; /* as it was last looked at; bytes 0: never */
+    int64_t steps; /* steps since the last statement that started while no other one was running */
+    struct store_header header; /* header at the last check; bytes 0: not checked yet */
     bool overwritten;
     struct store_guard guard;
-    int64_t session;                     /* that is logged; 0: none */
-    struct store_logged committed, next; /* of it; to be committed */
-    int64_t version;                     /* of the content, when the session was last looked for */
-    int refused;                         /* SQLite's code of the last call that failed; 0: none */
+    int64_t session; /* session being logged; 0: none */
+    /* newest data of the session: committed, and to be committed */
+    struct store_logged committed, next;
+    int64_t version; /* data version at the last check for the session */
+    int refused;     /* SQLite's code of the last failed call; 0: none */
 };
 
-/* Sets the error from SQLite's last one. Returns its status. */
+/* Sets the error from SQLite's last error. Returns its status. */
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error);
-/* Statements of which no row is wanted. `doing` as above. */
+/* Runs statements and ignores their rows. `doing`: as for store_failed. */
 enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
                              struct error *error);
 
-/* From now on SQLite interrupts a statement that takes too many steps. */
+/* Makes SQLite interrupt statements that take too many steps. */
 void store_limit_steps(struct store *store);
 
-/* Writes the frames that wait; before anything is read, and before a commit. */
+/* Writes the buffered frames; call it before any read and before a commit. */
 enum mr_status store_frames_flush(struct store *store, struct error *error);
 
-/* Calls `each` with every statement that is prepared. */
+/* Calls `each` with every prepared statement. */
 void store_each_statement(struct store *store, int (*each)(sqlite3_stmt *statement));
 
-/* Columns with NULL as STORE_NONE and NaN; text is copied, cut to `size`. */
+/* Copies a text column, cut to `size`; NULL is copied as "". */
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size);
 
-/* ---- where a campaign lies (store_place.c) ---- */
+/* ---- the location of a campaign (store_place.c) ---- */
 
-#define STORE_PLACE_URI 12400u /* each byte of a path as three */
+#define STORE_PLACE_URI 12400u /* each byte of a path may take three characters */
 
-/* "nfs4 at /home". */
+/* File system of a path as text: "nfs4 at /home". */
 void store_file_system(const char *path, char out[STORE_TEXT]);
-/* "process 4711, sqlite3 holds its lock", by the kernel; where it does not say, that somebody
- * does. */
+/* Process that holds the lock of a file, from the kernel, as text: "process 4711, sqlite3 holds its
+ * lock". If the kernel does not know it, a text without a process. */
 void store_holder(const char *path, char out[STORE_TEXT]);
-/* MR_IO: a campaign cannot be written there; the error says why. */
+/* Checks that a campaign can be written at the path; MR_IO: it cannot, and `error` has the
+ * reason. */
 enum mr_status store_place_to_write(const char *path, struct error *error);
-/* While no connection of this process is open to it: closing a descriptor takes SQLite's locks. */
+/* True if the file system supports locks. Call it only while this process has no connection to the
+ * file: closing a descriptor releases SQLite's locks. */
 bool store_place_has_locks(const char *path);
-/* A name by which SQLite reads it all the same: in place when no journal waits to be written back,
- * else a copy in `folder`, for store_place_forget. */
+/* Makes a URI by which SQLite can read a campaign that it cannot open normally: the file itself if
+ * there is no journal to write back, otherwise a copy in `folder`, which store_place_forget
+ * removes. */
 enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
                                    char folder[STORE_TEXT], struct error *error);
 void store_place_forget(const char folder[STORE_TEXT]);

@@ -1,56 +1,56 @@
-/* Results: of one case, which is a simulation or a search with several; and the lines of all cases,
- * gathered from any number of files: one row a case, in the sweep's order, with the indices of
- * sensitivity where the design has them.
+/* Results: the result of one case, which is a simulation or a search with several simulations; and
+ * the table of all cases, from any number of files: one row per case in the sweep's order, with the
+ * sensitivity indices if the design has them. A line of a file:
  *
- *   {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
- *    ["reason":,] ["result": {...},] ["find": {...}]} */
+ *     {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
+ *      ["reason":,] ["result": {...},] ["find": {...}]} */
 #ifndef MATRIG_HOST_SWEEP_TABLE_H
 #define MATRIG_HOST_SWEEP_TABLE_H
 
 #include "host/base/answer.h"
 #include "host/sweep/sweep.h"
 
-/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a
- * study: what `matrig study --json` says and status, "incomplete" when a runway could not be
- * played to its end. Status "refused" for what the simulation does not take; "reason" beside every
- * status that is not "ok". */
+/* Runs `input` once. Returns a new object. For a scene it is the output of `matrig sim --json` with
+ * peak_u_ft; for a study, the output of `matrig study --json` with a status, "incomplete" if a
+ * runway could not be simulated to its end. The status is "refused" for an input that the
+ * simulation does not accept; "reason" accompanies every status except "ok". */
 typedef json_t *sweep_simulate(const json_t *input);
 
-/* That of the sweep's base. */
+/* The simulation for the sweep's base. */
 sweep_simulate *sweep_simulation(const struct sweep *sweep);
 
-/* Runs a case in this process. A new object: "status", "reason" when that is not "ok", "result"
- * with the wanted outputs, and with a search "find" (README.md). */
+/* Runs a case in this process. Returns a new object: "status", "reason" unless the status is "ok",
+ * "result" with the wanted outputs, and for a search "find" (README.md). */
 json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
 
 struct sweep_table {
     const struct sweep *sweep;
-    json_t **line; /* [cases], owned; NULL: missing */
+    json_t **line; /* one line per case, owned; NULL: missing */
     size_t count, failed, missing, repeated;
 };
 
-/* The line of a finished case; takes `outcome`. */
+/* Makes the line of a finished case; takes ownership of `outcome`. */
 json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome);
 
-/* Reads the files. A line that is no result, or one of another sweep: MR_MALFORMED with its number.
- * Of a case that is there twice the first counts. The caller frees, also after a failure. */
+/* Reads the files. MR_MALFORMED with the line number: a line that is not a result, or that belongs
+ * to another sweep. If a case occurs twice, the first line is used. The caller frees the table,
+ * also after a failure. */
 enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *sweep,
                                 const char *const *paths, struct error *error);
 void sweep_table_free(struct sweep_table *table);
 
 /* Counts, failures by reason, indices and, with `rows`, all cases. */
 struct answer *sweep_table_answer(const struct sweep_table *table, bool rows);
-/* The cases as CSV: number, values, status, threshold, results. */
+/* Writes the cases as CSV: number, values, status, threshold, results. */
 void sweep_table_csv(const struct sweep_table *table, FILE *out);
 
-/* Indices of sensitivity: which share of a quantity's variance a key makes.
+/* Sensitivity indices: the share of the variance of a quantity that is due to a key.
  *
- * First order: what knowing that key alone would take off the variance,
- * S = 1 - E[(f_B - f_ABk)^2] / 2V. Total: what is left when all others are known,
- * T = E[(f_A - f_ABk)^2] / 2V (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk
- * is A with key k from B, V is the variance over A and B. T - S is what the key does together with
- * others. Intervals: 95 % by bootstrap over points. An estimate may lie a little below 0 or above
- * 1. */
+ * First order: the decrease of the variance if only that key were known, S = 1 - E[(f_B - f_ABk)^2]
+ * / 2V. Total: the remaining variance if all other keys were known, T = E[(f_A - f_ABk)^2] / 2V
+ * (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk is A with key k from B, V is
+ * the variance over A and B. T - S is the effect of the key in combination with other keys.
+ * Intervals: 95 % by bootstrap over points. An estimate may be slightly below 0 or above 1. */
 struct sweep_index {
     double value, low, high;
 };
@@ -59,9 +59,9 @@ struct sweep_influence {
     struct sweep_index first, total;
 };
 
-/* `values` by block, as design_radial: A, B, AB1 ..; NaN: none. A point of which any value is
- * missing is left out. `keys` results into `influence`; points that were of use into *used. False:
- * fewer than 8 points, or no variance. */
+/* `values` is in blocks, as in design_radial: A, B, AB1 ..; NaN: no value. A point with a missing
+ * value is left out. Writes `keys` results to `influence`, and the number of used points to *used.
+ * Returns false if there are fewer than 8 points, or no variance. */
 bool sweep_indices(const double *values, size_t points, size_t keys,
                    struct sweep_influence *influence, size_t *used);
 

@@ -1,16 +1,16 @@
-/* Element: a force on single mats along the runway that depends on how a mat moves. One file per
- * element and one row in table.h: the scene reads its key, every engine adds its force, and the
- * step limits, the window of mats that are integrated and the Jacobians follow. What a scene does
- * not have costs one test per evaluation of all mats.
+/* Element: a force on single mats along the runway that depends on the motion of the mat. Each
+ * element has one file and one row in the table below. From the row the scene reads its key, every
+ * engine adds its force, and step limits, the window of integrated mats and Jacobians take it into
+ * account. Elements that a scene does not have cost one test per evaluation of all mats.
  *
- * Laws that every scene needs (law.h) and the modifications with
- * their memory (mods.h) are not in the table: they are inlined, or called, where engines have their
- * loops. law.h says what all of them have in common.
+ * Laws that every scene needs (law.h) and the modifications with their memory (mods.h) are not in
+ * the table: they are inlined, or called, in the loops of the engines. law.h describes what all
+ * laws have in common.
  *
- * An element has no state but its parameter, or it `remembers`: then its row brings its key and its
- * place in the engines' loops, and the memory is a file's beside it. Engines of fixed steps
- * integrate one without state exactly where it is linear in the speed (element_kick), so it sets
- * them no step limit. Units ft, lb, s, slug. */
+ * An element has no state except its parameter, or it `remembers`. In that case its row has only
+ * its key and its position in the engines' loops, and a separate file has its memory. Engines with
+ * fixed steps integrate an element without state exactly if it is linear in the speed
+ * (element_kick), so it does not limit their step. Units are ft, lb, s and slug. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 #define MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 
@@ -21,7 +21,7 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* The elements: one row each. A row gives the element its place in a scene
+/* The elements, one row each. A row gives the element its index in a scene
  * (sim_scene.element[ELEMENT_name]), its key in scene files, and its part in every engine. */
 #define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
@@ -29,52 +29,54 @@
 enum element_place { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };
 _Static_assert(ELEMENTS <= SIM_ELEMENTS_MAX, "a scene has room for every element");
 
-/* What an element sees of a mat. */
+/* The state of a mat as an element sees it. */
 struct element_mat {
     double v_ft_s;
-    bool grounded; /* the soil acts on one of its ends; in model chain always */
+    bool grounded; /* the soil acts on one of its ends; always true in model chain */
 };
 
-/* `value` is the element's parameter, above 0. */
+/* Functions of an element. `value` is its parameter, above 0. */
 struct element {
-    struct sim_key key; /* its field is ELEMENT_FIELD(name); 0 is its default and means absent */
-    double (*force_lb)(double value, struct element_mat mat); /* downfield positive */
-    /* of the force by the mat's speed: Jacobian; never above 0 */
+    /* key of the element; its field is ELEMENT_FIELD(name), and the default 0 means absent */
+    struct sim_key key;
+    double (*force_lb)(double value, struct element_mat mat); /* positive downfield */
+    /* Slope of the force by the mat's speed, for the Jacobian; never above 0. */
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
-    /* largest -slope that any state has: the bound of its rate, times the mass */
+    /* Largest -slope in any state: the bound of its rate, times the mass. */
     double (*steepest_lb_s_ft)(double value);
-    /* most that it pushes a mat at rest with: what eats up the margin by which friction holds the
-     * mat. 0: a mat at rest may be left out of a scene */
+    /* Largest push on a mat at rest, which reduces the margin by which friction holds the mat. 0: a
+     * mat at rest may be left out of a scene. */
     double (*push_at_rest_lb)(double value);
-    void (*describe)(double value, struct sim_result *result); /* for people */
-    /* it has a memory, which a file of its own steps (gear.h): it is in no set and has none of the
-     * four above, and engines that choose their steps refuse it */
+    void (*describe)(double value, struct sim_result *result); /* adds a description for people */
+    /* It has a memory, which a separate file updates in each step (gear.h). It is not in a set and
+     * has none of the four functions above; engines that choose their steps refuse it. */
     bool remembers;
 };
 
 #define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))
 
-/* Those of a scene that do not remember. */
+/* The elements of a scene without memory. */
 struct element_set {
-    int count; /* 0: none, and nothing else is looked at */
+    int count; /* 0: none; the other fields are not used */
     const struct element *at[SIM_ELEMENTS_MAX];
     double value[SIM_ELEMENTS_MAX];
 };
 
 struct element_set element_set_of(const struct sim_scene *scene);
-/* Sums over a set. */
+/* Sums over the elements of a set. */
 double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
 struct law_bound element_bound(const struct element_set *set, double mass_slug);
-/* Whether mats at rest stay so as far as the set goes. */
+/* True if the set lets mats at rest stay at rest. */
 bool element_rests(const struct element_set *set);
-/* Of all that a scene has. */
+/* Describes all elements of a scene. */
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
-/* A step of h_s under forces x that are constant otherwise: first the speed is multiplied by
- * `keep`, then x + push_lb acts for as_if_s. So dry friction over the rest of the step stays exact
+/* A step of h_s under forces x that are otherwise constant: the speed is first multiplied by
+ * `keep`, then x + push_lb acts for as_if_s. Dry friction over the rest of the step is then exact
  * too: v = keep v + as_if_s/m (x + push_lb), with keep = exp(-k), as_if_s = h (1 - exp(-k))/k, k =
- * -slope h/m; the time that a mat needs to stop and the time left after that transform alike. */
+ * -slope h/m. The time until a mat stops and the time left after the stop are transformed in the
+ * same way. */
 struct element_step {
     double keep, as_if_s, push_lb;
 };

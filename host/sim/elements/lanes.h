@@ -1,6 +1,6 @@
-/* Lanes: numbers side by side in a vector: floats in 32 bytes; if LANES_DOUBLE is defined doubles,
- * in 64 bytes with AVX-512, in 32 with AVX2, in 16 with neither: the compiler takes vectors wider
- * than the processor's apart, number by number. */
+/* Lanes: numbers in a vector, processed together. Floats use 32 bytes. If LANES_DOUBLE is defined,
+ * lanes are doubles, in 64 bytes with AVX-512, 32 with AVX2, otherwise 16: the compiler splits
+ * vectors wider than the processor's into single numbers. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
@@ -21,18 +21,18 @@ typedef int32_t lane_bits;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
 #define LANES_MM(name)          _mm256_##name##_ps
 #define LANES_MM_COMPARE        _mm256_cmp_ps_mask
-#define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* nobody asks for `left` */
+#define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* `left` is not used */
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
 typedef lane_real lanes __attribute__((vector_size(32)));
 typedef lane_bits words __attribute__((vector_size(32)));
-typedef words masks; /* of a comparison: -1 or 0 in each lane */
+typedef words masks; /* result of a comparison: -1 or 0 in each lane */
 typedef lane_real narrow_lanes __attribute__((vector_size(16)));
 typedef lane_bits narrow_words __attribute__((vector_size(16)));
 typedef narrow_words narrow_masks;
 typedef lane_real wide_lanes __attribute__((vector_size(64)));
 typedef lane_bits wide_words __attribute__((vector_size(64)));
-typedef uint8_t bit_masks; /* AVX-512 has a bit for each lane instead */
+typedef uint8_t bit_masks; /* AVX-512 has one bit per lane instead */
 #define LANES_INLINE static inline __attribute__((always_inline))
 #if defined __x86_64__ && !defined __clang__
 #include <immintrin.h>
@@ -59,7 +59,7 @@ typedef uint8_t bit_masks; /* AVX-512 has a bit for each lane instead */
 #define LAW_GREATER(a, b)       LANES(greater)(a, b)
 #define LAW_SIGN                ((words)(-LAW_VALUE(0)))
 #define LAW_SIZE(x)             ((lanes)(~LAW_SIGN & (words)(x)))
-/* of a size that is not negative */
+/* The magnitude `size` must not be negative. */
 #define LAW_SIGNED(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
 #define LAW(name)               LANES(name)
 

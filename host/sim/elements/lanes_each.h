@@ -1,7 +1,7 @@
 /* Compiles LANES_FILE, which begins with lanes_kernel.h, for each kind of processor; LANES_CALL
- * calls the one for this. A vector operation is lowered for the processor that its own function is
- * compiled for, and that of a function clone, or of an inline function which two share, for the
- * oldest of them: hence a file for each. */
+ * calls the version for the present processor. The compiler lowers a vector operation for the
+ * target of its function. In a function clone, and in an inline function shared by two targets, it
+ * uses the oldest target. Therefore each target needs a separate inclusion. */
 #if LANES_HAVE_AVX2
 #pragma GCC push_options
 #pragma GCC target("avx2")

@@ -1,6 +1,6 @@
-/* Choices between vectors, and the law of the chain (common/chain_law.h) in them, for the processor
- * that this is included for (lanes_each.h). */
-/* One instruction each, which the compiler does not find in the plain form. */
+/* Selections between vectors, and the law of the chain (common/chain_law.h) on vectors, for the
+ * target for which this file is included (lanes_each.h). */
+/* One instruction each, which the compiler does not generate from the plain form. */
 #if defined LANES_AVX512
 LANES_INLINE masks LANES(above)(lanes a, lanes b)
 {
@@ -68,7 +68,8 @@ LANES_INLINE bool LANES(any)(masks mask)
         all |= part[i];
     return all != 0;
 }
-/* Of equal ones the second: so the instructions have it, and zeros keep their sign. */
+/* If both are equal, the second is returned, as the instructions do, so that zeros keep their
+ * sign. */
 LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
 {
     return LANES(choose)(a < b, a, b);

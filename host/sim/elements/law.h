@@ -1,10 +1,10 @@
-/* Law: how an element's force is written so that every engine can have it within its own loop.
+/* Law: the force of an element, written so that every engine can use it in its loops.
  *
- * Each law has four things side by side, and engines take them from here: the force; its slopes
- * (Jacobian); a bound of the rate that the law brings, for the longest stable step; and a margin,
- * which says how far a mode of the law, or a mat at rest, is from a change: what has a margin may
- * be left out of a scene until the margin is used up. Functions are inlined into loops over mats;
- * what their constant arguments exclude is not compiled. Units ft, lb, s, slug, rad. */
+ * Each law has four parts, which the engines use from here: the force; its slopes (Jacobian); a
+ * bound of the rate that the law adds, for the longest stable step; and a margin, the distance of a
+ * mode of the law, or of a mat at rest, from a change. A part of the scene with a margin may be
+ * left out until the margin is used up. Functions are inlined into loops over mats; code that
+ * constant arguments exclude is not compiled. Units are ft, lb, s, slug and rad. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
@@ -13,7 +13,7 @@
 
 #include "host/sim/scene/scene.h"
 
-/* struct law_joint, law_joint_pull, law_mat_slip, ... in doubles */
+/* Defines struct law_joint, law_joint_pull, law_mat_slip, ... for doubles. */
 #define LAW(name)              law_##name
 #define LAW_REAL               double
 #define LAW_SIZE(x)            fabs(x)
@@ -22,21 +22,22 @@
 
 #define LAW_INLINE static inline __attribute__((always_inline))
 
-/* A function that is compiled twice; the processor decides which is called. The results have the
- * same bits. */
-#if defined __x86_64__ && !defined __clang__ /* clang 14 gives clones a name that nobody links to */
+/* Attribute of a function that is compiled twice; the processor decides which version is called.
+ * The results are identical bit for bit. */
+/* clang 14 gives clones a name that no caller links to */
+#if defined __x86_64__ && !defined __clang__
 #define VECTOR __attribute__((target_clones("avx2", "default")))
 #else
 #define VECTOR
 #endif
 
-/* Largest rates that a law brings to a mat: `rate2` of what pulls back, 1/s2; `damping` of what
- * damps, 1/s. Bounds of several laws add up. */
+/* Largest rates that a law adds to a mat: `rate2` from restoring forces, 1/s2; `damping` from
+ * damping forces, 1/s. Bounds of several laws add up. */
 struct law_bound {
     double rate2, damping;
 };
 
-/* fmin and fmax are calls, for the sake of NaN. */
+/* fmin and fmax are function calls, because they must handle NaN. */
 LAW_INLINE double law_least(double a, double b)
 {
     return a < b ? a : b;
@@ -49,18 +50,17 @@ LAW_INLINE double law_most(double a, double b)
 
 /* ---- joint ---- */
 
-/* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain
- * and landings".
+/* Joint: the force between two mats along the runway. README.md, "Joint force" and "Chain and
+ * landings".
  *
- * Sampled (joint_pull): the case is looked up from the opening; fixed steps,
- * solvers/chain.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
- * while joint_margin_ft is not
- * negative; the planar models. */
+ * Sampled (joint_pull): the case is determined from the opening; for fixed steps, solvers/chain.h
+ * and landing.h. Located (joint_located_lb): the case is a mode, which is valid while
+ * joint_margin_ft is not negative; for the planar models. */
 
-/* What the joints of a scene need; the least is evaluated. */
+/* The simplest law that covers all joints of a scene. */
 enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 
-/* One joint's grit, grit/KL, and reach. */
+/* Grit of one joint, grit/KL, and reach. */
 struct joint_grit {
     double lb, give_ft, reach_ft;
 };
@@ -80,13 +80,13 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
     return law_joint_pull(joint, grit.lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
 }
 
-/* How far down grit reaches in a joint that is opened by g at the start. */
+/* Depth that grit initially reaches in a joint opened by g. */
 LAW_INLINE double joint_first_reach_ft(double g_ft, double slack_ft)
 {
     return fmin(fmax(g_ft, 0.0), slack_ft);
 }
 
-/* How far the spring is stretched (or pressed), for its energy. */
+/* Stretch (or compression) of the spring, for its energy. */
 LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft,
                                    double reach_ft)
 {
@@ -103,7 +103,7 @@ LAW_INLINE signed char joint_mode(double g_ft, double slack_ft)
     return g_ft < 0.0 ? -1 : g_ft > slack_ft ? 1 : 0;
 }
 
-/* Whether the joint transmits anything in its mode: its slopes are KL and CL then, 0 else. */
+/* True if the joint transmits force in its mode: its slopes are then KL and CL, otherwise 0. */
 LAW_INLINE bool joint_transmits(bool slack, int mode)
 {
     return !slack || mode != 0;
@@ -121,7 +121,7 @@ LAW_INLINE double joint_located_lb(const struct law_joint *joint, bool slack, in
     return joint->kl_lb_ft * g_ft + joint->cl_lb_s_ft * rate_ft_s;
 }
 
-/* How far a mode is from its end; a joint keeps its mode until `edge` beyond. */
+/* Distance of a mode from its end; a joint keeps its mode until `edge` beyond it. */
 LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double edge_ft)
 {
     if (mode < 0)
@@ -129,8 +129,8 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
     return edge_ft + (mode > 0 ? g_ft - slack_ft : fmin(g_ft, slack_ft - g_ft));
 }
 
-/* A mat among equal ones, `joined` ends of springs at it and its neighbours: 4 in a chain, fewer
- * for a single mat. */
+/* Bound for a mat among equal ones. `joined`: number of spring ends at the mat and its neighbours,
+ * 4 in a chain, fewer for a single mat. */
 LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double joined,
                                         double mass_slug)
 {
@@ -140,17 +140,17 @@ LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double jo
 
 /* ---- hinge ---- */
 
-/* Hinge: the moment between two mats that are turned against each other by d. README.md, "Joint
- * moment". Free up to TAD; beyond, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d + CT
- * d'. */
+/* Hinge: the moment between two mats that are turned by d relative to each other. README.md, "Joint
+ * moment". No moment up to TAD; beyond it, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d +
+ * CT d'. */
 
-/* Mode at turn d: the side of TAD that it is beyond, 0 within. */
+/* Mode at turn d: the side of TAD beyond which d lies; 0: within TAD. */
 LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
 {
     return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;
 }
 
-/* How far d is beyond what is free. */
+/* The turn d beyond the free range. */
 LAW_INLINE double hinge_wound_rad(bool jumps, int side, double turn_rad, double tad_rad)
 {
     if (!jumps)
@@ -158,7 +158,7 @@ LAW_INLINE double hinge_wound_rad(bool jumps, int side, double turn_rad, double 
     return turn_rad;
 }
 
-/* Its slopes are KT and CT while it is engaged. */
+/* Moment; its slopes are KT and CT while the hinge is engaged. */
 LAW_INLINE double hinge_moment_lb_ft(double kt, double ct, double wound_rad, double rate_rad_s)
 {
     return kt * wound_rad + ct * rate_rad_s;
@@ -171,20 +171,21 @@ LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
 
 /* ---- soil ---- */
 
-/* Soil: what a foot of a mat at depth Y (down) stands on. README.md, "Report model" and "Consistent
- * model". In contact KV Y + CV Y', with slopes KV and CV, else nothing. The report's foot is in
- * contact from SOIL_TOUCH_FT above the ground on, and may be pulled; the consistent model's soil
- * only pushes. Fastest rate: that of a mat's end on KV and CV, from the linearised model
- * (model_fastest_rate), as the mass that a foot moves depends on the mats beside it. */
+/* Soil: the force under a foot of a mat at depth Y (positive down). README.md, "Report model" and
+ * "Consistent model". In contact it is KV Y + CV Y', with slopes KV and CV, otherwise 0. The report
+ * model's foot is in contact from SOIL_TOUCH_FT above the ground, and the soil may pull it; in the
+ * consistent model the soil only pushes. The fastest rate is that of a mat's end on KV and CV, from
+ * the linearised model (model_fastest_rate), because the mass that a foot moves depends on the
+ * neighbouring mats. */
 
-#define SOIL_TOUCH_FT 1e-9 /* flat mats sit at 0 up to rounding: no lift below this */
+#define SOIL_TOUCH_FT 1e-9 /* flat mats are at 0 up to rounding: a smaller lift is ignored */
 
 LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
 {
     return kv * y_ft + cv * rate_ft_s;
 }
 
-/* Positive where the soil acts. */
+/* Positive if the soil acts. */
 LAW_INLINE double soil_touch_ft(bool pushes_only, double kv, double cv, double y_ft,
                                 double rate_ft_s)
 {
@@ -200,15 +201,15 @@ LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
 
 /* ---- friction ---- */
 
-/* Friction: Coulomb friction of a mat on the ground, limit C = f N. README.md, "Friction". Along
- * the runway, no moment.
+/* Friction: Coulomb friction of a mat on the ground, limit C = f N. README.md, "Friction". It acts
+ * along the runway, without moment.
  *
- * In continuous time (friction_rub_lb) a mat slides to one side or sticks. In a step of constant
- * force the law `stick` is exact (friction_speed_ft_s). What adds to the hold of the ground, as a
- * cleat does, adds to C. */
+ * In continuous time (friction_rub_lb) a mat slides in one direction or sticks. In a step of
+ * constant force the law `stick` is exact (friction_speed_ft_s). Additional hold, such as that of a
+ * cleat, is added to C. */
 
-/* Share of C that acts against a speed. `slide`: way a mat slides, law stick; `smooth`: tanh of
- * speed over veps, law tanh. */
+/* Share of C that opposes a speed. `slide`: direction of sliding, for law stick; `smooth`: tanh of
+ * speed over veps, for law tanh. */
 LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide, double smooth)
 {
     switch (law) {
@@ -220,7 +221,7 @@ LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide
     return 0.0;
 }
 
-/* What C takes from the push on a mat that moves. */
+/* Friction force, to be subtracted from the push on a moving mat. */
 LAW_INLINE double friction_rub_lb(enum sim_friction law, double c_lb, double v_ft_s, int slide,
                                   double smooth)
 {
@@ -233,28 +234,29 @@ LAW_INLINE double friction_rub_lb(enum sim_friction law, double c_lb, double v_f
     return 0.0;
 }
 
-/* Slope of the force by speed. */
+/* Slope of the friction force by speed. */
 LAW_INLINE double friction_slope_lb_s_ft(enum sim_friction law, double c_lb, double share,
                                          double veps_ft_s)
 {
     return law == SIM_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
 }
 
-/* How much more push a mat at rest takes before it slides. */
+/* Additional push that a mat at rest can take before it slides. */
 LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
 {
     return c_lb - fabs(push_lb);
 }
 
-/* Steepest slope: of tanh, as stick and sign are not sloped. */
+/* Steepest slope: that of tanh; stick and sign have no slope. */
 LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
                                            double veps_ft_s)
 {
     return (struct law_bound){0.0, law == SIM_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
 }
 
-/* Speed after h of a mat at v under force x and Coulomb limit c: at rest it stays while |x| <= c;
- * one whose speed reaches 0 within h is tested again there. `stops` counts those. */
+/* Speed after h of a mat with speed v under force x and Coulomb limit c. A mat at rest stays at
+ * rest while |x| <= c; a mat whose speed reaches 0 within h is tested again at that time. `stops`
+ * counts such stops. */
 LAW_INLINE double friction_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
                                       double mass_slug, unsigned *stops)
 {

@@ -1,4 +1,4 @@
-/* What chains.c does in a step, for one kind of processor (lanes_each.h). */
+/* The step of chains.c, for one kind of processor (lanes_each.h). */
 #include "host/sim/elements/lanes_kernel.h"
 
 LANES_INLINE unsigned LANES(first_of)(unsigned bay)
@@ -25,7 +25,7 @@ LANES_INLINE lanes LANES(opening)(const struct chains *c, unsigned j)
     return c->gap_ft[j] + (c->u_ft[j] - c->u_ft[j - 1u]);
 }
 
-/* Tension of joint j; moves its reach where the mask is set. */
+/* Tension of joint j; updates its reach in the lanes of the mask. */
 LANES_INLINE lanes LANES(pull)(struct chains *c, unsigned j, lanes g_ft, lanes rate_ft_s,
                                masks mask)
 {
@@ -36,7 +36,7 @@ LANES_INLINE lanes LANES(pull)(struct chains *c, unsigned j, lanes g_ft, lanes r
     return pull.lb;
 }
 
-/* Tension of the bay's first joint in lanes where the bay on its left did not carry it. */
+/* Tension of the bay's first joint, in lanes where the bay to its left did not compute it. */
 LANES_INLINE lanes LANES(first_pull)(struct chains *c, unsigned j, masks mask)
 {
     return LANES(pull)(c, j, LANES(opening)(c, j), c->v_ft_s[j] - c->v_ft_s[j - 1u], mask);
@@ -68,7 +68,7 @@ LANES_INLINE void LANES(stretch_to)(struct chains *c, unsigned bay)
     c->high = bay > c->high ? bay : c->high;
 }
 
-/* The wheels' bays are awake from this step on. */
+/* The bays of the wheels are awake from this step on. */
 LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const float *thrust_lb,
                                bool on)
 {
@@ -92,7 +92,7 @@ LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, words set)
     LANES(stretch_to)(c, bay);
 }
 
-/* Bays beside one whose outermost mat moves wake in that lane. */
+/* Wakes, in each lane, the bays next to a bay whose outermost mat moves. */
 LANES_INLINE void LANES(wake_beside)(struct chains *c)
 {
     const lanes none = {0};

@@ -1,6 +1,7 @@
-/* Kernel: the parts that the right-hand sides of both models share: kinematics, and the laws of
- * elements/ in the models' modes, inlined so that what a scene does not need is left out at compile
- * time. PLANAR.md, "Common pieces". Private to this folder and solvers/planar_engine.c. */
+/* Kernel: the common parts of the right-hand sides of both models: kinematics, and the laws of
+ * elements/ in the models' modes. They are inlined, so that parts which a scene does not need are
+ * removed at compile time. PLANAR.md, "Common pieces". Private to this folder and
+ * solvers/planar_engine.c. */
 #ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
 #define MATRIG_HOST_SIM_MODELS_KERNEL_H
 
@@ -15,24 +16,24 @@ void vector_tanh(const double *from, double scale, double *to, int count);
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 
-/* What a kernel instance contains; constants at every place it is inlined. */
+/* The parts of a kernel instance; constants wherever the kernel is inlined. */
 struct kernel_parts {
     bool full;
     bool slack;
-    bool given;  /* tensions are given, soil damping is implicit in the step */
-    bool braced; /* that, and modifications press on nodes and bend joints */
+    bool given;  /* tensions are given; soil damping is implicit in the step */
+    bool braced; /* as `given`, and modifications also act on nodes and joints */
     enum sim_friction law;
-    double step_s; /* of `given`; no constant */
+    double step_s; /* step for `given`; not a compile-time constant */
 };
 
-/* A mat's angle and motion; the ground and a mat at rest outside the window are flat. */
+/* Angle and motion of a mat; the ground, and a mat at rest outside the window, are flat. */
 struct kernel_mat {
     double s, c; /* sin, cos theta */
     double w;    /* theta' */
     double u, v;
 };
 
-/* The thrust on at most two mats at one time. */
+/* The thrust on at most two mats at a time. */
 struct kernel_thrust {
     int mat_a, mat_b;
     double a_lb, b_lb;
@@ -67,7 +68,7 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
     return mat;
 }
 
-/* The same on uneven ground. */
+/* As kernel_mat, on uneven ground. */
 KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p,
                                                   const double *v, int n, double inverse_length)
 {
@@ -79,7 +80,7 @@ KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const d
     return mat;
 }
 
-/* A mat beyond the window, or the ground: flat, at rest. */
+/* A mat outside the window, or the ground: flat, at rest. */
 KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
 {
     return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : m->rest_u_ft[n], 0.0};
@@ -116,7 +117,7 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
            (l->s != 0.0 ? elementary_asin(l->s) : 0.0);
 }
 
-/* Moment in joint j; the caller has seen that it is engaged. */
+/* Moment in joint j; the caller has checked that it is engaged. */
 KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
                                    const struct kernel_mat *r)
 {
@@ -137,7 +138,7 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
     return m->weight_limit_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
 }
 
-/* What kernel_slide_lb needs of the law tanh. */
+/* Prepares the values that kernel_slide_lb needs for the law tanh. */
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
     if (law == SIM_TANH)
@@ -145,7 +146,7 @@ KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum s
                     m->last - m->first + 1);
 }
 
-/* m u'' under push x. */
+/* m u'' under the push x. */
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
                                      double soil_l, double soil_r, enum sim_friction law)
 {
@@ -158,7 +159,7 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
                                law == SIM_TANH ? m->tanh[n] : 0.0);
 }
 
-/* Call `kernel` with the constants of this scene. */
+/* Calls `kernel` with the constants of this scene. */
 /* clang-format off */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
@@ -185,9 +186,9 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     }
 /* clang-format on */
 
-/* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions
- * model->given_lb and the soil's dampers taken at the end of the step. What it writes for the mats
- * has no meaning. */
+/* Change of the nodes' rates over a step of step_s, divided by step_s, with joint tensions
+ * model->given_lb and the soil's dampers taken at the end of the step. Entries for the mats are not
+ * valid. */
 void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
 
 #endif

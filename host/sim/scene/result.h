@@ -1,11 +1,12 @@
-/* Options and result of a simulation: how sim_run is asked, and what it answers, whatever the model
- * and the solver.
+/* Options and result of a simulation: the input of sim_run apart from the scene, and its output,
+ * for all models and solvers.
  *
- * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK holds no
- * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was
- * interrupted holds what there was by then. One that is SIM_UNPREDICTABLE holds one run of several
- * that part at t_s: from then on its numbers hold within the error estimates only, which are the
- * spread of those runs. Units ft, s. No array ever holds a NaN. */
+ * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK has no
+ * usable numbers: status, mat, t_s and the costs are set, and the arrays are NULL. There are two
+ * exceptions. An interrupted result has the values computed so far. A result that is
+ * SIM_UNPREDICTABLE has one of several runs that diverge at t_s: from then on its numbers are valid
+ * only within the error estimates, which are the spread of those runs. Units are ft and s. Arrays
+ * never contain NaN. */
 #ifndef MATRIG_HOST_SIM_SCENE_RESULT_H
 #define MATRIG_HOST_SIM_SCENE_RESULT_H
 
@@ -15,37 +16,39 @@
 
 #include "host/sim/scene/scene.h"
 
-/* How a scene is to be run. All zero: choose everything. */
+/* Options of a run. All zero: every choice is automatic. */
 struct sim_options {
-    /* NULL or "auto": chosen, the result says why. Chain: "event", "staggered"; else stepper.h has
-     * names */
+    /* NULL or "auto": chosen automatically, with the reason in the result. Chain: "event",
+     * "staggered"; planar models: the names in stepper.h. */
     const char *solver;
-    /* of a fixed step. 0: half the stability limit, halved when the check (chain.h) asks */
+    /* Fixed step. 0: half the stability limit, halved if the check (chain.h) requires it. */
     double dt_s;
-    /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of
-     * the largest |u|; halves the step until met */
+    /* Planar models: tolerance of the step control. Chain: permitted error estimate as a share of
+     * the largest |u|; the step is halved until it is met. */
     double rtol;
     bool no_prune; /* integrate every mat all the time */
-    /* solver staggered: one pass, no error estimate (0) and no check but that of stability. For
-     * ensembles whose spread is far larger than a pass's error; the step is dt, or half the
-     * stability limit. The chain's event, when asked for: one pass at tolerance rtol */
+    /* Solver staggered: one pass, without error estimate (0) and without checks except that of
+     * stability. For ensembles whose spread is far larger than the error of a pass; the step is dt,
+     * or half the stability limit. Solver event of the chain: one pass at tolerance rtol. */
     bool single;
-    /* solver staggered: its first two passes on two threads, for a caller that runs nothing else.
-     * The result is the same to the bit */
+    /* Solver staggered: runs its first two passes on two threads, for a caller without other work.
+     * The result is identical bit for bit. */
     bool side_by_side;
-    /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
+    /* Landings with heights: record where the wheel meets nodes that have risen by this height; 0:
+     * do not record. */
     double overrun_ft;
-    /* Called now and then: how much of the pass is done, 0 to 1. False stops the run:
-     * SIM_INTERRUPTED. NULL: never. */
+    /* Called at intervals with the completed share of the pass, 0 to 1. Returning false stops the
+     * run: SIM_INTERRUPTED. NULL: not called. */
     bool (*go_on)(void *ctx, int pass_from_1, double part);
     void *go_on_ctx;
-    /* After so much time on the clock the run is stopped: SIM_INTERRUPTED. 0: never. What auto
-     * tries after its first solver has a limit of its own (planar.h) */
+    /* Time limit by the clock, after which the run is stopped: SIM_INTERRUPTED. 0: no limit.
+     * Solvers that auto tries after the first one have a separate limit (planar.h). */
     double limit_s;
-    double (*clock_s)(void *ctx); /* seconds that only grow; NULL: host/base/monotonic_clock.h's */
+    /* seconds, never decreasing; NULL: the clock of host/base/monotonic_clock.h */
+    double (*clock_s)(void *ctx);
     void *clock_ctx;
-    double sample_dt_s; /* 0: no samples */
-    /* where to sample: the mat that begins at the station or lies over it */
+    double sample_dt_s; /* time between samples; 0: no samples */
+    /* Stations to sample: the mat that begins at the station or covers it. */
     const double *station_ft;
     size_t station_count;
 };
@@ -63,103 +66,108 @@ enum sim_status {
 #define SIM_NOTES_MAX    16
 #define SIM_OVERRUNS_MAX 8
 
-/* The state at one of the scene's t_out (or at the end when it names none). */
+/* The state at one of the scene's t_out (or at the end if it has none). */
 struct sim_output {
     double t_s;
     double *u_ft;   /* mats + 1 values; u_ft[n] is mat n, [0] is unused */
-    double lift_ft; /* -min Y; 0 in a model without vertical motion */
+    double lift_ft; /* largest lift, -min Y; 0 in a model without vertical motion */
     int lift_node;
 };
 
 struct sim_result {
     enum sim_status status;
-    int mat;            /* where it failed, when not SIM_OK */
-    double t_s;         /* when it failed */
-    const char *why;    /* a stepper made no progress: static text; NULL else */
-    int passes;         /* begun; for go_on */
+    int mat;            /* mat at which the run failed, if not SIM_OK */
+    double t_s;         /* time of the failure */
+    const char *why;    /* reason if a stepper made no progress, static text; otherwise NULL */
+    int passes;         /* number of passes begun, for go_on */
     const char *solver; /* static text */
     int mats;
-    double start_s; /* of the run (sim_scene_start_s); all times of the result are the scene's */
+    /* start of the run (sim_scene_start_s); all times of the result are on the scene's clock */
+    double start_s;
     double t_end_s;
-    double run_ms;       /* all passes, wall clock */
-    double pass_ms;      /* the pass whose numbers these are */
-    double dt_s;         /* its step */
-    double dt_limit_s;   /* beyond this a step is unstable */
-    double checked_dt_s; /* step of the pass it was checked against */
-    uint64_t rhs;        /* force evaluations, all passes */
-    uint64_t steps;      /* of the pass whose numbers these are */
-    uint64_t rejected;   /* steps of all other passes */
-    uint64_t events;     /* mats brought to rest within a step, in that pass */
-    double error_u_ft;   /* estimate: largest over all mats at 64 even times, t_out and samples */
+    double run_ms;       /* duration of all passes, wall clock */
+    double pass_ms;      /* duration of the pass whose numbers these are */
+    double dt_s;         /* time step of that pass */
+    double dt_limit_s;   /* a larger step is unstable */
+    double checked_dt_s; /* step of the pass with which it was checked */
+    uint64_t rhs;        /* number of force evaluations in all passes */
+    uint64_t steps;      /* number of steps in the pass whose numbers these are */
+    uint64_t rejected;   /* number of steps in all other passes */
+    uint64_t events;     /* number of mats brought to rest within a step, in that pass */
+    /* error estimate: largest over all mats at 64 equally spaced times, t_out and samples */
+    double error_u_ft;
     double error_lift_ft;
-    /* SIM_UNPREDICTABLE: runs that the estimates are the spread of, and those with a bow wave */
+    /* SIM_UNPREDICTABLE: number of runs whose spread the estimates are, and of those with a bow
+     * wave. */
     int spread_runs, spread_waves;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
-    double speed_end_ft_s; /* fastest mat at the end; 0 when all are at rest */
+    double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all are at rest */
     double max_lift_ft;
     bool bow_wave;
-    /* Solver fixed, whole run; joints 1..N+1, [0] unused. NULL elsewhere. */
+    /* Solver staggered and the chain's event, over the whole run; joints 1..N+1, [0] unused. NULL
+     * for other solvers. */
     double *push_lb; /* largest compression of each joint */
-    double *pull_lb; /* largest tension */
+    double *pull_lb; /* largest tension of each joint */
     double *rise_ft; /* planar: largest lift of each node off its ground */
-    /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    /* Planar: largest turn of a joint upward (^) and downward (v); both positive. */
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; between two */
+    /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order. Between two entries
+     * the wheel was on mats lower than half of overrun_ft. */
     int overrun[SIM_OVERRUNS_MAX];
-    int overruns; /* of them it was on mats that lay lower than half of that */
-    /* node that first rose so far, and the mat the wheel was on then (0: on none) */
+    int overruns; /* number of entries in `overrun` */
+    /* Node that first rose by overrun_ft, and the mat under the wheel at that time (0: none). */
     int first_crest, first_crest_wheel;
 
     struct sim_output *outputs;
     size_t output_count;
-    double *u_ft; /* at the end: mats + 1 values, by mat */
-    /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
+    double *u_ft; /* movement at the end: mats + 1 values, by mat */
+    /* At the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: compressed. */
     double *gap_ft;
 
-    struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
+    /* final state of the modifications (mods.h); NULL without modifications */
+    struct mods_state *mods;
 
-    size_t sample_count;  /* rows, at start_s + k * sample_dt_s, k = 0.. */
+    size_t sample_count;  /* rows, at start_s + k * sample_dt_s, k = 0, 1, ... */
     size_t station_count; /* columns */
     double sample_dt_s;
     double *sample_u_ft; /* sample_u_ft[k * station_count + s] */
-    double *sample_y_ft; /* likewise: height of the mat's left end, up; NULL in model chain */
+    double *sample_y_ft; /* same index: height of the mat's left end, up; NULL in model chain */
 
-    int mats_max;                           /* most mats integrated at once */
-    double mats_mean;                       /* time mean */
-    const char *left_out[SIM_LEFT_OUT_MAX]; /* static texts, NULL at the end of the list */
-    char notes[SIM_NOTES_MAX][160];         /* empty text at the end of the list */
+    int mats_max;                           /* largest number of mats integrated at the same time */
+    double mats_mean;                       /* mean over time */
+    const char *left_out[SIM_LEFT_OUT_MAX]; /* static texts; NULL ends the list */
+    char notes[SIM_NOTES_MAX][160];         /* an empty text ends the list */
 };
 
 /* "ok", "unstable", "folded", "step_underflow", "interrupted", "unpredictable". */
 const char *sim_status_name(enum sim_status status);
 
-/* How a run ended that did not come to its end, at which mat and when. */
+/* Records the end of a run that did not complete, with mat and time. */
 void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s);
 
-/* Significant digits of a time on a clock that shows start_s: as many more than `digits` as that
- * has before its point, 15 at most. */
+/* Significant digits for a time on a clock that starts at start_s: `digits` plus the number of
+ * digits of start_s before its decimal point, at most 15. */
 int sim_time_digits(double start_s, int digits);
 
-/* Adds to a list what it does not have yet; what does not fit is dropped (the lists hold all that
- * the code can say). */
+/* Add an entry to a list unless it is already there. Entries that do not fit are dropped (the lists
+ * have room for all entries that the code can make). */
 void sim_result_leave_out(struct sim_result *result, const char *what);
 void sim_result_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 void sim_result_free(struct sim_result *result);
 
-/* Record: what one pass of a solver leaves behind: u of every mat at set times, and samples at
- * stations.
+/* Record: the output of one pass of a solver: u of every mat at set times, and samples at stations.
  *
- * The set times are 64 even ones to the end (for comparing passes) and the scene's t_out. The
- * solver reports each step as it ends; between steps u is taken as linear, which is how the fixed
- * step moves. Units ft, s. */
+ * The set times are 64 equally spaced times up to the end (for comparing passes) and the scene's
+ * t_out. The solver reports each step when it ends; between steps u is taken as linear, as in the
+ * motion of a fixed step. Units are ft and s. */
 struct sim_snapshot {
     double t_s;
-    int output;   /* index among the scene's t_out, or -1 */
-    double *u_ft; /* mats + 1 values by mat */
+    int output;   /* index in the scene's t_out, or -1 */
+    double *u_ft; /* movements: mats + 1 values by mat */
     double lift_ft;
     int lift_node;
 };
@@ -167,33 +175,33 @@ struct sim_snapshot {
 struct sim_record {
     int mats;
     double end_s;
-    struct sim_snapshot *snapshots; /* in order of time */
+    struct sim_snapshot *snapshots; /* snapshots in order of time */
     size_t snapshot_count;
     double *storage;
     int *station_mat;
     size_t station_count;
     double *sample_u_ft;
-    double *sample_y_ft; /* NULL in model chain */
+    double *sample_y_ft; /* heights of the samples; NULL in model chain */
     size_t sample_count;
     double sample_dt_s;
     size_t next_snapshot;
     size_t next_sample;
-    double next_s; /* the earliest time still wanted; INFINITY when none is */
-    /* by mat: of its left end, up; set by the solver of a planar model like the lift */
+    double next_s; /* next time to be recorded; INFINITY: none */
+    /* By mat: height of its left end, up; set by the solver of a planar model, like the lift. */
     const double *height_ft;
-    double lift_ft; /* set by the solver before it calls sim_record_take; 0 and node 1 else */
+    double lift_ft; /* set by the solver before it calls sim_record_take; default: 0 and node 1 */
     int lift_node;
 };
 
 void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
                      const struct sim_options *options);
 
-/* Take everything wanted up to t_s, where the mats are at u, having moved at v. Cheap when next_s
- * is later: test it first. */
+/* Records all times up to t_s, at which the mats are at u, having moved at v. Test next_s before
+ * the call: it avoids most calls. */
 void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
                      const double *v_ft_s);
 
-/* Largest difference between two complete records of the same scene, and where. */
+/* Largest difference between two complete records of the same scene, with mat and time. */
 struct sim_difference {
     double u_ft;
     int mat;
@@ -201,15 +209,16 @@ struct sim_difference {
 };
 struct sim_difference sim_record_difference(const struct sim_record *a, const struct sim_record *b);
 
-/* Largest difference of the lift between the same. */
+/* Largest difference of the lift between two complete records of the same scene. */
 double sim_record_lift_difference(const struct sim_record *a, const struct sim_record *b);
 
-/* Largest |u| of a complete record, and where. */
+/* Largest |u| of a complete record, with mat and time. */
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
-/* Hand outputs and samples over to a result, which owns them from then on. */
+/* Moves outputs and samples to a result, which then owns them. */
 void sim_record_deliver(struct sim_record *record, struct sim_result *result);
-/* Likewise for a chain, with its peak and copies of the lists by mat and joint; gap_ft is 0. */
+/* As sim_record_deliver, for a chain: also sets the peak and copies the lists by mat and joint;
+ * gap_ft is 0. */
 void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
                               const double *pull_lb, struct sim_result *result);
 

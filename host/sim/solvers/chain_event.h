@@ -1,27 +1,28 @@
-/* Chain by events: the horizontal equations of a runway, in which every switch is a moment of its
- * own (solver `event` of model chain).
+/* Chain by events: the horizontal equations of a runway, with every switch located in time (solver
+ * `event` of model chain).
  *
- * Between switches (a mat stops, starts or turns; a joint opens, closes, hooks; its dirt holds,
+ * Between switches (a mat stops, starts or turns; a joint opens, closes or hooks; its grit holds or
  * yields) the equations are linear, and u of every mat is a power series in time whose terms follow
- * from the equations one by one. A step is such a series, cut off where a term no longer counts;
- * what switches is a polynomial within it, and its first root ends the step. So no switch is
- * sampled, and the largest force of a joint is that of its polynomial.
+ * from the equations one by one. A step is such a series, truncated where further terms are
+ * negligible. A switch condition is a polynomial within the step, and its first root ends the step.
+ * Thus no switch is sampled, and the largest force of a joint is that of its polynomial.
  *
- * Only mats from the outermost moving ones to one beyond are in a step. Two runs, at two
- * tolerances, check each other: three times their largest difference is stated, and never less than
- * a share of the movement. Where they part by a thousandth of it, a third run counts too. More than
- * rtol allows (a tenth of the movement when none is given) is SIM_UNPREDICTABLE: no finer run
- * helps. */
+ * A step includes only the mats from the outermost moving ones to one mat beyond. Two runs, at two
+ * tolerances, check each other: the stated error is three times their largest difference, and at
+ * least a share of the movement. If they differ by a thousandth of the movement, a third run is
+ * included. If the error exceeds rtol (default: a tenth of the movement), the result is
+ * SIM_UNPREDICTABLE: a finer run does not help. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_CHAIN_EVENT_H
 #define MATRIG_HOST_SIM_SOLVERS_CHAIN_EVENT_H
 
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Whether this solver has all that the scene has: all but modifications. */
+/* True if this solver supports the scene: all features except modifications. */
 bool chain_event_can(const struct sim_scene *scene);
 
-/* Runs a checked scene that it can. As chain_run (chain.h). */
+/* Runs a checked scene for which chain_event_can is true. Result and statuses as chain_run
+ * (chain.h). */
 enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_options *options,
                                struct sim_result *result, struct error *error);
 

@@ -1,5 +1,5 @@
-/* What chain.c does with all mats and joints in a step: whole blocks, with mats side by side in the
- * lanes. For one kind of processor (lanes_each.h). */
+/* The operations of chain.c on all mats and joints in a step: whole blocks, with one mat per lane.
+ * For one kind of processor (lanes_each.h). */
 #include "host/sim/elements/lanes_kernel.h"
 
 typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
@@ -15,14 +15,14 @@ LANES_INLINE unsigned LANES(count)(masks set)
     return sum;
 }
 
-/* Mats and joints are computed in whole blocks of so many, with padding at both ends. */
+/* Size of the blocks in which mats and joints are computed; there is padding at both ends. */
 static int LANES(block)(void)
 {
     return BLOCK;
 }
 
-/* Tensions of the block of joints that begins at j, from the present openings and speeds. Moves the
- * reach of grit. */
+/* Tensions of the block of joints that begins at j, from the present openings and speeds. Updates
+ * the reach of grit. */
 LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law)
 {
     lanes g_ft = LOAD(chain->gap0_ft + j) + (LOAD(chain->u_ft + j) - LOAD(chain->u_ft + j - 1));
@@ -42,7 +42,7 @@ LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law 
     return pull.lb;
 }
 
-/* The newest tensions of three. */
+/* Stores the newest tensions; the last three are kept. */
 LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
 {
     STORE(chain->before_last_lb + j, LOAD(chain->last_lb + j));
@@ -58,7 +58,7 @@ LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int las
         LANES(keep)(chain, j, LANES(pull)(chain, j, law));
 }
 
-/* Speeds of the block of mats at n after a kick, from those before it. */
+/* Speeds of the block of mats at n after a kick, from the speeds before it. */
 LANES_INLINE struct LANES(slip)
     LANES(slip)(const struct chain *chain, int n, lanes v_ft_s, lanes per_lb)
 {
@@ -69,9 +69,10 @@ LANES_INLINE struct LANES(slip)
     return slip;
 }
 
-/* Speeds are those of the middles of steps, which for a steady force moves a mat rightly. One of
- * the block at n that stopped in the kick, from v before it, stood for what was left, or turned
- * back: how far on it has to be for the drift over h that follows to end in the right place. */
+/* Position correction for mats that stopped in a kick. Speeds are those of the middles of steps,
+ * which gives the right movement under a steady force. For a mat of the block at n that stopped in
+ * the kick, from speed v before it, stood for the rest of it, or turned back: the distance to add
+ * so that the following drift over h ends at the right position. */
 LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
 {
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
@@ -82,9 +83,9 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
     return LAW_ONLY(slip.stops, way_ft);
 }
 
-/* Keeps the largest tensions of the block of joints at j, of which these are the last three. Of
- * those that are large in the chain the top between steps counts: that of the parabola through the
- * three, if all pull or all press. */
+/* Updates the largest tensions of the block of joints at j, from their last three tensions. For
+ * tensions that are large in the chain, the peak between steps is used: that of the parabola
+ * through the three values, if all three are tension or all three are compression. */
 LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
                               lanes last_lb)
 {
@@ -107,7 +108,8 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
     STORE(chain->pull_lb + j, pull_lb);
 }
 
-/* Friction stick: mats of the blocks first..last at rest, moving and stopping. */
+/* Friction stick: kick of the mats of the blocks first..last, which may be at rest, moving or
+ * stopping. */
 static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s, int first,
                              int last)
 {
@@ -128,7 +130,8 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     return stops;
 }
 
-/* A drift of the blocks first..last, and what is largest of the tensions of the kick before it. */
+/* Drift of the blocks first..last, and update of the largest tensions with those of the kick
+ * before. */
 static void LANES(drift)(const struct chain *all, double h_s, int first, int last)
 {
     const struct chain copy = *all, *chain = &copy;
@@ -140,12 +143,12 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
     }
 }
 
-/* A whole step of mats first..last (first: of a block) and their joints to last + 1 where nothing
- * but joints, thrust and sticking friction acts: a kick over kick_s, a drift over h_s. */
+/* A whole step of mats first..last (first: start of a block) and their joints to last + 1, if only
+ * joints, thrust and sticking friction act: a kick over kick_s, a drift over h_s. */
 LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
                                     int last, enum joint_law law)
 {
-    const struct chain copy = *all, *chain = &copy; /* whose pointers no store can change */
+    const struct chain copy = *all, *chain = &copy; /* copy: no store can change its pointers */
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK) {
@@ -167,7 +170,7 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
     return stops;
 }
 
-/* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
+/* Calls a separate loop for each joint law, from which unused code is removed. */
 #define EACH_LAW(chain, do, ...)                                             \
     ((chain)->joints == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
      : (chain)->joints == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \

@@ -1,24 +1,26 @@
-/* Planar: running a scene of the report or the consistent model with any solver, and checking the
- * answer.
+/* Planar: running a scene of the report model or the consistent model with any solver, and checking
+ * the answer.
  *
- * Every scene is run twice. A solver that chooses its step: at its tolerance, and at 30 times that;
- * the answer is the finer one. A fixed step: at dt and at dt/1.9; the answer is the one at dt when
- * dt was given, else the finer. (Not dt/2: ends of steps that fall together sample switches alike.)
- * The error estimate is the largest difference of the two, over all mats at 64 even times and t_out
- * for u, over the same and the run's largest lift for lift; never less than the tolerance times L
- * for what moves at all. Two runs can agree by chance, and share what their solver does wrong:
- * planar.c has what joins them.
+ * Every scene is run twice. A solver that chooses its step runs at its tolerance and at 30 times
+ * that; the answer is the finer run. A fixed step runs at dt and at dt/1.9; the answer is the run
+ * at dt if dt was given, otherwise the finer one. (Not dt/2: then steps of both runs end at the
+ * same times and sample the switches in the same way.) The error estimate is the largest difference
+ * between the two runs: for u over all mats, at 64 equally spaced times and at t_out; for lift over
+ * the same times and the maximum of each run. It is at least the tolerance times L for anything
+ * that moves. Two runs can agree by chance, and they share errors of their solver: planar.c
+ * describes the additional checks.
  *
- * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
- * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then
- * the run is `unpredictable`; `unstable` when the step or tolerance was given.
- * A fixed step beyond the stability limit of the equations with every node on the ground is
- * refused before it runs: what it would return can look right.
+ * The first two runs must agree within a fifth (of the largest movement, of the lift) and on
+ * whether there is a bow wave. Otherwise an automatic tolerance is reduced by a factor of 100, at
+ * most twice, and then the result is `unpredictable`; it is `unstable` if the step or tolerance was
+ * given. A fixed step beyond the stability limit of the equations with every node on the ground is
+ * refused before the run, because its result can look right.
  *
- * auto: where its first solver makes no progress the other one takes over, then hamming, which
- * samples what piles up, then moreau, which settles it; together they have a minute, and what they
- * have not answered then is refused for what the first one said. A landing that no step of fixed
- * decides goes to event and implicit, where they have its laws. */
+ * auto: if its first solver makes no progress, the other one is tried, then hamming, which samples
+ * switches that accumulate, then moreau, which settles them. These later solvers have one minute
+ * together; if none succeeds, the run is refused for the reason of the first one. A landing for
+ * which no step of staggered gives a result is run with event and implicit, if they support its
+ * laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
@@ -26,27 +28,28 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/pass.h"
 
-/* Wall time that solvers which auto tries after its first one may take, together. */
+/* Wall time, together, of the solvers that auto tries after its first one. */
 #define PLANAR_OTHERS_S 60.0
 
-/* Whether sim_run has a solver of this name for planar models ("auto" included). */
+/* True if sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);
 
-/* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
+/* Runs a checked scene. MR_OK: see result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result, struct error *error);
 
-/* Deadline: options that stop a run after a while on the clock. Solvers ask them as they ask the
- * caller whether to go on (sim_options.go_on), who is asked too. */
+/* Deadline: options that stop a run after a time by the clock. Solvers call them like the caller's
+ * sim_options.go_on, which is also called. */
 struct deadline {
     const struct sim_options *asked;
-    struct sim_options options; /* for the solver: those asked for, but stopped in time */
-    double until_s;             /* on the clock */
-    bool late;                  /* it stopped the run */
+    /* options for the solver: the requested ones, with the time limit */
+    struct sim_options options;
+    double until_s; /* end of the limit, by the clock */
+    bool late;      /* the deadline stopped the run */
 };
 
-/* From now on for limit_s of asked->clock_s; 0: no limit, the options are those asked for. The
- * deadline is referred to while its options are in use; `asked` stays the caller's. */
+/* Starts a limit of limit_s by asked->clock_s; 0: no limit, and the options are the requested ones.
+ * The deadline must exist while its options are in use; the caller owns `asked`. */
 void deadline_begin(struct deadline *deadline, const struct sim_options *asked, double limit_s);
 
 #endif

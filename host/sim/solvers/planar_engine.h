@@ -1,6 +1,6 @@
-/* Planar engine: the state of landing.h's solver and what a step does to it (which mats slide and
- * which rise, tensions, speeds, the gear), and one run. landing.c has the runs and their error.
- * Mats, nodes and joints count from 0 as in model.h. */
+/* Planar engine: the state of the solver of landing.h, its step (which mats slide and which heave,
+ * tensions, speeds, the gear), and one run. landing.c has the runs and their error. Mats, nodes and
+ * joints are counted from 0, as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 
@@ -11,53 +11,59 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/elements/wheel.h"
 
-/* Mats first..last, from 0; empty when last < first. */
+/* Mats first..last, from 0; empty if last < first. */
 struct part {
     int first, last;
-    int quiet_first, quiet_last; /* steps that its ends have been at rest */
+    int quiet_first, quiet_last; /* number of steps for which each end has been at rest */
 };
 
 struct planar_engine {
-    struct model model; /* its window is the part that heaves */
+    struct model model; /* the model; its window is the part that heaves */
     const struct sim_scene *scene;
-    size_t stored; /* values from z on: all that a march leaves in this */
-    double *z;     /* every mat's, all the time */
+    size_t stored; /* number of values from z on: all that a march changes in this struct */
+    double *z;     /* state of every mat, at all times */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *grit_lb, *give_ft, *reach_ft; /* per joint; elements/law.h */
-    double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
-    /* what modifications and the gear press nodes down with and bend joints by; NULL: nothing */
+    /* joint properties, per joint; elements/law.h */
+    double *gap0_ft, *grit_lb, *give_ft, *reach_ft;
+    double *tilt_ft, *rest_cos; /* per mat on uneven ground: tilt (model.h), and its cosine */
+    /* Downward force on nodes and moment on joints from modifications and gear; NULL: none. */
     double *brace_lb, *brace_lb_ft;
-    void (*brace_heaves)(struct planar_engine *l); /* puts it there; NULL: nothing */
-    double *push_lb, *pull_lb, *rise_ft;           /* per joint and node: most so far */
-    /* a step in parts, as a node lands in it: what mats rub with, in it and in the next one */
+    /* computes brace_lb and brace_lb_ft; NULL: none */
+    void (*brace_heaves)(struct planar_engine *l);
+    double *push_lb, *pull_lb, *rise_ft; /* per joint and node: largest so far */
+    /* A step in parts, because a node lands in it: normal forces of friction, in this step and in
+     * the next one. */
     bool in_parts;
-    double *rub_lb, *rub_next_lb; /* per node, from rub_first to rub_last */
+    double *rub_lb, *rub_next_lb; /* normal forces per node, from rub_first to rub_last */
     int rub_first, rub_last;
-    double rub_share;   /* of that in the next step, which rub_next_lb does not have; else 1 */
-    double last_step_s; /* what of it a joint was closed for its damper acts for; 0: all of it */
-    /* per joint; between mats at rest that of the last step in which one of them moved */
+    /* share of the normal force in the next step that rub_next_lb does not contain; otherwise 1 */
+    double rub_share;
+    /* Duration of the last step, over which the damper of a joint that closes or opens within it is
+     * averaged; 0: the damper acts at its full rate. */
+    double last_step_s;
+    /* Per joint; between mats at rest, the tension of the last step in which one of them moved. */
     double *tension_lb;
     double slack_ft;
     enum joint_law joints;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
     struct part heaves; /* mats whose nodes are not at rest */
-    struct mods *mods;  /* NULL when the scene has none */
-    struct gear *gear;  /* likewise */
+    struct mods *mods;  /* NULL if the scene has no modifications */
+    struct gear *gear;  /* NULL if the scene has no gear ground */
 };
 
-/* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
- * left out. Whatever becomes of it, engine_free releases it. */
+/* Makes one strip, ready to march; `l` must be all zero before. If `result` is given, the omitted
+ * features are added to it. Call engine_free in every case. */
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
                            struct sim_result *result, struct error *error);
 void engine_free(struct planar_engine *l);
 
-/* What the modifications see of a landing. */
+/* The view of a landing for the modifications. */
 static inline struct mods_view engine_view(const struct planar_engine *l)
 {
     return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
 }
 
-/* One run over the whole landing; the record is made before. */
+/* One run over the whole landing; its record must be made before. */
 struct march {
     uint64_t steps, done, events;
     double h_s, ms;
@@ -65,21 +71,21 @@ struct march {
     int mat;
     double t_s;
     double max_lift_ft;
-    double jolt_ft_s; /* the soil's largest: what a node's speed has changed by in a step */
+    double jolt_ft_s; /* largest change of a node's speed by the soil in one step */
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     int overrun[SIM_OVERRUNS_MAX], overruns;
-    bool on_wave; /* the wheel, since it met the last of them */
+    bool on_wave; /* the wheel has been on a wave since the last entry of `overrun` */
     int first_crest, first_crest_wheel;
     double awake_s;
     int mats_max;
     struct sim_record record;
-    struct mods_state *mods; /* at its end; NULL without modifications */
-    int number;              /* of this march, for go_on */
+    struct mods_state *mods; /* state of the modifications at the end of this march; NULL: none */
+    int number;              /* number of this march, for go_on */
 };
 
-/* March through the whole landing with march->steps steps; the record is made. */
+/* Runs the whole landing with march->steps steps; march->record must be made before. */
 void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options);
 
 #endif

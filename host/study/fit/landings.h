@@ -1,22 +1,22 @@
-/* Landings to fit: what was measured of them, as statistics, and the same statistics of simulated
+/* Landings for a fit: statistics of the measured landings, and the same statistics of simulated
  * ones.
  *
- * Simulated is the chain (host/sim/README.md, "Chain and landings") along the measured way of the
- * gear. Drawn anew each time:
- * - joints: gaps uniform over 0 to twice their mean, none beyond the slack (those lie hooked);
- * those of a surveyed segment
- *   given its sum, which is off by the survey's error. A landing that follows the one before keeps
- *   that one's gaps, scaled to the sums. Closing resistances uniform over 0 to twice their mean,
- *   the same joint's in all landings;
- * - instruments: noise of each sample, the baseline's error, a gain error per transducer and
- * landing, the thrust's.
+ * The simulation is the chain (host/sim/README.md, "Chain and landings") with the measured path of
+ * the gear. Random values of each simulated data set:
+ * - Joints: gaps are uniform over 0 to twice their mean, limited to the slack (such joints are
+ * hooked). Gaps of a surveyed segment are scaled to its sum, which has the survey's error. A
+ * landing that follows the one before keeps its gaps, scaled to the sums. Closing resistances are
+ * uniform over 0 to twice their mean, and each joint has the same one in all landings.
+ * - Instruments: noise of each sample, error of the baseline, a gain error per transducer and
+ * landing, the error of the thrust.
  *
- * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of
- * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed after, and before or
- * in a landing that follows, the sum after. Of u only u0 asinh(u/u0) is used, as movements scale
- * with what causes them. A mean over a window is one number however many samples it has, and its
- * scatter comes from the ensemble: nothing takes neighbouring samples for independent. A window of
- * which less than half is valid is left out. */
+ * Statistics, in inches: for each transducer the mean movement while the wheel was at certain
+ * distances ahead of it or behind it (FIT_EDGES), and over the last 0.2 s; for each segment the sum
+ * after the landing, if it was surveyed after, and also before or in a landing that follows. Of u
+ * only u0 asinh(u/u0) is used, because the scatter of movements is proportional to their size. The
+ * mean over a window is one number, however many samples it has, and its scatter is taken from the
+ * ensemble: neighbouring samples are never treated as independent. A window with less than half of
+ * its samples valid is left out. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
@@ -30,9 +30,9 @@
 
 enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KEYS };
 
-/* A parameter: its logarithm has a normal prior about ln(value). */
+/* A parameter. Its logarithm has a normal prior about ln(value). */
 struct fit_parameter {
-    bool fitted; /* else it stays at its value */
+    bool fitted; /* false: it keeps its value */
     double value;
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
@@ -41,23 +41,23 @@ extern const struct fit_name {
     enum unit_kind unit;
 } fit_names[FIT_KEYS];
 
-/* A transducer's movement since the baseline, inches, NaN where not valid; sample i at t0_s + i
- * dt_s since touchdown. */
+/* Movement of a transducer from the baseline, inches; NaN: not valid. Sample i is at t0_s + i dt_s
+ * since touchdown. */
 struct fit_series {
     double station_ft;
     double t0_s, dt_s;
     const double *value_in;
     size_t count;
-    double noise_in;    /* standard deviation of a sample */
+    double noise_in;    /* standard deviation of a sample's noise */
     double baseline_in; /* standard error of the baseline */
     double gain;        /* relative standard error of a movement */
 };
 
 struct fit_window {
-    size_t channel; /* SIZE_MAX: the sum of `segment` after the landing */
+    size_t channel; /* SIZE_MAX: the statistic is the sum of `segment` after the landing */
     size_t segment;
     double from_s, to_s;
-    double samples; /* valid ones in it */
+    double samples; /* number of valid samples */
 };
 
 #define FIT_WINDOWS_MAX (MR_TRANSDUCERS * 8u + MR_SEGMENTS)
@@ -65,13 +65,14 @@ struct fit_window {
 struct fit_landing {
     int64_t run;
     struct sim_scene scene; /* owned; the path's force is that of the whole aircraft: weight a/g */
-    double thrust_error;    /* relative standard error */
-    bool follows;           /* the landing before it in the list, with nothing in between */
-    double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS]; /* sums; NaN: not surveyed */
-    double survey_error_in, after_error_in;               /* of a sum; 0: the list's */
-    bool later; /* the board had landings before it on this runway; for the reader */
-    /* segments of survey_in that were read at gage points after the landing before; for the
-     * reader */
+    double thrust_error;    /* relative standard error of the thrust */
+    bool follows; /* it follows the landing before it in the list, without changes in between */
+    /* surveyed sums before and after the landing; NaN: not surveyed */
+    double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS];
+    double survey_error_in, after_error_in; /* standard error of a sum; 0: that of the list */
+    bool later; /* the board had earlier landings on this runway; only for output */
+    /* Number of segments in survey_in that were read at gage points after the landing before; only
+     * for output. */
     size_t gages;
     struct {
         double station_ft, noise_in, baseline_in, gain;
@@ -79,107 +80,110 @@ struct fit_landing {
     size_t channels;
     struct fit_window window[FIT_WINDOWS_MAX];
     size_t windows;
-    size_t first; /* of its statistics, in the list's */
+    size_t first; /* index of its first statistic in the list */
 };
 
 struct fit_landings {
     struct fit_parameter parameter[FIT_KEYS];
-    double survey_error_in; /* of a segment's sum, where the landing does not say */
+    double survey_error_in; /* standard error of a segment's sum, if the landing has none */
     struct fit_landing *landing;
     size_t count;
     double *measured; /* statistics of all landings */
     size_t statistics;
 };
 
-/* Everything at its default: values and spreads below, nothing measured. */
+/* Sets all values and spreads to their defaults, without landings. */
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene);
-/* Takes over a landing whose scene, survey, errors and run are set (scene NULL-safe: moved).
- * MR_TOO_FEW: no window has enough valid samples. */
+/* Adds a landing whose scene, survey, errors and run are set; the list takes ownership of the
+ * scene. MR_TOO_FEW: no window has enough valid samples. */
 enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing,
                                 const struct fit_series *series, size_t count, struct error *error);
 void fit_landings_free(struct fit_landings *list);
 
-/* The fitted ones in order; gives how many. */
+/* Lists the fitted parameters in order. Returns their number. */
 size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
 /* Values of all parameters at z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
-/* The model of fit.h over this list, which must stay as it is. */
+/* The model for fit.h over this list, which must not change while the model is used. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
-/* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats,
- * and gives the share of the thrust of that draw. */
+/* Sets the joints of a draw, as at the start of the first landing, in a scene with the same number
+ * of mats, and returns in `share` the share of the thrust in that draw. */
 void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                          struct sim_scene *scene, double *share);
 
-/* Beside: the landing of a scene on eight runways side by side (sim/models/chains), which differ in
- * joints, friction, stiffness and the share of the thrust that comes to them.
+/* Beside: simulation of a scene's landing on eight runways together (sim/models/chains), which
+ * differ in joints, friction, stiffness and share of the thrust.
  *
- * In single precision and one pass, as the board's chain: what is wrong with that is far less than
- * what unknown joints scatter. host/sim computes the same landing in double precision with a check
- * and takes ten times as long; tests/host/test_fit.c compares the two. */
+ * It uses single precision and one pass, like the board's chain; the resulting error is far smaller
+ * than the scatter due to unknown joints. host/sim computes the same landing in double precision
+ * with a check and takes ten times as long; tests/host/test_fit.c compares the two. */
 
 struct beside_lane {
-    /* joints 0 .. mats; openings before the landing, then what it leaves, none below 0 */
+    /* Joints 0 .. mats: openings before the landing, replaced by those after it; none is
+     * negative. */
     double *gap_ft;
     const double *grit_lb;
     double friction, kl_lb_ft;
-    double thrust;       /* times the scene's */
-    double *sample_u_ft; /* samples rows of stations */
-    bool good;           /* out: it has not run away */
+    double thrust;       /* factor on the scene's thrust */
+    double *sample_u_ft; /* movements: samples rows of stations */
+    bool good;           /* output: the chain has not diverged */
 };
 
-/* Whether that chain has all that the scene has: nothing but mats, slack, grit, dry friction under
- * their own weight, ends that are fixed, and a path whose thrust goes from mat to mat. */
+/* True if that chain supports the scene: only mats, slack, grit, dry friction under the mats' own
+ * weight, fixed ends, and a path whose thrust moves from mat to mat. */
 bool beside_can(const struct sim_scene *scene);
 
-/* Misfit: one posterior predictive check of whether the fitted model can be the data's.
+/* Misfit: a posterior predictive check of whether the fitted model can explain the data.
  *
- * The measured data set and its replicas are rows of residuals. The figure of a row is
- * the square of its Mahalanobis distance, by the covariance of all rows (shrunk as Ledoit and Wolf,
- * 2004); where every segment was surveyed before the runway's first landing, plus the square of how
- * far the spread of these sums exceeds what gaps laid alike have, in standard deviations. If the
- * model is the data's, the measured row is one among equals: `share` of the rows, itself among
- * them, are at least as far out, and a share of MISFIT_FALSE or less is found for that share of
- * right models. */
+ * The measured data set and its replicas are rows of residuals. The measure of a row is the square
+ * of its Mahalanobis distance, by the covariance of all rows (shrunk as in Ledoit and Wolf, 2004).
+ * If every segment was surveyed before the runway's first landing, the square of a second term is
+ * added: the excess of the spread of these sums over that of equally laid gaps, in standard
+ * deviations. If the model is right, the measured row is equivalent to the replicas. `share` is the
+ * share of rows, including the measured one, whose measure is at least as large; it is MISFIT_FALSE
+ * or less for this share of right models. */
 
 #define MISFIT_FALSE 0.05
-#define MISFIT_LEAST 39u /* replicas; fewer decide nothing */
+#define MISFIT_LEAST 39u /* minimum number of replicas for a decision */
 
 struct misfit {
-    bool checked; /* there were replicas enough */
-    bool cannot;  /* share <= MISFIT_FALSE: the model cannot be the data's */
+    bool checked; /* there were enough replicas */
+    bool cannot;  /* share <= MISFIT_FALSE: the model cannot explain the data */
     double share;
     size_t replicas;
 };
 
-/* `answer` with its replicas; `seed` for the sums that a survey of gaps laid alike would read. */
+/* Checks an answer with its replicas. `seed`: for the random sums of a survey of equally laid
+ * gaps. */
 struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
                            uint64_t seed);
 
-/* ---- of a campaign ---- */
+/* ---- from a campaign ---- */
 
-/* Adds landing `run`: way of the gear, survey before it, displacements with their errors. The
- * runway is that of the scene file. A landing that the one added before it was followed by (same
- * board, next number) begins with the gaps that one leaves; when it was surveyed anew, its survey
- * is also what the one before left. MR_TOO_FEW: its motion is not known, or no transducer is
- * valid. */
+/* Adds landing `run`: path of the gear, survey before it, displacements with their errors. The
+ * runway is that of the scene file. If the landing follows the one added before it (same board,
+ * next number), it begins with the gaps at the end of that one; if it was surveyed again, its
+ * survey is also the survey after that one. MR_TOO_FEW: its motion is not known, or no transducer
+ * is valid. */
 enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
                                 struct fit_landings *list, struct error *error);
-/* Once all are added: a survey says the gaps' mean, which is then known but for the survey's
- * systematic error. Gives the number of segments surveyed before the first landing. */
+/* Call after all landings are added: sets the mean gap from the survey; its remaining uncertainty
+ * is the survey's systematic error. Returns the number of segments surveyed before the first
+ * landing. */
 size_t fit_campaign_set_gap(struct fit_landings *list);
 
-/* Surveyed: the sums of the gaps of each segment before and after a landing. What was read at gage
- * points between two landings (`matrig survey`, with the error of its readings) holds; a segment
- * that was not read then is as the board had it when the landing was armed. */
+/* Surveyed sums of the gaps of each segment before and after a landing. Readings at gage points
+ * between two landings (`matrig survey`, with their error) are used first; for a segment without
+ * such a reading, the value is that of the board when the landing was armed. */
 
 struct fit_surveyed {
-    double sum_in[MR_SEGMENTS]; /* NaN: not surveyed */
-    double error_in;            /* of a sum that was read at gage points; 0: none was */
-    size_t segments, gages;     /* how many are known, and how many of them from gage points */
+    double sum_in[MR_SEGMENTS]; /* sum of each segment; NaN: not surveyed */
+    double error_in;            /* standard error of a sum read at gage points; 0: none was read */
+    size_t segments, gages;     /* number of known segments, and of those read at gage points */
 };
 
-/* Before landing `run`, or after it until the next one is armed. `board`: the landing whose board's
- * own survey counts too, or STORE_NONE. */
+/* Loads the survey before landing `run`, or after it and before the next landing is armed. `board`:
+ * landing whose survey in the board is also used, or STORE_NONE. */
 enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
                             struct fit_surveyed *surveyed, struct error *error);
 
