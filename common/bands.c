@@ -363,8 +363,8 @@ static void end_group(struct mr_bands *bands, uint32_t block)
     start_group(bands);
 }
 
-unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
-                       float wheel_ft, uint32_t block)
+unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
+                         float wheel_ft, uint32_t block)
 {
     bands->findings = 0;
     if (!bands->active)

@@ -127,8 +127,8 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
 /* Processes one step that ends with block `block`. `quiet`: no gear is rolling and the mat is at
  * rest. `wheel_ft`: station of the wheel, NaN if there is none. Returns the number of new entries
  * in `finding`. */
-unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
-                       float wheel_ft, uint32_t block);
+unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
+                         float wheel_ft, uint32_t block);
 
 /* Ends the landing; the figures remain available. */
 void mr_bands_end(struct mr_bands *bands);

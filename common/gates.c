@@ -240,27 +240,27 @@ static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
         return false;
     mr_gates_at(fit, gates[out].t_s, &there);
     double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
-    return off_ft > MR_GATE_ALIEN * root_sum_square(position_error_ft, there.position_ft.error);
+    return off_ft > MR_GATE_OUTLIER * root_sum_square(position_error_ft, there.position_ft.error);
 }
 
-/* Look at the next of the last gates; `fit` is that of all the others but the likeliest alien when
- * it is over. False: it is. */
-static bool search_alien(const struct mr_gate *gates, size_t count, double position_error_ft,
-                         struct mr_gates_fit *fit, struct mr_gates_search *search)
+/* Look at the next of the last gates; `fit` is that of all the others but the likeliest outlier,
+ * when it is over. False: it is. */
+static bool search_outlier(const struct mr_gate *gates, size_t count, double position_error_ft,
+                           struct mr_gates_fit *fit, struct mr_gates_search *search)
 {
     struct mr_gates_fit without;
     if (count > 5 && search->next < count) {
         if (fit_without(gates, count, search->next, position_error_ft, &without) &&
             (!search->found || without.residual_ft < search->least_ft)) {
             search->found = true;
-            search->alien = search->next;
+            search->outlier = search->next;
             search->least_ft = without.residual_ft;
         }
         search->next++;
         return true;
     }
     if (search->found)
-        (void)fit_without(gates, count, search->alien, position_error_ft, fit);
+        (void)fit_without(gates, count, search->outlier, position_error_ft, fit);
     return false;
 }
 
@@ -275,7 +275,7 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
                                          position_error_ft, &fit);
     struct mr_gates_search search = {0};
     if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft)) {
-        while (search_alien(gates + (count - used), used, position_error_ft, &fit, &search)) {
+        while (search_outlier(gates + (count - used), used, position_error_ft, &fit, &search)) {
         }
     }
     if (status == MR_OK)
@@ -363,13 +363,13 @@ static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t co
 static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
                      struct mr_braking *fit, enum mr_status *status);
 
-static void note_aliens(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
-                        struct mr_gates_summary *summary)
+static void note_outliers(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
+                          struct mr_gates_summary *summary)
 {
     for (size_t g = 0; g < count; g++) {
-        if (!(fit->left_out & ~summary->alien & 1u << g))
+        if (!(fit->left_out & ~summary->outlier & 1u << g))
             continue;
-        summary->alien |= 1u << g;
+        summary->outlier |= 1u << g;
         summary->late_s[g] = mr_braking_late_s(fit, &gates[g]);
     }
 }
@@ -489,7 +489,7 @@ static void fit_whole(struct mr_final_fit *work)
         return;
     if (status == MR_OK) {
         summary->even = true;
-        note_aliens(&work->braking, work->gates, work->count, summary);
+        note_outliers(&work->braking, work->gates, work->count, summary);
         summary->used_for_stop = work->braking.freedom + 3;
         end(work, mr_braking_summarise(&work->braking, summary));
     } else if (work->used < 4) {
@@ -520,7 +520,7 @@ static void fit_start(struct mr_final_fit *work)
         return;
     }
     if (status == MR_OK) {
-        note_aliens(&work->braking, work->gates, work->on_track + work->used, &work->summary);
+        note_outliers(&work->braking, work->gates, work->on_track + work->used, &work->summary);
         status = mr_braking_summarise(&work->braking, &work->summary);
     } else {
         status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft,
@@ -549,7 +549,7 @@ static void fit_last(struct mr_final_fit *work, bool fewer)
         }
         bool holds = parabola_holds(fit, work->position_error_ft);
         if (!holds && work->rest.used > 5 && !fewer) {
-            work->stage = MR_FINAL_ALIEN;
+            work->stage = MR_FINAL_OUTLIER;
             return;
         }
         if (holds || work->rest.used <= 4)
@@ -568,11 +568,11 @@ static void find_rest(struct mr_final_fit *work)
 }
 
 /* Is it one gate that keeps the last ones off a parabola? */
-static void find_alien(struct mr_final_fit *work)
+static void find_outlier(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = last_gates(work);
     struct mr_gates_search *search = &work->rest.search;
-    if (search_alien(gates, work->rest.used, work->position_error_ft, &work->rest.fit, search))
+    if (search_outlier(gates, work->rest.used, work->position_error_ft, &work->rest.fit, search))
         return;
     if (!search->found) {
         work->rest.used--;
@@ -580,11 +580,11 @@ static void find_alien(struct mr_final_fit *work)
         return;
     }
     struct mr_motion_estimate there;
-    const struct mr_gate *alien = &gates[search->alien];
-    mr_gates_at(&work->rest.fit, alien->t_s, &there);
-    work->summary.alien |= 1u << (alien - work->gates);
-    work->summary.late_s[alien - work->gates] = (there.position_ft.value - alien->station_ft) /
-                                                there.speed_ft_s.value;
+    const struct mr_gate *outlier = &gates[search->outlier];
+    mr_gates_at(&work->rest.fit, outlier->t_s, &there);
+    work->summary.outlier |= 1u << (outlier - work->gates);
+    work->summary.late_s[outlier - work->gates] = (there.position_ft.value - outlier->station_ft) /
+                                                  there.speed_ft_s.value;
     work->rest.used--;
     work->stage = MR_FINAL_STOP;
 }
@@ -619,7 +619,7 @@ bool mr_final_fit_step(struct mr_final_fit *work)
     case MR_FINAL_WHOLE: fit_whole(work); break;
     case MR_FINAL_START: fit_start(work); break;
     case MR_FINAL_REST: find_rest(work); break;
-    case MR_FINAL_ALIEN: find_alien(work); break;
+    case MR_FINAL_OUTLIER: find_outlier(work); break;
     case MR_FINAL_STOP: end(work, find_stop_of(work, &work->summary)); break;
     case MR_FINAL_OVER: break;
     }
@@ -877,7 +877,8 @@ static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t co
     for (size_t g = 0; g < count; g++)
         out += !uses(fit, g);
     if (out > count / 5 || fit->freedom < 2 ||
-        find_worst(fit, gates, count, position_error_ft, &worst) < MR_GATE_ALIEN * MR_GATE_ALIEN)
+        find_worst(fit, gates, count, position_error_ft, &worst) <
+            MR_GATE_OUTLIER * MR_GATE_OUTLIER)
         return MR_LIMIT;
     return begin_braking(gates, count, fit->touchdown_ft, fit->left_out | 1u << worst, fit);
 }

@@ -98,8 +98,8 @@ struct mr_gates_summary {
     /* braking was uniform, with one deceleration (see "braking") */
     bool even;
     /* bit g: gate g contradicts the other gates and was left out */
-    uint32_t alien;
-    /* how late an alien gate opened, s; negative: early */
+    uint32_t outlier;
+    /* how late an outlier gate opened, s; negative: early */
     double late_s[MR_GATES_MAX];
 };
 
@@ -111,7 +111,7 @@ double mr_gates_student(unsigned freedom);
 /* Final fit of a landing; the touchdown station is taken as given.
  *
  * Uniform braking (section "braking") is fitted to all gates first. A gate that alone contradicts
- * the others is alien and is left out. If uniform braking does not fit, touchdown and stop are
+ * the others is outlier and is left out. If uniform braking does not fit, touchdown and stop are
  * fitted separately:
  *
  * Touchdown: uniform braking is fitted to the gates on the track and as many of the first
@@ -123,7 +123,7 @@ double mr_gates_student(unsigned freedom);
  * MR_GATES_END gates as it describes (chi-square, 1 in 100), at least 4, is extrapolated to rest.
  * If it does not describe all 8, the braking changes and may change again; the error then includes
  * the difference from a cubic, because the motion beyond the last gate is extrapolated. A gate
- * without which all the others lie on a parabola is alien.
+ * without which all the others lie on a parabola is outlier.
  *
  * All parts include the errors of position. MR_OK; MR_TOO_FEW: fewer than 3 gates, or none beyond
  * touchdown; MR_NUMERICS: no touchdown or no stop in the fit; MR_MALFORMED: times not rising. */
@@ -147,7 +147,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  * +-1.96 standard errors for 95 %.
  *
  * A chi-square test checks the model; it rejects 1 in 1000 landings for which the model is true. A
- * gate that alone causes a rejection by more than MR_GATE_ALIEN standard errors can be left out;
+ * gate that alone causes a rejection by more than MR_GATE_OUTLIER standard errors can be left out;
  * the worst gate is left out first.
  *
  * Pure, no heap, double precision with + - * / and square roots only: host and board agree to the
@@ -157,7 +157,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define MR_BRAKE_DELAY_ERROR_S 0.012
 #define MR_BRAKE_SHAPE         0.238
 #define MR_BRAKE_SHAPE_ERROR   0.095
-#define MR_GATE_ALIEN          5.0 /* standard errors */
+#define MR_GATE_OUTLIER        5.0 /* standard errors */
 
 enum mr_braking_unknown {
     MR_BRAKING_TIME,
@@ -227,14 +227,14 @@ enum mr_final_stage {
     MR_FINAL_WHOLE,
     MR_FINAL_START,
     MR_FINAL_REST,
-    MR_FINAL_ALIEN,
+    MR_FINAL_OUTLIER,
     MR_FINAL_STOP,
     MR_FINAL_OVER
 };
 
 /* Search among the last gates for a gate without which all the others lie on a parabola. */
 struct mr_gates_search {
-    size_t next, alien;
+    size_t next, outlier;
     bool found;
     double least_ft; /* smallest residual of the other gates so far */
 };

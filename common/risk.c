@@ -42,7 +42,7 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan)
 
 static float *item_of(struct mr_risk_plan *plan, unsigned item)
 {
-    float *const list[] = {plan->row_ft_s2, plan->row_odds, plan->row_ft, plan->knot_s,
+    float *const list[] = {plan->row_ft_s2, plan->row_log_odds, plan->row_ft, plan->knot_s,
                            plan->knot_ft_s2};
     static const unsigned count[] = {MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_KNOTS,
                                      MR_RISK_KNOTS};
@@ -117,7 +117,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
         return MR_USAGE;
     for (unsigned i = 0; i < rows; i++) {
         if (!between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
-            !between(plan->row_odds[i], -20.0f, 20.0f) ||
+            !between(plan->row_log_odds[i], -20.0f, 20.0f) ||
             (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
             !(__builtin_isnan(plan->row_ft[i]) || between(plan->row_ft[i], -100.0f, 1e4f)))
             return MR_USAGE;
@@ -152,24 +152,25 @@ static bool follows_plan(const struct mr_risk_state *risk)
 /* By the plan, times how it was met, from this speed on. */
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
-    float at_s = risk->since_s, way_ft = 0.0f, v_ft_s = speed_ft_s;
+    float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
     for (unsigned i = 0; i < STEPS && v_ft_s > 0.0f; i++) {
         float a_ft_s2 = plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->met;
         a_ft_s2 = a_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : a_ft_s2;
         if (a_ft_s2 > HARDER * risk->hard_ft_s2) {
             risk->hard_ft_s2 = a_ft_s2;
-            risk->hard_in_ft = way_ft;
+            risk->hard_in_ft = stopping_distance_ft;
         }
         float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
-        way_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
+        stopping_distance_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
     if (v_ft_s > 0.0f) { /* a longer plan ends as it does */
         float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->met;
-        way_ft += 0.5f * v_ft_s * v_ft_s / (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
+        stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
+                                (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
     }
-    risk->way_ft = way_ft;
+    risk->stopping_distance_ft = stopping_distance_ft;
 }
 
 /* As it is braked now. */
@@ -179,7 +180,9 @@ static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predic
     float a_ft_s2 = p->deceleration_ft_s2 > LEAST_FT_S2 ? p->deceleration_ft_s2 : LEAST_FT_S2;
     risk->hard_ft_s2 = a_ft_s2;
     risk->hard_in_ft = 0.0f;
-    risk->way_ft = __builtin_isnan(speed_ft_s) ? MR_NAN : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
+    risk->stopping_distance_ft = __builtin_isnan(speed_ft_s)
+                                   ? MR_NAN
+                                   : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
 }
 
 static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
@@ -201,7 +204,7 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
-    float from_ft = wheel_ft + risk->hard_in_ft, to_ft = wheel_ft + risk->way_ft;
+    float from_ft = wheel_ft + risk->hard_in_ft, to_ft = wheel_ft + risk->stopping_distance_ft;
     risk->scan_group = chain->group;
     risk->scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
     if (!risk->scanning) {
@@ -247,7 +250,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
     risk->plan = *plan;
     risk->planned = true;
     look_ahead_by_plan(risk, plan->speed_ft_s);
-    risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->way_ft;
+    risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
     bool has_chart = rows_of(plan) > 0;
     risk->charted = has_chart && plan->landings == (float)p->landings;
     risk->old = has_chart && !risk->charted;
@@ -328,7 +331,8 @@ static float open_in(const struct mr_risk_state *risk, float wheel_ft, const flo
     unsigned joints = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float from_ft = MR_SEGMENT_LENGTH_FT * (float)s, to_ft = from_ft + MR_SEGMENT_LENGTH_FT;
-        if (to_ft <= wheel_ft || from_ft >= wheel_ft + risk->way_ft || __builtin_isnan(left_in[s]))
+        if (to_ft <= wheel_ft || from_ft >= wheel_ft + risk->stopping_distance_ft ||
+            __builtin_isnan(left_in[s]))
             continue;
         sum_in += left_in[s];
         joints += MR_MATS_PER_SEGMENT;
@@ -338,7 +342,7 @@ static float open_in(const struct mr_risk_state *risk, float wheel_ft, const flo
 
 /* When the wheel is at the zone that is expected, and 10 to 15 mats inside it. */
 static void say_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
-                     struct mr_risk_said *said)
+                     struct mr_risk_report *said)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS  ? zone->start_ft
                    : zone->coming_mats >= LEAST_EXPECTED_MATS ? zone->coming_ft
@@ -370,7 +374,7 @@ static unsigned basis_of(const struct mr_risk_state *risk, const struct mr_predi
 
 static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
                                      const struct mr_predictor_zone *zone,
-                                     const struct mr_risk_said *said)
+                                     const struct mr_risk_report *said)
 {
     if (__builtin_isnan(said->risk))
         return MR_RISK_NOT_KNOWN;
@@ -396,7 +400,7 @@ static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predic
 
 static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
                         const struct mr_predictor_zone *zone, bool by_plan,
-                        struct mr_risk_said *said)
+                        struct mr_risk_report *said)
 {
     struct mr_closure_zone closed;
     float left_in[MR_SEGMENTS], *x = said->input;
@@ -416,7 +420,8 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
     x[MR_RISK_OVER] = over(zone->coming_mats);
     x[MR_RISK_BRAKING] = (risk->hard_ft_s2 < 20.0f ? risk->hard_ft_s2 : 20.0f) / 6.0f;
     float still = 1.0f - (planned ? over(risk->planned_mats) : x[MR_RISK_OVER]);
-    x[MR_RISK_WAY] = still * (risk->way_ft < 150.0f ? risk->way_ft : 150.0f) / 50.0f;
+    x[MR_RISK_WAY] =
+        still * (risk->stopping_distance_ft < 150.0f ? risk->stopping_distance_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
     x[MR_RISK_COUNT] = ((float)p->landings < MOST_COUNT ? (float)p->landings : MOST_COUNT) / 3.0f;
     x[MR_RISK_OPEN] = open_in(risk, wheel_ft, left_in) / 0.015f;
@@ -424,8 +429,8 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
                                  : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
-        x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_odds, rows_of(&risk->plan),
-                                   risk->mean_ft_s2 * risk->met);
+        x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_log_odds,
+                                   rows_of(&risk->plan), risk->mean_ft_s2 * risk->met);
     }
     said->set = (charted   ? MR_RISK_BY_CHART
                  : planned ? MR_RISK_BY_PLAN
@@ -434,7 +439,7 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
                 (blind ? MR_RISK_NO_SENSOR : 0u);
 }
 
-static float by_rule(const struct mr_risk_said *said)
+static float by_rule(const struct mr_risk_report *said)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
@@ -443,9 +448,9 @@ static float by_rule(const struct mr_risk_said *said)
 }
 
 void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
-                 const struct mr_predictor_zone *zone, struct mr_risk_said *said)
+                 const struct mr_predictor_zone *zone, struct mr_risk_report *said)
 {
-    *said = (struct mr_risk_said){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
+    *said = (struct mr_risk_report){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
     say_lead(p, zone, said);
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
     /* switches may be lost: then nothing is known of the motion that the rule rests on */
@@ -455,7 +460,7 @@ void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
         /* what was expected does not outweigh a zone that is there */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
             said->set >= MR_RISK_BY_PLAN) {
-            struct mr_risk_said without = *said;
+            struct mr_risk_report without = *said;
             take_inputs(risk, p, zone, false, &without);
             without.risk = by_rule(&without);
             if (without.risk > said->risk)
@@ -475,7 +480,7 @@ float mr_risk_lamp_limit(float cost_ratio)
 }
 
 bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
-                  const struct mr_risk_said *said)
+                  const struct mr_risk_report *said)
 {
     if (__builtin_isnan(limit) || __builtin_isnan(said->risk))
         return zone->verdict == MR_PREDICTOR_WARNING;

@@ -39,7 +39,7 @@ struct mr_risk_plan {
     float speed_ft_s; /* planned speed at touchdown */
     /* chart: mean decelerations, rising; the logarithm of the odds p / (1 - p) of a zone; the
      * station by which half of the members that reach a zone have reached it */
-    float row_ft_s2[MR_RISK_ROWS], row_odds[MR_RISK_ROWS], row_ft[MR_RISK_ROWS];
+    float row_ft_s2[MR_RISK_ROWS], row_log_odds[MR_RISK_ROWS], row_ft[MR_RISK_ROWS];
     /* braking over the time since touchdown, linear between knots */
     float knot_s[MR_RISK_KNOTS], knot_ft_s2[MR_RISK_KNOTS];
 };
@@ -90,15 +90,15 @@ struct mr_risk_state {
     bool left; /* the landing deviated from the plan */
     float touchdown_ft;
     bool down;
-    float down_ft_s;     /* speed at touchdown */
-    float since_s;       /* time since touchdown */
-    float mean_ft_s2;    /* mean of the planned braking over the distance */
-    float lost_ft_s;     /* planned loss of speed since touchdown */
-    float met;           /* ratio of the braking so far to the plan */
-    uint16_t off_blocks; /* consecutive blocks outside the plan's range */
-    float hard_ft_s2;    /* largest future braking */
-    float hard_in_ft;    /* distance until it begins */
-    float way_ft;        /* remaining distance */
+    float down_ft_s;            /* speed at touchdown */
+    float since_s;              /* time since touchdown */
+    float mean_ft_s2;           /* mean of the planned braking over the distance */
+    float lost_ft_s;            /* planned loss of speed since touchdown */
+    float met;                  /* ratio of the braking so far to the plan */
+    uint16_t off_blocks;        /* consecutive blocks outside the plan's range */
+    float hard_ft_s2;           /* largest future braking */
+    float hard_in_ft;           /* distance until it begins */
+    float stopping_distance_ft; /* remaining distance */
     struct mr_zonescan scan;
     bool scanning;
     unsigned scan_group;
@@ -106,7 +106,7 @@ struct mr_risk_state {
 };
 
 /* One report of the risk. */
-struct mr_risk_said {
+struct mr_risk_report {
     float risk;     /* NaN: unknown, because there is neither motion nor a plan */
     unsigned basis; /* bits of enum mr_risk_basis */
     enum mr_risk_reason reason;
@@ -126,14 +126,14 @@ void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *predic
                    const struct mr_predictor_input *input);
 /* Computes the current risk. `zone`: the current result of mr_predictor_zone. */
 void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *predictor,
-                 const struct mr_predictor_zone *zone, struct mr_risk_said *said);
+                 const struct mr_predictor_zone *zone, struct mr_risk_report *said);
 
 /* Risk from which the lamp warns. A missed warning costs `cost_ratio` times as much as a needless
  * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */
 float mr_risk_lamp_limit(float cost_ratio);
 /* True if the lamp warns. Without a limit or a risk the lamp follows the verdict. */
 bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
-                  const struct mr_risk_said *said);
+                  const struct mr_risk_report *said);
 
 /* 1 / (1 + exp(-x)), accurate to 1e-6. */
 float mr_risk_logistic(float x);

@@ -559,7 +559,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     landinglink_news(&app->telemetry, &app->landing, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
                  block->tick + LANDING_EDGE_TICKS);
-    boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
+    boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_follow(&app->baseline, app->displacement_in[row],
                         landing_quiet(&app->landing, block->index),

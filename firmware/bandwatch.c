@@ -59,7 +59,7 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
         return;
     bool quiet = landing_quiet(landing, block->index);
     float station_ft = quiet ? MR_NAN : wheel_ft(watch, landing, block);
-    if (mr_bands_step(&watch->bands, tension_lb, quiet, station_ft, block->index))
+    if (mr_bands_update(&watch->bands, tension_lb, quiet, station_ft, block->index))
         tell_findings(&watch->bands, telemetry);
 }
 

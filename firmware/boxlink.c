@@ -110,8 +110,8 @@ static void read_out(struct blackbox *box, struct telemetry *telemetry)
     }
 }
 
-void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
-                   const struct landing *landing, const struct mr_block *block, bool was_armed)
+void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
+                      const struct landing *landing, const struct mr_block *block, bool was_armed)
 {
     blackbox_block(box, block);
     if (was_armed && landing->state == MR_LANDING_LANDING)

@@ -22,7 +22,7 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
 void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry);
 /* Call in each block: passes the block and the beginning and end of the landing to the box, and
  * sends messages and pages being read out. */
-void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
-                   const struct landing *landing, const struct mr_block *block, bool was_armed);
+void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
+                      const struct landing *landing, const struct mr_block *block, bool was_armed);
 
 #endif

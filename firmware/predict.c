@@ -206,7 +206,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->lamp_limit = mr_risk_lamp_limit(config.risk[0].lamp_cost_ratio);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
-    p->risk_said = (struct mr_risk_said){.risk = MR_NAN};
+    p->risk_said = (struct mr_risk_report){.risk = MR_NAN};
     begin_saying(p, telemetry);
     p->telling_risk = 0;
 }
@@ -311,11 +311,11 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                              .coming_ft = MR_NAN};
         p->warning = false;
         board_warn(false);
-        p->risk_said = (struct mr_risk_said){.risk = MR_NAN,
-                                             .start_s = MR_NAN,
-                                             .failure_s = MR_NAN,
-                                             .failure_ft = MR_NAN,
-                                             .reason = MR_RISK_NOT_KNOWN};
+        p->risk_said = (struct mr_risk_report){.risk = MR_NAN,
+                                               .start_s = MR_NAN,
+                                               .failure_s = MR_NAN,
+                                               .failure_ft = MR_NAN,
+                                               .reason = MR_RISK_NOT_KNOWN};
         say_zone(p, telemetry, index);
     }
     if (folded) {

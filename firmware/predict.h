@@ -41,9 +41,9 @@ struct predict {
     uint16_t backlog_given; /* set by command; 0: none */
 
     struct mr_risk_state risk;
-    struct mr_risk_said risk_said;  /* newest result */
-    struct mr_risk_plan plan;       /* for the next or the present landing */
-    struct mr_risk_plan plan_given; /* received by commands, not yet in effect */
+    struct mr_risk_report risk_said; /* newest result */
+    struct mr_risk_plan plan;        /* for the next or the present landing */
+    struct mr_risk_plan plan_given;  /* received by commands, not yet in effect */
     bool has_plan;
     unsigned telling_risk; /* next item of the plan to be sent; UINT32_MAX: none */
     float lamp_limit;      /* limit of the risk; NaN: the lamp follows the verdict */

@@ -225,7 +225,7 @@ static void go_on_fitting(struct landing *landing, uint32_t index)
     landing->news.summary = landing->summary_known;
     for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
         double late_s = landing->summary.late_s[g];
-        if (landing->summary.alien & 1u << g)
+        if (landing->summary.outlier & 1u << g)
             put_event(landing, passage->source[g].number, passage->source[g].position,
                       late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY, (float)(1000.0 * late_s),
                       index);

@@ -129,7 +129,7 @@ void predict_statement(const struct mr_predictor *predictor, const struct mr_pre
                                         .block16 = block16};
 }
 
-void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
+void predict_risk_statement(const struct mr_risk_report *risk, uint32_t index,
                             struct predict_said *said)
 {
     said->risk = (struct mr_risk){.risk = risk->risk,

@@ -58,7 +58,7 @@ struct predict_said {
 void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
                        bool warning, uint32_t index, struct predict_said *said);
 /* Fills in the risk messages of the report. */
-void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
+void predict_risk_statement(const struct mr_risk_report *risk, uint32_t index,
                             struct predict_said *said);
 
 /* ---- baseline ---- */

@@ -34,7 +34,7 @@ void can_start(void);
 void nor_start(void);
 /* Extends the time-out of the operation by the time in which it could not be polled. Call with
  * interrupts masked. */
-void nor_excuse(uint32_t ticks);
+void nor_extend_timeout(uint32_t ticks);
 /* Manufacturer, type and capacity of the chip: 0x00ef4018. Call only while nor_poll returns
  * NOR_IDLE. */
 uint32_t nor_jedec(void);

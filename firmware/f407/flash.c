@@ -51,7 +51,7 @@ void flash_end(void)
     forget_data_cache();
     watchdog_patience(WATCHDOG_USUAL);
     board_scans_restart();
-    nor_excuse(TIM2->CNT - begun_tick);
+    nor_extend_timeout(TIM2->CNT - begun_tick);
     irq_restore(interrupts);
 }
 

@@ -170,7 +170,7 @@ void dma1_stream3_irq(void)
     irq_end();
 }
 
-void nor_excuse(uint32_t ticks)
+void nor_extend_timeout(uint32_t ticks)
 {
     since_tick += ticks;
 }

@@ -94,7 +94,7 @@ static void wire_links(struct hil_board *board)
         .state = &board->state.lines,
         .frame_sent = {hil_faults_can_sent, &board->faults},
     };
-    hil_lines_create(&board->lines, board->options.seed);
+    hil_links_init(&board->lines, board->options.seed);
     board->mcu.can.wire = board->mcu.usart.wire = hil_lines_wire(&board->lines);
 }
 

@@ -212,7 +212,7 @@ static void lines_seed(struct hil_lines_device *dev, uint64_t seed)
     dev->state->random = seed ^ 0xfa0175eedull;
 }
 
-void hil_lines_create(struct hil_lines_device *dev, uint64_t seed)
+void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
 {
     lines_seed(dev, seed);
     dev->state->bytes_ps = HIL_NEVER;

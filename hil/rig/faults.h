@@ -69,7 +69,7 @@ struct hil_lines_device {
 };
 
 /* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */
-void hil_lines_create(struct hil_lines_device *dev, uint64_t seed);
+void hil_links_init(struct hil_lines_device *dev, uint64_t seed);
 /* Interface of the links for the peripherals. */
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
 /* ---- the supply: power failures, brown-outs, and restarts of the chip ---- */

@@ -105,12 +105,12 @@ static void take_plan_history(struct advise *advise)
 static double mean_of(const struct advise_profile *profile, double speed_ft_s)
 {
     const double step_s = 1e-3;
-    double v = speed_ft_s, way_ft = 0.0, t_s = 0.0;
+    double v = speed_ft_s, stopping_distance_ft = 0.0, t_s = 0.0;
     for (; v > 0.0 && t_s < 600.0; t_s += step_s) {
-        way_ft += v * step_s;
+        stopping_distance_ft += v * step_s;
         v -= advise_factor(profile, t_s) * step_s;
     }
-    return v > 0.0 ? (double)NAN : speed_ft_s * speed_ft_s / (2.0 * way_ft);
+    return v > 0.0 ? (double)NAN : speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
 }
 
 static enum mr_status make_plan(struct advise *advise, struct error *error)
@@ -198,7 +198,7 @@ static void find_hardest(struct advise *advise)
         row[i].off_runway = 0.0;
         mean_ft_s2[i] = row[i].mean_ft_s2;
     }
-    advise->brake = advise_reach(mean_ft_s2, row, rows, limit);
+    advise->brake = advise_bound(mean_ft_s2, row, rows, limit);
     if (isfinite(advise->brake.at) && off_runway_at(advise, advise->brake.at) >= limit)
         advise->brake.at = (double)NAN;
     advise->short_ft_s2 = advise_short_ft_s2(row, rows, limit);
@@ -207,7 +207,7 @@ static void find_hardest(struct advise *advise)
 /* Rows at the planned braking, from the plan's speed down, or up when the plan is below the limit:
  * halved where the limit lies. False: no memory. */
 static bool find_fastest(struct advise *advise, struct advise_braking *braking,
-                         struct advise_met *met)
+                         struct advise_course *met)
 {
     struct advise_row row[ADVISE_SPEEDS] = {advise->row[advise->plan_row]};
     double speed_ft_s[ADVISE_SPEEDS] = {advise->plan.speed_ft_s},
@@ -226,13 +226,13 @@ static bool find_fastest(struct advise *advise, struct advise_braking *braking,
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
         if (!advise_row(&advise->members, &plan, plan.mean_ft_s2, braking, met, &row[at]))
             return false;
-        at = advise_reach_gap(speed_ft_s, row, rows + 1, limit, SPEED_STEP * planned_ft_s) + 1;
+        at = advise_bound_gap(speed_ft_s, row, rows + 1, limit, SPEED_STEP * planned_ft_s) + 1;
         if (at > rows + 1) {
             rows++;
             break;
         }
     }
-    advise->speed = advise_reach(speed_ft_s, row, rows, limit);
+    advise->speed = advise_bound(speed_ft_s, row, rows, limit);
     return true;
 }
 
@@ -240,7 +240,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
 {
     struct advise_members *members = &advise->members;
     struct advise_braking *braking = xcalloc(members->count, sizeof *braking);
-    struct advise_met *met = xcalloc(members->count, sizeof *met);
+    struct advise_course *met = xcalloc(members->count, sizeof *met);
     double mean_ft_s2[ADVISE_ROWS];
     bool good = true;
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
@@ -319,7 +319,7 @@ static void judge(struct advise *advise, bool si)
 }
 
 /* "at most 6.9 ft/s2 (6.5 to 7.2)"; the interval is open where no row tells its end. */
-static void reach_text(const struct advise_reach *reach, enum unit_kind unit, bool si,
+static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bool si,
                        char out[3 * UNIT_TEXT])
 {
     char at[UNIT_TEXT], interval[UNIT_TEXT] = "";
@@ -522,7 +522,7 @@ static void known_answer(const struct advise *advise, struct answer *answer)
 {
     static const struct {
         const char *name, *label;
-        enum advise_unknown unknown;
+        enum advise_parameter unknown;
         enum unit_kind unit;
         int decimals;
     } rows[] = {{"share", "thrust on the strip, share of W/axles", ADVISE_SHARE, UNIT_NUMBER, 2},
@@ -535,7 +535,7 @@ static void known_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "voided", NULL, (int64_t)advise->past.voided);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
-        advise_unknown(&advise->members, rows[i].unknown, &mean, &spread);
+        advise_parameter(&advise->members, rows[i].unknown, &mean, &spread);
         answer_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
                         rows[i].decimals);
     }
@@ -582,7 +582,7 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
                       (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
-    advise_unknown(&advise->members, ADVISE_SHARE, &share, &spread);
+    advise_parameter(&advise->members, ADVISE_SHARE, &share, &spread);
     if (runway->bump_ft > 0.0) {
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
@@ -596,7 +596,7 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
 }
 
 /* The ends of its 95 % interval, for programs. */
-static void reach_answer(const char *name, enum unit_kind unit, const struct advise_reach *reach,
+static void reach_answer(const char *name, enum unit_kind unit, const struct advise_bound *reach,
                          struct answer *answer)
 {
     char low[40], high[40];
@@ -665,7 +665,7 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->rows; i++) {
         plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
-        plan->row_odds[i] = odds(advise->row[i].zone.p);
+        plan->row_log_odds[i] = odds(advise->row[i].zone.p);
         plan->row_ft[i] = (float)advise->row[i].half_ft;
     }
     plan->knot_s[0] = 0.0f;

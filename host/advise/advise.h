@@ -44,10 +44,10 @@ struct advise {
     double least_ft_s2; /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROWS];
     size_t rows, plan_row;     /* rows are ascending; plan_row: index of the plan's row */
-    struct advise_reach brake; /* hardest braking at the planned speed, ft/s2 */
+    struct advise_bound brake; /* hardest braking at the planned speed, ft/s2 */
     /* the gear stops before the closed mats from this deceleration on; NaN: none */
     double short_ft_s2;
-    struct advise_reach speed; /* fastest touchdown speed at the planned braking, ft/s */
+    struct advise_bound speed; /* fastest touchdown speed at the planned braking, ft/s */
     double slowest_ft_s;       /* lowest touchdown speed that was evaluated */
     enum advise_verdict verdict;
     char reason[ADVISE_REASON], action[ADVISE_ACTION];

@@ -43,7 +43,7 @@ static const struct {
 
 /* --- drawing --- */
 
-static double told(const struct advise_runway *runway, enum advise_unknown unknown)
+static double told(const struct advise_runway *runway, enum advise_parameter unknown)
 {
     switch (unknown) {
     case ADVISE_SHARE: return runway->share > 0.0 ? runway->share : 1.0;
@@ -67,7 +67,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
     u[ADVISE_STIFFNESS] = -0.5 + 0.9 * chance_uniform(chance);
     u[ADVISE_DAMPING] = -0.9 + 1.6 * chance_uniform(chance);
     for (int k = 0; k < ADVISE_UNKNOWNS; k++)
-        u[k] += log(told(runway, (enum advise_unknown)k));
+        u[k] += log(told(runway, (enum advise_parameter)k));
 }
 
 static void draw_gaps(struct advise_members *members, struct advise_member *member)
@@ -219,7 +219,7 @@ struct batch {
     const struct advise_members *members;
     struct advise_member *member;
     const struct advise_braking *braking;
-    struct advise_met *met;
+    struct advise_course *met;
     bool keeps;
     struct gear gear[CHAINS_LANES];
     double step_s;
@@ -287,7 +287,7 @@ static void look(struct batch *b, const struct chains *chains, unsigned k)
 static void conclude(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct advise_runway *runway = &b->members->runway;
-    struct advise_met *met = &b->met[k];
+    struct advise_course *met = &b->met[k];
     double length_ft = (double)runway->chain.mat_length_ft,
            slack_ft = (double)runway->chain.slack_ft;
     met->stop_ft = (float)b->gear[k].at_ft;
@@ -336,7 +336,7 @@ static bool play_batch(struct batch *b)
                                    .at_ft = b->braking[k].touchdown_ft,
                                    .thrust_lb_per_g = exp(b->member[k].unknown[ADVISE_SHARE]) *
                                                       b->members->runway.thrust_lb_per_g};
-        b->met[k] = (struct advise_met){.zone_ft = NAN};
+        b->met[k] = (struct advise_course){.zone_ft = NAN};
     }
     double rest_s = 0.0;
     for (unsigned step = 0; rest_s < AFTER_S && (double)step * b->step_s < LONGEST_S; step++) {
@@ -363,7 +363,7 @@ static bool play_batch(struct batch *b)
 struct playing {
     struct advise_members *members;
     const struct advise_braking *braking;
-    struct advise_met *met;
+    struct advise_course *met;
     bool keeps;
     _Atomic bool failed;
 };
@@ -384,7 +384,7 @@ static void play_some(void *context, size_t from, size_t every)
 }
 
 bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
-                 struct advise_met *met)
+                 struct advise_course *met)
 {
     struct playing playing = {.members = members, .braking = braking, .met = met, .keeps = keeps};
     parallel_for(members->threads, play_some, &playing);
@@ -589,7 +589,7 @@ struct assimilation {
     double *state, *predicted;
     double read[DATA], error[DATA];
     struct advise_braking *braking;
-    struct advise_met *met;
+    struct advise_course *met;
 };
 
 static void assimilation_free(struct assimilation *l)
@@ -624,7 +624,7 @@ static void to_state(const struct advise_members *members, struct assimilation *
 }
 
 /* What was read, and how far the chain may be off it: a share of what moved or closed. */
-static void find_errors(const struct advise_members *members, const struct advise_seen *seen,
+static void find_errors(const struct advise_members *members, const struct advise_observation *seen,
                         struct assimilation *l)
 {
     for (unsigned d = 0; d < DATA; d++) {
@@ -654,7 +654,7 @@ static void from_state(struct advise_members *members, const struct assimilation
         struct advise_member *member = &members->member[m];
         const double *state = l->state + m * STATES;
         for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
-            double by = told(runway, (enum advise_unknown)k);
+            double by = told(runway, (enum advise_parameter)k);
             member->unknown[k] = fmin(fmax(state[k], log(bounds[k].low * by)),
                                       log(bounds[k].high * by));
         }
@@ -673,7 +673,7 @@ static bool ran_away(const struct advise_members *members, const struct assimila
     return false;
 }
 
-static bool pass(struct advise_members *members, const struct advise_seen *seen,
+static bool pass(struct advise_members *members, const struct advise_observation *seen,
                  struct assimilation *l)
 {
     if (!advise_play(members, l->braking, false, l->met) || ran_away(members, l))
@@ -703,7 +703,7 @@ static void widen(struct advise_members *members, struct assimilation *l, const 
     from_state(members, l);
 }
 
-bool advise_learn(struct advise_members *members, const struct advise_seen *seen)
+bool advise_learn(struct advise_members *members, const struct advise_observation *seen)
 {
     struct assimilation assimilation;
     double was[ADVISE_UNKNOWNS], mean;
@@ -730,18 +730,18 @@ void advise_widen(struct advise_members *members, double times)
 {
     for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
         double mean, spread;
-        advise_unknown(members, (enum advise_unknown)k, &mean, &spread);
+        advise_parameter(members, (enum advise_parameter)k, &mean, &spread);
         for (size_t m = 0; m < members->count; m++) {
             double *u = &members->member[m].unknown[k],
-                   by = told(&members->runway, (enum advise_unknown)k);
+                   by = told(&members->runway, (enum advise_parameter)k);
             *u = log(mean) + times * (*u - log(mean));
             *u = fmin(fmax(*u, log(bounds[k].low * by)), log(bounds[k].high * by));
         }
     }
 }
 
-void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,
-                    double *spread)
+void advise_parameter(const struct advise_members *members, enum advise_parameter unknown,
+                      double *mean, double *spread)
 {
     double sum = 0.0, squares = 0.0;
     for (size_t m = 0; m < members->count; m++)
@@ -792,7 +792,7 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
     }
 }
 
-double advise_odds(double share)
+double advise_log_odds(double share)
 {
     double soft = (LEAST_OF * share + 0.5) / (LEAST_OF + 1.0);
     return log(soft / (1.0 - soft));
@@ -804,7 +804,7 @@ double advise_odds(double share)
 double advise_calibrated(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
-    return 1.0 / (1.0 + exp(-(more + times * advise_odds(share))));
+    return 1.0 / (1.0 + exp(-(more + times * advise_log_odds(share))));
 }
 
 struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed)
@@ -822,7 +822,7 @@ static int by_size(const void *a, const void *b)
 }
 
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_met *met, struct advise_row *row)
+                struct advise_braking *braking, struct advise_course *met, struct advise_row *row)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double end_ft = (double)chain->mat_length_ft * chain->mats;
@@ -902,17 +902,17 @@ static double reach(const double *x, const struct advise_row *row, size_t rows, 
     return x[i - 1] + (x[i] - x[i - 1]) * (limit - from) / (to - from);
 }
 
-struct advise_reach advise_reach(const double *x, const struct advise_row *row, size_t rows,
+struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
                                  double limit)
 {
     bool beyond = rows && first_beyond(row, rows, limit, RISK_P) == rows;
-    return (struct advise_reach){.at = beyond ? x[rows - 1] : reach(x, row, rows, limit, RISK_P),
+    return (struct advise_bound){.at = beyond ? x[rows - 1] : reach(x, row, rows, limit, RISK_P),
                                  .low = reach(x, row, rows, limit, RISK_HIGH),
                                  .high = reach(x, row, rows, limit, RISK_LOW),
                                  .beyond = beyond};
 }
 
-size_t advise_reach_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+size_t advise_bound_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
                         double width)
 {
     static const enum risk_of order[RISKS] = {RISK_P, RISK_HIGH, RISK_LOW};

@@ -61,7 +61,7 @@ static inline double chance_normal(struct chance *chance)
 }
 
 /* Unknowns are stored as logarithms, because all are positive. */
-enum advise_unknown {
+enum advise_parameter {
     ADVISE_SHARE, /* share of W/axles that the strip carries */
     ADVISE_FRICTION,
     ADVISE_RESISTANCE, /* mean resistance of closing joints, lb */
@@ -116,7 +116,7 @@ struct advise_braking {
 double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
 /* Outcome of a simulated landing. */
-struct advise_met {
+struct advise_course {
     float zone_ft;      /* wheel station at which it first reaches a zone of 50 mats; NaN: never */
     float stop_ft;      /* stop station of the wheel; beyond the runway: it rolls off */
     uint16_t most_mats; /* longest zone that the wheel reached */
@@ -141,10 +141,10 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
 /* Simulates a landing on each member. `keeps`: the joints of the members keep their state at the
  * end of the landing. Returns false if there is no memory. */
 bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
-                 struct advise_met *met);
+                 struct advise_course *met);
 
 /* A measured landing. */
-struct advise_seen {
+struct advise_observation {
     struct advise_braking braking;
     double moved_in[MR_TRANSDUCERS], moved_error_in; /* movement at the end; NaN: not read */
     double before_in[MR_SEGMENTS]; /* surveyed before the landing; NaN: not read */
@@ -153,7 +153,7 @@ struct advise_seen {
 };
 /* Updates the ensemble from a landing: applies the survey before it, applies its readings in two
  * passes of the smoother, and then simulates the landing. Returns false if a chain diverged. */
-bool advise_learn(struct advise_members *members, const struct advise_seen *seen);
+bool advise_learn(struct advise_members *members, const struct advise_observation *seen);
 
 /* Widens the spread of the updated unknowns about their means by the factor `times` above 1, for a
  * landing unlike the previous ones. */
@@ -168,8 +168,8 @@ struct advise_zone {
 struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from);
 
 /* Geometric mean and relative spread of an unknown over the members. */
-void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,
-                    double *spread);
+void advise_parameter(const struct advise_members *members, enum advise_parameter unknown,
+                      double *mean, double *spread);
 
 /* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation between
  * unknowns and predicted readings among the members (Evensen 1994; several passes with larger
@@ -258,15 +258,15 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
 /* Computes one row. `braking` and `met` have room for all members and receive the simulated
  * landings. Returns false if the chains cannot be simulated. */
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_met *met, struct advise_row *row);
+                struct advise_braking *braking, struct advise_course *met, struct advise_row *row);
 
 /* Probability from `events` in `count` members: share and Wilson's interval, all calibrated. */
 struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed);
 /* Calibrated probability for a share of the members. The share is never taken as 0 or 1: its log
- * odds (advise_odds) are corrected by a fit to series that are not scored. */
+ * odds (advise_log_odds) are corrected by a fit to series that are not scored. */
 double advise_calibrated(double share, bool surveyed);
 /* Log odds of a share; the share is limited to half a member of 64 from 0 and 1. */
-double advise_odds(double share);
+double advise_log_odds(double share);
 
 /* Mean deceleration that stops the gear at the end of the runway. */
 double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
@@ -278,18 +278,18 @@ double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limi
 
 /* Largest value up to which the probability of a zone, and the share that rolls off, stay below a
  * limit. Its 95 % interval covers only the number of members. */
-struct advise_reach {
+struct advise_bound {
     double at;        /* largest value; NaN: the first row is not below the limit */
     double low, high; /* 95 % interval; NaN: open on that side */
     bool beyond;      /* all rows are below the limit: `at` is the last row's */
 };
 /* `x`, ascending: the quantity that varies between rows, such as the touchdown speed. Interpolated
  * linearly between rows. */
-struct advise_reach advise_reach(const double *x, const struct advise_row *row, size_t rows,
+struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
                                  double limit);
 /* Finds the first pair of rows that encloses the limit, or an end of its interval, and is further
  * apart than `width`. Returns the index of its first row; `rows` if there is none. */
-size_t advise_reach_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+size_t advise_bound_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
                         double width);
 
 #endif

@@ -94,15 +94,16 @@ static enum mr_status take_landing(struct store *store, struct past *past,
     const struct mr_gates_summary *summary = &measured.summary;
     if (status == MR_OK) {
         double speed_ft_s = summary->touchdown_speed_ft_s.value,
-               way_ft = summary->stop_station_ft.value - measured.landing.touchdown_ft;
+               stopping_distance_ft = summary->stop_station_ft.value -
+                                      measured.landing.touchdown_ft;
         landing->measured = measured.fit_status == MR_OK && speed_ft_s > LEAST_FT_S &&
-                            way_ft > 1.0 && summary->stop_t_s.value > 0.0;
+                            stopping_distance_ft > 1.0 && summary->stop_t_s.value > 0.0;
         past->touchdown_ft = measured.landing.touchdown_ft;
         if (landing->measured) {
             landing->seen.braking = (struct advise_braking){
                 .speed_ft_s = speed_ft_s,
                 .touchdown_ft = measured.landing.touchdown_ft,
-                .mean_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * way_ft),
+                .mean_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft),
             };
             take_profile(&measured, landing);
             take_readings(&measured, past, landing);

@@ -8,11 +8,11 @@
 
 struct past_landing {
     int64_t run;
-    bool measured;                 /* its stop is known, so the ensemble can be updated from it */
-    bool relaid;                   /* the mats were laid anew before it, and a new series began */
-    struct advise_seen seen;       /* the profile of its braking points to `profile` */
-    struct advise_profile profile; /* measured braking over time */
-    double planned_ft_s2;          /* NaN: no advice was stored */
+    bool measured;                  /* its stop is known, so the ensemble can be updated from it */
+    bool relaid;                    /* the mats were laid anew before it, and a new series began */
+    struct advise_observation seen; /* the profile of its braking points to `profile` */
+    struct advise_profile profile;  /* measured braking over time */
+    double planned_ft_s2;           /* NaN: no advice was stored */
 };
 
 struct past {

@@ -53,9 +53,10 @@ static void take_plan(const struct measured *measured, struct record_row *row)
     if (!row->advised || measured->fit_status != MR_OK)
         return;
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
-           way_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
-           braking = speed_ft_s * speed_ft_s / (2.0 * way_ft) / row->advice.deceleration_ft_s2;
-    row->off_plan = (way_ft > 0.0 && fabs(braking - 1.0) > RECORD_OFF_BRAKING) ||
+           stopping_distance_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
+           braking = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft) /
+                     row->advice.deceleration_ft_s2;
+    row->off_plan = (stopping_distance_ft > 0.0 && fabs(braking - 1.0) > RECORD_OFF_BRAKING) ||
                     fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
 }
 

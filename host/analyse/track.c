@@ -219,7 +219,7 @@ void track_make(const struct measured *measured, struct track *track)
     track->error_ft = measured->landing.switch_error_ft;
     for (size_t g = 0; g < measured->gates; g++) {
         const struct mr_gate *gate = &measured->gate[g];
-        if (gate->t_s <= 0.0 || summary->alien & 1u << g)
+        if (gate->t_s <= 0.0 || summary->outlier & 1u << g)
             continue;
         if (track->points == 0)
             track->first.t_s = gate->t_s;

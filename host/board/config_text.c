@@ -21,13 +21,13 @@
 
 /* ---- one field ---- */
 
-static const struct mr_config_field *configplace_field(struct configplace at)
+static const struct mr_config_field *configplace_field(struct config_field_ref at)
 {
     return &mr_config_groups[at.group].fields[at.field];
 }
 
 /* The field's bytes in `config`, which may be written to when the caller's is not const. */
-static void *configplace_bytes(const struct mr_config *config, struct configplace at)
+static void *configplace_bytes(const struct mr_config *config, struct config_field_ref at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size +
@@ -35,7 +35,7 @@ static void *configplace_bytes(const struct mr_config *config, struct configplac
 }
 
 /* The next one in the order of the table; false: that was the last. Begin with {0}. */
-static bool configplace_next(struct configplace *at)
+static bool configplace_next(struct config_field_ref *at)
 {
     if (++at->field < mr_config_groups[at->group].field_count)
         return true;
@@ -46,7 +46,7 @@ static bool configplace_next(struct configplace *at)
     return ++at->group < MR_CONFIG_GROUPS;
 }
 
-static void configplace_name(struct configplace at, char out[CONFIGPLACE_NAME])
+static void configplace_name(struct config_field_ref at, char out[CONFIGPLACE_NAME])
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     if (group->count == 1)
@@ -167,7 +167,8 @@ static void configplace_limits(const struct mr_config_field *field, char *out, s
 
 /* ---- why a configuration is refused ---- */
 
-static void name_element(struct configplace at, unsigned element, char out[CONFIGPLACE_NAME + 40])
+static void name_element(struct config_field_ref at, unsigned element,
+                         char out[CONFIGPLACE_NAME + 40])
 {
     char name[CONFIGPLACE_NAME];
     configplace_name(at, name);
@@ -196,9 +197,9 @@ static bool is_known(const struct mr_config_reason *r)
 }
 
 /* The other place that a reason speaks of, and its value. */
-static bool find_other(const struct mr_config_reason *r, struct configplace *other)
+static bool find_other(const struct mr_config_reason *r, struct config_field_ref *other)
 {
-    *other = (struct configplace){r->group, r->index, r->field};
+    *other = (struct config_field_ref){r->group, r->index, r->field};
     if (r->rule == MR_RULE_NOT_ABOVE)
         other->field = r->other;
     else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
@@ -222,7 +223,7 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     const char *unit = channel->kind == MR_KIND_DISPLACEMENT ? "in" : "lb";
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     char mistake[80];
-    mistake_text(channel, mistake, sizeof mistake);
+    gain_mistake_hint(channel, mistake, sizeof mistake);
     if (rule == MR_RULE_NARROW)
         snprintf(
             out, size,
@@ -244,7 +245,7 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
 static void write_advice(const struct mr_config *config, const struct mr_config_reason *r,
                          char *out, size_t size)
 {
-    struct configplace at = {r->group, r->index, r->field};
+    struct config_field_ref at = {r->group, r->index, r->field};
     char limits[200];
     configplace_limits(configplace_field(at), limits, sizeof limits);
     switch (r->rule) {
@@ -293,7 +294,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
 void config_text_reason(const struct mr_config *config, const struct mr_config_reason *r, char *out,
                         size_t size)
 {
-    struct configplace at = {r->group, r->index, r->field}, other;
+    struct config_field_ref at = {r->group, r->index, r->field}, other;
     char name[CONFIGPLACE_NAME + 40], value[CONFIGPLACE_VALUE], advice[300];
     if (!is_known(r)) {
         snprintf(out, size,
@@ -362,7 +363,7 @@ char *config_text_write(const struct mr_config *config)
     char *text = NULL;
     size_t size;
     FILE *file = xopen_memstream(&text, &size);
-    struct configplace at = {0};
+    struct config_field_ref at = {0};
     fputs("# matrig configuration. One field per line, each exactly once. To check it: matrig "
           "board config check FILE\n",
           file);
@@ -394,7 +395,7 @@ struct reader {
     struct error *error;
 };
 
-static size_t number_of(struct configplace at)
+static size_t number_of(struct config_field_ref at)
 {
     size_t number = 0;
     for (unsigned g = 0; g < at.group; g++)
@@ -421,7 +422,7 @@ static bool ends(const char *p)
 }
 
 /* `group[index].field`, then `=`. */
-static enum mr_status read_name(const struct reader *r, const char **p, struct configplace *at)
+static enum mr_status read_name(const struct reader *r, const char **p, struct config_field_ref *at)
 {
     char group[32] = "", field[48] = "", what[160];
     unsigned index = 0;
@@ -434,7 +435,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         return complain(r, MR_MALFORMED, what,
                         "write group[index].field = value, or begin the line with #");
     }
-    *at = (struct configplace){0};
+    *at = (struct config_field_ref){0};
     while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
         at->group++;
     if (at->group == MR_CONFIG_GROUPS) {
@@ -554,7 +555,7 @@ static bool read_value(const struct mr_config_field *field, const char *p, void 
 
 static enum mr_status read_line(struct reader *r, const char *p)
 {
-    struct configplace at;
+    struct config_field_ref at;
     char name[CONFIGPLACE_NAME], what[240], advice[300];
     skip_blanks(&p);
     if (!*p || *p == '#')
@@ -586,7 +587,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
 static enum mr_status check(struct reader *r)
 {
     struct mr_config_reason reason;
-    struct configplace at = {0};
+    struct config_field_ref at = {0};
     size_t number = 0;
     do {
         if (!r->given[number++]) {
@@ -603,7 +604,8 @@ static enum mr_status check(struct reader *r)
     char text[500];
     config_text_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line = r->given[number_of((struct configplace){reason.group, reason.index, reason.field})];
+    r->line =
+        r->given[number_of((struct config_field_ref){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
     return complain(r, MR_LIMIT, text, advice ? advice + 2 : "correct it");
@@ -612,8 +614,8 @@ static enum mr_status check(struct reader *r)
 enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,
                                 struct error *error)
 {
-    struct configplace end = {.group = MR_CONFIG_GROUPS - 1,
-                              .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
+    struct config_field_ref end = {.group = MR_CONFIG_GROUPS - 1,
+                                   .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
     static struct mr_config read;
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
@@ -667,7 +669,7 @@ unsigned config_text_compare(const struct mr_config *old, const struct mr_config
                                           const char *new),
                              void *context)
 {
-    struct configplace at = {0};
+    struct config_field_ref at = {0};
     unsigned differ = 0;
     do {
         char name[CONFIGPLACE_NAME], was[CONFIGPLACE_VALUE], is[CONFIGPLACE_VALUE];

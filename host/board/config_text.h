@@ -15,7 +15,7 @@
 #define CONFIGPLACE_NAME  80u  /* length of "channel[3].unit_per_code" and its terminating zero */
 #define CONFIGPLACE_VALUE 200u /* length of a value as text and its terminating zero */
 
-struct configplace {
+struct config_field_ref {
     unsigned group, index, field; /* counted from 0 */
 };
 

@@ -182,7 +182,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
             continue;
         jump_channel(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
-        mistake_text(channel, mistake, sizeof mistake);
+        gain_mistake_hint(channel, mistake, sizeof mistake);
         ready_add(report, READY_NO_GO, name, NULL,
                   "see matrig board config get and check; calibrate the channel again",
                   "%.4g %s per code: no sensor of the rig has such a gain%s",

@@ -64,7 +64,7 @@ static double distance(const struct mr_gain_limits *limits, double gain)
     return gain >= least && gain <= most ? fabs(log(gain / sqrt(least * most))) : HUGE_VAL;
 }
 
-void mistake_text(const struct mr_channel_config *channel, char *out, size_t size)
+void gain_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT

@@ -37,6 +37,6 @@ bool jump_channel_read(const char *name, size_t length, unsigned *index);
 /* Likely mistake behind an impossible gain: values in another unit, or swapped columns. */
 /* Writes "; were the values mm?" or "; are the columns swapped?"; empty if no such mistake explains
  * the gain of a measuring channel. */
-void mistake_text(const struct mr_channel_config *channel, char *out, size_t size);
+void gain_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

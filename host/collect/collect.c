@@ -156,7 +156,7 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
         side->pending[i] += more;
         if (i == LINK_BACK)
             forget_torn_frame(side);
-        account_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
+        account_trouble(&side->account, (enum link_event)i, (int64_t)more);
     }
     return status;
 }

@@ -108,7 +108,7 @@ static void look_back(struct store *store, struct ready_facts *f)
         f->before_config = rows[i].config_crc;
     }
     free(rows);
-    store_board_spans(store, uid, f->before_span_lb, &kept_us, fatal);
+    store_last_shunt_spans(store, uid, f->before_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
         take_spans(last.checks, f->before_span_lb);

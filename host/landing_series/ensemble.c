@@ -161,7 +161,7 @@ static struct side side_of(const struct flat_runway *r, size_t joint, int step)
     struct side side = {joint, 0.0};
     while ((step < 0 && side.front > 0) || (step > 0 && side.front + 1 < r->joints)) {
         side.front = (size_t)((long)side.front + step);
-        side.resist_lb += r->rub_lb;
+        side.resist_lb += r->friction_force_lb;
         if (r->gap_ft[side.front] > CLOSED_FT) {
             side.resist_lb += r->closing_lb[side.front];
             return side;

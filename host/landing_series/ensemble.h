@@ -136,7 +136,7 @@ struct flat_runway {
     double *gap_ft; /* per joint; negative: its mats are too long by this amount to lie flat */
     double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, updated by flatten */
     const double *closing_lb; /* per joint: closing resistance */
-    double rub_lb;            /* friction of a mat: coefficient times weight */
+    double friction_force_lb; /* friction of a mat: coefficient times weight */
     double kl_lb_ft;          /* stiffness of a joint in compression */
 };
 

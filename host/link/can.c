@@ -177,7 +177,7 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
                          link->spec);
     take_control(&message, &control);
     if (control.lost_known) {
-        link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
+        link_event(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
         link->queue_lost = control.lost;
     }
     frame->host_us = control.kernel_us ? control.kernel_us : link_now_us();
@@ -223,7 +223,7 @@ static void can_service(struct link *link)
         getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
         length < (SK_MEMINFO_DROPS + 1) * sizeof info[0])
         return;
-    link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
+    link_event(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
     link->queue_lost = info[SK_MEMINFO_DROPS];
 }
 

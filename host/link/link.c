@@ -303,7 +303,7 @@ uint64_t link_clock_ahead_us(void)
     return ahead_us;
 }
 
-void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
+void link_event(struct link *link, enum link_event trouble, uint64_t count)
 {
     pthread_mutex_lock(&link->heard);
     link->counters.trouble[trouble] += count;
@@ -348,7 +348,7 @@ static void go_away(struct link *link, const struct error *why)
     link->away_since_us = monotonic_us();
     link->retry_us = link->away_since_us + RETRY_US;
     link->start = link->end = 0;
-    link_trouble(link, LINK_AWAY, 1);
+    link_event(link, LINK_AWAY, 1);
 }
 
 static enum mr_status come_back(struct link *link, uint64_t now_us, struct error *error)
@@ -365,7 +365,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
         release(link);
     pthread_mutex_unlock(&link->device);
     if (back) {
-        link_trouble(link, LINK_BACK, 1);
+        link_event(link, LINK_BACK, 1);
         return MR_OK;
     }
     if (now_us - link->away_since_us < link->away_most_us)
@@ -453,13 +453,13 @@ static uint32_t controller_troubles(uint8_t state)
     return troubles;
 }
 
-/* Bit 1 << enum link_trouble for each trouble that the error frame tells of; at least one is
+/* Bit 1 << enum link_event for each trouble that the error frame tells of; at least one is
  * set. */
 static uint32_t error_troubles(const struct link_frame *frame)
 {
     static const struct {
         uint32_t class_bit;
-        enum link_trouble trouble;
+        enum link_event trouble;
     } classes[] = {
         {CAN_ERR_BUSOFF, LINK_BUS_OFF},
         {CAN_ERR_RESTARTED, LINK_RESTARTED},
@@ -484,7 +484,7 @@ static void count_troubles(struct link *link, uint32_t troubles)
 {
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         if (troubles & 1u << i)
-            link_trouble(link, (enum link_trouble)i, 1);
+            link_event(link, (enum link_event)i, 1);
     }
 }
 

@@ -75,7 +75,7 @@ struct link_frame {
     X(LINK_LOST_PROCESSOR,         "frames or bytes that a full queue lost (slow computer)")
 /* clang-format on */
 
-enum link_trouble {
+enum link_event {
 #define LINK_TROUBLE_ENUM(name, text) name,
     LINK_TROUBLE_TABLE(LINK_TROUBLE_ENUM) LINK_TROUBLES
 };

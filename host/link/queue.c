@@ -422,7 +422,7 @@ static void put_counters(struct link_reader *reader)
 static void lose(struct link_reader *reader, size_t count)
 {
     reader->dropping = true;
-    link_trouble(reader->link, reader->blame(reader->context), count);
+    link_event(reader->link, reader->blame(reader->context), count);
     atomic_fetch_add(&reader->lost, count);
 }
 

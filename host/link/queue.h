@@ -118,7 +118,7 @@ struct link_reader;
 
 /* Returns the reason why nothing is written at present: one of the LINK_LOST_ values. The reader's
  * thread calls it. */
-typedef enum link_trouble link_blame(void *context);
+typedef enum link_event link_blame(void *context);
 
 /* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
  * link_spec. `news`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for

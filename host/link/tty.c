@@ -355,12 +355,12 @@ static void serial_service(struct link *link)
     struct serial_icounter_struct now = {0}, *before = &tty->counted;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
-    link_trouble(link, LINK_UART_OVERRUN,
-                 (unsigned)(now.overrun - before->overrun) +
-                     (unsigned)(now.buf_overrun - before->buf_overrun));
-    link_trouble(link, LINK_UART_LINE,
-                 (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
-                     (unsigned)(now.brk - before->brk));
+    link_event(link, LINK_UART_OVERRUN,
+               (unsigned)(now.overrun - before->overrun) +
+                   (unsigned)(now.buf_overrun - before->buf_overrun));
+    link_event(link, LINK_UART_LINE,
+               (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
+                   (unsigned)(now.brk - before->brk));
     *before = now;
 }
 

@@ -87,7 +87,7 @@ static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint
     return 2 * in_calls_us > at_us - watch->caught_up_us ? WATCH_SLOW_DISK : WATCH_PROCESSOR;
 }
 
-enum link_trouble watch_blame(void *context)
+enum link_event watch_blame(void *context)
 {
     struct watch *watch = context;
     uint64_t since_us;

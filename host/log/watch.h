@@ -78,7 +78,7 @@ uint64_t watch_refused_us(struct watch *watch);
 void watch_end(struct watch *watch);
 
 /* The cause of a full queue; a link_blame function. */
-enum link_trouble watch_blame(void *watch);
+enum link_event watch_blame(void *watch);
 
 /* ---- totals ---- */
 

@@ -66,8 +66,9 @@ enum mr_status store_board_newest(struct store *store, char board_uid[25], struc
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_board_spans(struct store *store, const char *board_uid,
-                                 float span_lb[MR_GAGES], int64_t *started_us, struct error *error)
+enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid,
+                                      float span_lb[MR_GAGES], int64_t *started_us,
+                                      struct error *error)
 {
     sqlite3_stmt *s;
     struct store_board_span row;

@@ -37,8 +37,9 @@ enum mr_status store_certificates(struct store *store, const char *board_uid,
 
 /* Spans of the last shunt calibration stored by a log of this board, NaN: none; and the start of
  * that log, STORE_NONE: none. */
-enum mr_status store_board_spans(struct store *store, const char *board_uid,
-                                 float span_lb[MR_GAGES], int64_t *started_us, struct error *error);
+enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid,
+                                      float span_lb[MR_GAGES], int64_t *started_us,
+                                      struct error *error);
 enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings,
                           struct error *error);
 /* Sets how long to wait for another program that writes. */

@@ -61,7 +61,7 @@ struct again {
     struct mr_risk_plan plan;
     float lamp_limit;
     struct mr_risk_state hazard;
-    struct mr_risk_said hazard_said;
+    struct mr_risk_report hazard_said;
     struct predict_motion motion;
     bool armed, warning, over;
     bool covered; /* frames of about this block were lost */
@@ -360,7 +360,7 @@ static void arm(struct again *again, const struct mr_block *block)
     mr_predictor_arm(&again->predictor);
     mr_risk_arm(&again->hazard, __builtin_isnan(again->plan.speed_ft_s) ? NULL : &again->plan,
                 &again->predictor, again->config.site[0].touchdown_ft);
-    again->hazard_said = (struct mr_risk_said){.risk = NAN};
+    again->hazard_said = (struct mr_risk_report){.risk = NAN};
     again->look = (struct mr_predictor_zone){.level = again->predictor.level};
     again->armed = true;
 }

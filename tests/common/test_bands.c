@@ -50,7 +50,7 @@ static void play(const double *lb, unsigned count, unsigned steps, bool quiet, d
         tension_lb[i] = i < count ? (float)lb[i] : NAN;
     for (unsigned s = 0; s < steps; s++) {
         block += STEP_MS;
-        keep(mr_bands_step(&bands, tension_lb, quiet, (float)wheel_ft, block));
+        keep(mr_bands_update(&bands, tension_lb, quiet, (float)wheel_ft, block));
     }
 }
 
@@ -326,7 +326,7 @@ TEST(the_recorded_landings_raise_nothing)
                 if (!quiet && run->band[i] == 1)
                     least = fmin(least, sum / 4.0);
             }
-            keep(mr_bands_step(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
+            keep(mr_bands_update(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
         }
         mr_bands_end(&bands);
         mr_bands_figures(&bands, 0, &figures);
@@ -585,7 +585,7 @@ TEST(no_more_than_16_findings_come_of_one_step)
     for (unsigned step = 1; step <= MR_BANDS_GROUP; step++) {
         for (unsigned i = 0; i < MR_GAGES; i++)
             tension_lb[i] = step == MR_BANDS_GROUP ? 310.0f : i < MR_CONFIG_BANDS ? 50.0f : 150.0f;
-        count = mr_bands_step(&bands, tension_lb, true, NAN, 4 * step);
+        count = mr_bands_update(&bands, tension_lb, true, NAN, 4 * step);
         assert_int_equal(count, step == MR_BANDS_GROUP ? MR_BANDS_EVENTS : 0);
     }
     for (unsigned n = 0; n < count; n++)

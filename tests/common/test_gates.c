@@ -44,7 +44,7 @@ TEST(uniform_deceleration_is_recovered)
                  stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_true(summary.even);
-    assert_int_equal(summary.alien, 0);
+    assert_int_equal(summary.outlier, 0);
     /* The shape of the rise is not told by the gates: it costs less than a fifth of the error. */
     assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-3);
     assert_near(summary.touchdown_t_s.value, 10.0, 1e-5);
@@ -77,7 +77,7 @@ TEST(a_late_switch_is_left_out)
         size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
         gates[late].t_s += 3e-3;
         assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-        assert_int_equal(summary.alien, 1u << late);
+        assert_int_equal(summary.outlier, 1u << late);
         assert_near(summary.late_s[late], 3e-3, 3e-4);
         assert_near(summary.touchdown_speed_ft_s.value, 28.0, 0.028);
     }
@@ -327,7 +327,7 @@ TEST(a_late_switch_near_the_stop_is_left_out)
     gates[count - 3].t_s += 10e-3;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_false(summary.even);
-    assert_int_equal(summary.alien, 1u << (count - 3));
+    assert_int_equal(summary.outlier, 1u << (count - 3));
     assert_near(summary.late_s[count - 3], 10e-3, 1e-3);
     assert_int_equal(summary.used_for_stop, 7);
     assert_near(summary.stop_station_ft.value, stop_ft, 0.05);

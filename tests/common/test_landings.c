@@ -133,7 +133,7 @@ static void intervals_hold(double place_in, double stated_in)
 {
     static double speed_error[LANDINGS];
     static struct heard heard;
-    unsigned known = 0, speed = 0, mean = 0, stop = 0, even = 0, alien = 0;
+    unsigned known = 0, speed = 0, mean = 0, stop = 0, even = 0, outlier = 0;
     for (unsigned n = 0; n < LANDINGS; n++) {
         struct seeded_landing landing;
         struct mr_gates_summary summary;
@@ -161,19 +161,19 @@ static void intervals_hold(double place_in, double stated_in)
         stop += fabs(summary.stop_station_ft.value - landing.stop_ft) <=
                 1.96 * summary.stop_station_ft.error;
         even += summary.even;
-        alien += summary.alien != 0;
+        outlier += summary.outlier != 0;
     }
     qsort(speed_error, known, sizeof speed_error[0], by_size);
     printf("# %.2f in: %u of %u known, even braking in %u, a switch left out in %u; speed error "
            "median %.4f %%, 95 %% %.3f %%\n",
-           stated_in, known, LANDINGS, even, alien, 100.0 * speed_error[known / 2],
+           stated_in, known, LANDINGS, even, outlier, 100.0 * speed_error[known / 2],
            100.0 * speed_error[known * 95 / 100]);
     check_rate("touchdown speed", speed, known);
     check_rate("mean deceleration", mean, known);
     check_rate("stop station", stop, known);
     assert_true(speed_error[known / 2] < 0.001);
     assert_true(known > 0.9 * LANDINGS);
-    assert_true(alien <= 0.01 * LANDINGS); /* none was late */
+    assert_true(outlier <= 0.01 * LANDINGS); /* none was late */
 }
 
 TEST_IN(stated_intervals_hold, set_table, NULL)

@@ -48,8 +48,8 @@ static struct mr_risk_plan charted(float landings)
     plan.landings = landings;
     plan.row_ft_s2[0] = 4.0f;
     plan.row_ft_s2[1] = 8.0f;
-    plan.row_odds[0] = -1.0f;
-    plan.row_odds[1] = 2.0f;
+    plan.row_log_odds[0] = -1.0f;
+    plan.row_log_odds[1] = 2.0f;
     plan.row_ft[1] = 70.0f;
     return plan;
 }
@@ -62,9 +62,9 @@ static void begin(const struct mr_risk_plan *plan)
 }
 
 /* From touchdown on at `a`, for so many blocks; what is said then. */
-static struct mr_risk_said roll(double v, double a, unsigned blocks)
+static struct mr_risk_report roll(double v, double a, unsigned blocks)
 {
-    struct mr_risk_said said;
+    struct mr_risk_report said;
     struct mr_predictor_zone zone;
     for (unsigned i = 0; i < blocks; i++) {
         double t = 1e-3 * i, stop = v / a;
@@ -100,8 +100,9 @@ TEST(a_plan_is_a_list_of_numbers)
     assert_false(mr_risk_item_set(&copy, MR_RISK_ITEMS, 1.0f));
     assert_true(isnan(mr_risk_item(&copy, MR_RISK_ITEMS)));
     assert_int_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
-    assert_true(copy.row_odds[1] == 2.0f && copy.knot_ft_s2[0] == 6.0f && copy.landings == 3.0f);
-    copy.row_odds[1] = 2.0000002f;
+    assert_true(copy.row_log_odds[1] == 2.0f && copy.knot_ft_s2[0] == 6.0f &&
+                copy.landings == 3.0f);
+    copy.row_log_odds[1] = 2.0000002f;
     assert_int_not_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
 }
 
@@ -123,15 +124,15 @@ TEST(what_makes_no_sense_is_no_plan)
     WRONG(p.knot_ft_s2[0] = 100.0f);
     WRONG(p.knot_s[1] = 0.0f; p.knot_ft_s2[1] = 6.0f);
     WRONG(p.row_ft_s2[1] = 3.0f);
-    WRONG(p.row_odds[0] = NAN);
-    WRONG(p.row_odds[0] = INFINITY);
+    WRONG(p.row_log_odds[0] = NAN);
+    WRONG(p.row_log_odds[0] = INFINITY);
     WRONG(p.landings = NAN);
     WRONG(p.row_ft[0] = 1e9f);
 }
 
 TEST(nobody_knows_before_it_rolls)
 {
-    struct mr_risk_said said;
+    struct mr_risk_report said;
     struct mr_predictor_zone zone;
     begin(NULL);
     mr_predictor_zone(&predictor, &zone);
@@ -152,15 +153,15 @@ TEST(a_plan_that_is_met_tells_the_way)
 {
     struct mr_risk_plan plan = even();
     begin(&plan);
-    struct mr_risk_said said = roll(30.0, 6.0, 2001);
+    struct mr_risk_report said = roll(30.0, 6.0, 2001);
     /* 18 ft/s are left: 27 ft */
-    is_near((double)risk.way_ft, 27.0, 0.3);
+    is_near((double)risk.stopping_distance_ft, 27.0, 0.3);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 6.0, 0.1);
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_PLAN_LEFT), MR_RISK_OF_PLAN);
     begin(&plan); /* a quarter harder than planned: so is what is to come */
     said = roll(30.0, 7.5, 2001);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 7.5, 0.1);
-    is_near((double)risk.way_ft, 15.0, 0.3);
+    is_near((double)risk.stopping_distance_ft, 15.0, 0.3);
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_PLAN_LEFT), MR_RISK_OF_PLAN);
 }
 
@@ -173,18 +174,18 @@ TEST(hard_braking_that_is_planned_counts)
     plan.knot_s[2] = 3.2f;
     plan.knot_ft_s2[2] = 12.0f;
     begin(&plan);
-    struct mr_risk_said said = roll(30.0, 3.0, 2001);
+    struct mr_risk_report said = roll(30.0, 3.0, 2001);
     is_near((double)said.input[MR_RISK_BRAKING] * 6.0, 12.0, 0.2);
     /* 24 ft/s at 2 s, 21 at 3 s after 22.5 ft, and 20^2 / 24 or so from there */
-    is_near((double)risk.way_ft, 22.5 + 4.1 + 15.9, 1.0);
+    is_near((double)risk.stopping_distance_ft, 22.5 + 4.1 + 15.9, 1.0);
 }
 
 TEST(a_plan_that_is_not_met_is_left)
 {
     struct mr_risk_plan plan = charted(0.0f);
     begin(&plan);
-    struct mr_risk_said said = roll(30.0, 12.0,
-                                    601); /* by then the plan would have lost 3.6 ft/s */
+    struct mr_risk_report said = roll(30.0, 12.0,
+                                      601); /* by then the plan would have lost 3.6 ft/s */
     assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, 0);
     begin(&plan);
     said = roll(30.0, 12.0, 901);
@@ -200,7 +201,7 @@ TEST(a_chart_of_another_runway_is_ignored)
 {
     struct mr_risk_plan plan = charted(2.0f);
     begin(&plan); /* that has had none */
-    struct mr_risk_said said = roll(30.0, 6.0, 1001);
+    struct mr_risk_report said = roll(30.0, 6.0, 1001);
     assert_int_equal(said.basis & 15u, MR_RISK_OF_PLAN | MR_RISK_CHART_OLD);
     assert_true(said.input[MR_RISK_CHART] == 0.0f);
 }
@@ -208,7 +209,7 @@ TEST(a_chart_of_another_runway_is_ignored)
 TEST(who_stands_comes_to_no_zone)
 {
     begin(NULL);
-    struct mr_risk_said said = roll(30.0, 6.0, 5200);
+    struct mr_risk_report said = roll(30.0, 6.0, 5200);
     assert_true(said.risk == 0.0f);
     assert_int_equal(said.basis & MR_RISK_STOPPED, MR_RISK_STOPPED);
     assert_int_equal(said.reason, MR_RISK_NO_REASON);
@@ -223,7 +224,7 @@ TEST(no_transducer_is_told)
                                        .braking_known = true,
                                        .on_runway = true};
     struct mr_predictor_zone zone;
-    struct mr_risk_said said;
+    struct mr_risk_report said;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = NAN;
     mr_predictor_block(&predictor, &input);
@@ -240,7 +241,7 @@ TEST(failure_is_expected_inside_the_zone)
     begin(NULL);
     struct mr_predictor_input input = {
         .wheel_ft = 20.0f, .speed_ft_s = 25.0f, .deceleration_ft_s2 = 5.0f, .on_runway = true};
-    struct mr_risk_said said;
+    struct mr_risk_report said;
     mr_predictor_block(&predictor, &input);
     mr_risk_block(&risk, &predictor, &input);
     const struct mr_predictor_zone zone = {.mats = 60, .start_ft = 40.0f, .end_ft = 57.14f};
@@ -262,8 +263,8 @@ TEST(a_zone_that_is_there_outweighs_the_chart)
                                             .end_ft = 57.14f,
                                             .coming_mats = 60,
                                             .coming_ft = 40.0f};
-    struct mr_risk_said expected, seen, plain;
-    plan.row_odds[0] = plan.row_odds[1] = -6.0f;
+    struct mr_risk_report expected, seen, plain;
+    plan.row_log_odds[0] = plan.row_log_odds[1] = -6.0f;
     begin(&plan);
     (void)roll(30.0, 6.0, 700);
     mr_risk_say(&risk, &predictor, &none, &expected);
@@ -278,7 +279,7 @@ TEST(a_zone_that_is_there_outweighs_the_chart)
 TEST(the_lamp_has_a_limit_or_the_verdict)
 {
     struct mr_predictor_zone zone = {.verdict = MR_PREDICTOR_WARNING};
-    struct mr_risk_said said = {.risk = 0.1f};
+    struct mr_risk_report said = {.risk = 0.1f};
     assert_true(mr_risk_lamp(NAN, &zone, &said)); /* none set */
     assert_true(isnan(mr_risk_lamp_limit(NAN)));
     assert_true(mr_risk_lamp_limit(4.0f) == 0.2f);

@@ -47,7 +47,7 @@ static struct mr_risk_plan charted(float landings)
     plan.knot_s[0] = 0.0f;
     plan.knot_ft_s2[0] = 6.0f;
     plan.row_ft_s2[0] = 5.0f;
-    plan.row_odds[0] = 1.0f;
+    plan.row_log_odds[0] = 1.0f;
     return plan;
 }
 

@@ -97,10 +97,11 @@ static void read_survey(struct truth *truth, double sum_in[MR_SEGMENTS])
 }
 
 /* The gear's way and the whole aircraft's force as they are told. */
-static void set_path(struct sim_scene *scene, double speed_ft_s, double way_ft)
+static void set_path(struct sim_scene *scene, double speed_ft_s, double stopping_distance_ft)
 {
     struct sim_path_row row[PATH_ROWS];
-    double brake = speed_ft_s * speed_ft_s / (2.0 * way_ft), stop_s = speed_ft_s / brake;
+    double brake = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft),
+           stop_s = speed_ft_s / brake;
     for (int i = 0; i < PATH_ROWS - 1; i++) {
         double t_s = stop_s * i / (PATH_ROWS - 2);
         row[i] = (struct sim_path_row){t_s,
@@ -114,7 +115,8 @@ static void set_path(struct sim_scene *scene, double speed_ft_s, double way_ft)
 static void set_scene(struct sim_scene *scene, struct truth *truth, size_t number)
 {
     double speed_ft_s = between(&truth->random, plan[number].slow_ft_s, plan[number].fast_ft_s),
-           way_ft = between(&truth->random, plan[number].short_ft, plan[number].long_ft);
+           stopping_distance_ft = between(&truth->random, plan[number].short_ft,
+                                          plan[number].long_ft);
     double scale = (double)truth->mats / WHOLE_MATS; /* of lengths; decelerations stay */
     size_t joints = (size_t)truth->mats + 1;
     sim_scene_defaults(scene);
@@ -129,7 +131,7 @@ static void set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
     scene->friction = truth->value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;
-    set_path(scene, speed_ft_s * sqrt(scale), way_ft * scale);
+    set_path(scene, speed_ft_s * sqrt(scale), stopping_distance_ft * scale);
     sim_scene_set_list(&scene->gap0_ft, truth->gap_ft, joints);
     sim_scene_set_list(&scene->grit_lb, truth->grit_lb, joints);
 }

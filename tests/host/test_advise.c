@@ -258,7 +258,7 @@ static double step_of(const struct advise_members *members, size_t batch)
 TEST(a_share_is_what_chains_alone_count)
 {
     static struct advise_braking braking[COUNT];
-    static struct advise_met met[COUNT];
+    static struct advise_course met[COUNT];
     struct advise_members members;
     struct advise_plan plan = {.speed_ft_s = 18.0,
                                .speed_spread = 0.01,
@@ -297,7 +297,7 @@ TEST(a_share_is_what_chains_alone_count)
 TEST(a_seed_says_the_same_whatever_the_threads)
 {
     static struct advise_braking braking[COUNT];
-    static struct advise_met met[3][COUNT];
+    static struct advise_course met[3][COUNT];
     struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
@@ -342,10 +342,10 @@ TEST(a_survey_gives_the_sums)
  * and is not without spread. */
 TEST(a_landing_teaches)
 {
-    static struct advise_met met[8];
+    static struct advise_course met[8];
     struct advise_members truth, members;
     struct advise_runway runway = rig();
-    struct advise_seen seen = {
+    struct advise_observation seen = {
         .braking = {.speed_ft_s = 18.0, .touchdown_ft = 3.0, .mean_ft_s2 = 6.0},
         .moved_error_in = 0.003,
         .survey_error_in = 0.003};
@@ -369,9 +369,9 @@ TEST(a_landing_teaches)
         seen.moved_in[i] = (double)met[0].moved_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         seen.after_in[s] = (double)met[0].sum_in[s];
-    advise_unknown(&members, ADVISE_RESISTANCE, &before, &spread_before);
+    advise_parameter(&members, ADVISE_RESISTANCE, &before, &spread_before);
     assert_true(advise_learn(&members, &seen));
-    advise_unknown(&members, ADVISE_RESISTANCE, &after, &spread_after);
+    advise_parameter(&members, ADVISE_RESISTANCE, &after, &spread_after);
     print_message("resistance %.2f +- %.0f %%, then %.2f +- %.0f %%; true 4\n", before,
                   100.0 * spread_before, after, 100.0 * spread_after);
     assert_true(fabs(log(after / 4.0)) < fabs(log(before / 4.0)));
@@ -450,23 +450,23 @@ TEST(the_reach_and_its_interval)
     struct advise_row row[] = {{.zone = {.p = 0.1, .low = 0.05, .high = 0.15}},
                                {.zone = {.p = 0.3, .low = 0.25, .high = 0.35}},
                                {.zone = {.p = 0.6, .low = 0.55, .high = 0.65}}};
-    struct advise_reach reach = advise_reach(x, row, 3, 0.2);
+    struct advise_bound reach = advise_bound(x, row, 3, 0.2);
     assert_near(reach.at, 15.0, 1e-12);
     assert_near(reach.low, 12.5, 1e-12);
     assert_near(reach.high, 17.5, 1e-12);
     assert_false(reach.beyond);
-    assert_int_equal(advise_reach_gap(x, row, 3, 0.2, 5.0), 0);
-    assert_int_equal(advise_reach_gap(x, row, 3, 0.32, 5.0), 1);
-    assert_int_equal(advise_reach_gap(x, row, 3, 0.2, 10.0), 3);
-    reach = advise_reach(x, row, 3, 0.62); /* the upper end alone is beyond */
+    assert_int_equal(advise_bound_gap(x, row, 3, 0.2, 5.0), 0);
+    assert_int_equal(advise_bound_gap(x, row, 3, 0.32, 5.0), 1);
+    assert_int_equal(advise_bound_gap(x, row, 3, 0.2, 10.0), 3);
+    reach = advise_bound(x, row, 3, 0.62); /* the upper end alone is beyond */
     assert_true(reach.beyond && isnan(reach.high));
     assert_near(reach.at, 30.0, 1e-12);
     assert_near(reach.low, 29.0, 1e-12);
-    reach = advise_reach(x, row, 3, 0.12); /* the first row's upper end is not below */
+    reach = advise_bound(x, row, 3, 0.12); /* the first row's upper end is not below */
     assert_near(reach.at, 11.0, 1e-12);
     assert_true(isnan(reach.low));
-    reach = advise_reach(x, row, 3, 0.1);
+    reach = advise_bound(x, row, 3, 0.1);
     assert_true(isnan(reach.at) && !reach.beyond);
     row[1].off_runway = 0.5; /* who rolls off is not below either */
-    assert_near(advise_reach(x, row, 3, 0.2).at, 12.5, 1e-12);
+    assert_near(advise_bound(x, row, 3, 0.2).at, 12.5, 1e-12);
 }

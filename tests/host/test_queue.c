@@ -199,8 +199,8 @@ TEST(news_when_somebody_listens)
 
 /* ---- the reader ---- */
 
-static enum link_trouble blamed;
-static enum link_trouble blame(void *context)
+static enum link_event blamed;
+static enum link_event blame(void *context)
 {
     (void)context;
     return blamed;

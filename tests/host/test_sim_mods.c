@@ -116,7 +116,7 @@ TEST(heat_slackens)
     rivet(&scene, 3, 2, 0);
     tension(&scene, &t0, 1);
     scene.mods.band[0].alpha_f = 1e-3;
-    scene.mods.band[0].dt_f = 20.0;
+    scene.mods.band[0].warming_degf = 20.0;
     struct sim_result result = run(&scene, (struct sim_options){0});
     assert_int_equal(result.mods->segments, 4);
     for (int i = 0; i < 4; i++)

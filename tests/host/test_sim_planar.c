@@ -403,7 +403,7 @@ static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, dou
     rate[SIZE + 3] = a_ft_s2;
     struct stepper stepper = {.kind = &kind, .model = &model, .least_s = 1e-14, .z = z};
     double h_s = 1e-3, before_s = h_s;
-    bool cut = stepper_turns(&stepper, rate, &h_s);
+    bool cut = stepper_cut_at_reversal(&stepper, rate, &h_s);
     assert_int_equal(cut, h_s < before_s);
     return h_s;
 }

@@ -113,7 +113,7 @@ static void add_chart(const struct score_landing *landing)
     for (unsigned r = 0; kind > 0.5 && r < MR_RISK_ROWS; r++) {
         plan.landings = (float)(landing->number - 1u);
         plan.row_ft_s2[r] = 3.0f + 1.5f * (float)r;
-        plan.row_odds[r] = (float)between(&state, -4.0, 4.0);
+        plan.row_log_odds[r] = (float)between(&state, -4.0, 4.0);
     }
     for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
         float value = mr_risk_item(&plan, i);

@@ -38,10 +38,11 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
         return error->status;
     c.seeds = seeds;
     for (size_t i = 0; speed_ft_s > 0.0 && i < c.landing_count; i++) {
-        double way_ft = speed_ft_s * speed_ft_s / (2.0 * c.landings[i].deceleration_ft_s2.low);
+        double stopping_distance_ft = speed_ft_s * speed_ft_s /
+                                      (2.0 * c.landings[i].deceleration_ft_s2.low);
         c.landings[i].speed_ft_s = (struct series_range){speed_ft_s, speed_ft_s};
-        c.landings[i].touchdown_ft = (struct series_range){STOP_FROM_FT - way_ft,
-                                                           STOP_TO_FT - way_ft};
+        c.landings[i].touchdown_ft = (struct series_range){STOP_FROM_FT - stopping_distance_ft,
+                                                           STOP_TO_FT - stopping_distance_ft};
     }
     struct series_run *runs = calloc(seeds, sizeof *runs);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);

@@ -67,7 +67,7 @@ bool advised_say(struct advise_members *members, const struct advise_plan *plan,
                  const struct advised_known *known, double mean_ft_s2, struct advise_row *row)
 {
     static struct advise_braking braking[ADVISED_MEMBERS];
-    static struct advise_met met[ADVISED_MEMBERS];
+    static struct advise_course met[ADVISED_MEMBERS];
     advise_survey(members, known->sum_in, SURVEY_IN);
     return advise_row(members, plan, mean_ft_s2, braking, met, row);
 }
@@ -75,7 +75,7 @@ bool advised_say(struct advise_members *members, const struct advise_plan *plan,
 bool advised_teach(struct advise_members *members, const struct score_landing *landing,
                    const struct advised_known *known, const struct advised_known *next)
 {
-    struct advise_seen seen = {
+    struct advise_observation seen = {
         .braking = {.speed_ft_s = landing->speed_ft_s,
                     .touchdown_ft = TOUCHDOWN,
                     .mean_ft_s2 = known->true_ft_s2,
@@ -122,12 +122,12 @@ static double plan_ft_s2(const struct mr_risk_plan *plan, double t_s)
 
 double advised_plan_mean_ft_s2(const struct mr_risk_plan *plan)
 {
-    double v_ft_s = (double)plan->speed_ft_s, way_ft = 0.0;
+    double v_ft_s = (double)plan->speed_ft_s, stopping_distance_ft = 0.0;
     for (double t_s = 0.0; v_ft_s > 0.0 && t_s < 60.0; t_s += 1e-3) {
-        way_ft += v_ft_s * 1e-3;
+        stopping_distance_ft += v_ft_s * 1e-3;
         v_ft_s -= 1e-3 * plan_ft_s2(plan, t_s);
     }
-    return 0.5 * (double)plan->speed_ft_s * (double)plan->speed_ft_s / way_ft;
+    return 0.5 * (double)plan->speed_ft_s * (double)plan->speed_ft_s / stopping_distance_ft;
 }
 
 double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan)
@@ -198,7 +198,7 @@ void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr
 {
     for (size_t r = 0; r < rows; r++) {
         plan->row_ft_s2[r] = (float)chart->mean_ft_s2[r];
-        plan->row_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
+        plan->row_log_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
         plan->row_ft[r] = (float)chart->half_ft[r];
     }
 }

@@ -390,7 +390,7 @@ static float zones(float mats)
 }
 
 static void take_facts(const struct listener *l, const struct mr_predictor *predictor,
-                       const struct mr_risk_said *said, float coming_mats, float *fact)
+                       const struct mr_risk_report *said, float coming_mats, float *fact)
 {
     fact[FACT_ONE] = 1.0f;
     fact[FACT_PLAN] = (float)advised_plan_mean_ft_s2(&l->plan) / 6.0f;
@@ -410,7 +410,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
 {
     struct listener *l = ctx;
     struct mr_predictor_zone zone;
-    struct mr_risk_said said, planned, nothing;
+    struct mr_risk_report said, planned, nothing;
     unsigned when = 0;
     double since_s = 1e-3 * ms - l->landing->touchdown_s;
     mr_risk_block(&l->board, predictor, input);
@@ -611,7 +611,7 @@ static bool take_shares(const char *folder, const struct foresight_row *row, uin
         if (list.said[i].when != BEFORE)
             continue;
         shares->input[2 * shares->count] = 1.0f;
-        shares->input[2 * shares->count + 1] = (float)advise_odds((double)list.said[i].share);
+        shares->input[2 * shares->count + 1] = (float)advise_log_odds((double)list.said[i].share);
         shares->event[shares->count++] = !isnan(list.said[i].until_s);
     }
     free(list.said);
@@ -648,7 +648,7 @@ static int print_odds(const char *folder, const struct foresight_row *row, const
 {
     struct shares shares[2];
     double weight[2], today[2] = {logit(advise_calibrated(0.5, true)), 0.0};
-    today[1] = (logit(advise_calibrated(0.9, true)) - today[0]) / advise_odds(0.9);
+    today[1] = (logit(advise_calibrated(0.9, true)) - today[0]) / advise_log_odds(0.9);
     bool good = take_shares(folder, row, from[0], series[0], &shares[0]);
     good = take_shares(folder, row, from[1], series[1], &shares[1]) && good;
     if (good) {

@@ -88,7 +88,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
         return;
     mr_predictor_zone(predictor, &zone);
     for (unsigned m = 0; m < l->modes && samples < SAMPLES; m++) {
-        struct mr_risk_said said;
+        struct mr_risk_report said;
         mr_risk_say(&l->risk[m], predictor, &zone, &said);
         if (said.basis & MR_RISK_STOPPED)
             continue;

@@ -201,7 +201,7 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
             give_ft_lb += 1.0 / s->k_lb_ft;
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
         b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
-                           s->alpha_f * s->dt_f * (to_ft - from_ft);
+                           s->alpha_f * s->warming_degf * (to_ft - from_ft);
         b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->least_lb[i] = (double)INFINITY;
         b->most_lb[i] = -(double)INFINITY;
@@ -748,7 +748,7 @@ void mods_carry(struct sim_scene *scene, const struct sim_result *result)
         sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
         sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count);
         set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count);
-        b->dt_f = 0.0;
+        b->warming_degf = 0.0;
         segment += count + 1;
         connection += count;
     }

@@ -174,10 +174,10 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
     double fastest = 0.0;
     for (size_t i = 0; i + 1 < wheel->count; i++) {
         const struct sim_path_row *row = &wheel->rows[i];
-        double way_ft = fabs(row[1].x_ft - row[0].x_ft);
-        if (way_ft > 0.0)
+        double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
+        if (stopping_distance_ft > 0.0)
             /* a jump: division by 0, INFINITY */
-            fastest = law_most(fastest, way_ft / (row[1].t_s - row[0].t_s));
+            fastest = law_most(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
 }

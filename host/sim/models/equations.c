@@ -535,8 +535,8 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
 
 /* ---- banded matrices ---- */
 
-void band_load(int size, double x, const double *mass, double y, const double *by_p, double z,
-               const double *by_v, double *a)
+void banded_load(int size, double x, const double *mass, double y, const double *by_p, double z,
+                 const double *by_v, double *a)
 {
     for (int i = 0; i < size; i++) {
         double *row = a + (size_t)i * BAND_WIDTH;
@@ -548,7 +548,7 @@ void band_load(int size, double x, const double *mass, double y, const double *b
     }
 }
 
-bool band_factor(int size, double *a, int *pivot)
+bool banded_factor(int size, double *a, int *pivot)
 {
     for (int i = 0; i < size; i++) {
         int below = i + MODEL_BAND < size ? MODEL_BAND : size - 1 - i;
@@ -587,7 +587,7 @@ bool band_factor(int size, double *a, int *pivot)
     return true;
 }
 
-void band_solve(int size, const double *a, const int *pivot, double *x)
+void banded_solve(int size, const double *a, const int *pivot, double *x)
 {
     for (int i = 0; i < size; i++) {
         int below = i + MODEL_BAND < size ? MODEL_BAND : size - 1 - i;
@@ -609,7 +609,7 @@ void band_solve(int size, const double *a, const int *pivot, double *x)
     }
 }
 
-void band_multiply(int size, const double *rows, const double *x, double *y)
+void banded_multiply(int size, const double *rows, const double *x, double *y)
 {
     for (int i = 0; i < size; i++) {
         int low = i < MODEL_BAND ? MODEL_BAND - i : 0;

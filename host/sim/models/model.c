@@ -288,19 +288,19 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     m->slack_ft = slack_ft;
     m->tad_rad = tad_rad;
     m->last = last;
-    band_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
-    if (band_factor((int)size, lu, pivot)) {
+    banded_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
+    if (banded_factor((int)size, lu, pivot)) {
         double growth = 0.0;
         for (size_t i = 0; i < 2 * size; i++) /* any start with a part in every direction */
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
         for (int k = 0; k < POWERS; k++) {
             double norm = 0.0;
             /* scale the heights so that both halves count alike */
-            band_multiply((int)size, by_p, x, y + size);
-            band_multiply((int)size, by_v, x + size, y);
+            banded_multiply((int)size, by_p, x, y + size);
+            banded_multiply((int)size, by_v, x + size, y);
             for (size_t i = 0; i < size; i++)
                 y[size + i] += y[i];
-            band_solve((int)size, lu, pivot, y + size);
+            banded_solve((int)size, lu, pivot, y + size);
             memcpy(y, x + size, size * sizeof *y);
             for (size_t i = 0; i < size; i++)
                 norm = fmax(norm, fabs(y[size + i]));

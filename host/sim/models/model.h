@@ -195,17 +195,17 @@ void model_describe(const struct model *model, struct sim_result *result);
 
 #define BAND_WIDTH (3 * MODEL_BAND + 1) /* includes room for pivoting */
 
-/* a = x mass + y by_p + z by_v, with rows in the layout of band_factor: entry (i, k) is at [i
+/* a = x mass + y by_p + z by_v, with rows in the layout of banded_factor: entry (i, k) is at [i
  * BAND_WIDTH + k - i + MODEL_BAND]. */
-void band_load(int size, double x, const double *mass, double y, const double *by_p, double z,
-               const double *by_v, double *a);
+void banded_load(int size, double x, const double *mass, double y, const double *by_p, double z,
+                 const double *by_v, double *a);
 
 /* Factors in place. Returns false if the matrix is singular or not finite. */
-bool band_factor(int size, double *a, int *pivot);
-void band_solve(int size, const double *a, const int *pivot, double *x);
+bool banded_factor(int size, double *a, int *pivot);
+void banded_solve(int size, const double *a, const int *pivot, double *x);
 
 /* y = rows (from model_linearise) times x. */
-void band_multiply(int size, const double *rows, const double *x, double *y);
+void banded_multiply(int size, const double *rows, const double *x, double *y);
 
 /* The right-hand sides of both models. */
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);

@@ -70,7 +70,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
               "rotation of a riveted mat under the wheel"),                                       \
         NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f, "1/F",                                 \
                      "coefficient of thermal expansion"),                                         \
-        ANY(prefix "dT", mods.band[i].dt_f, "F",                                                  \
+        ANY(prefix "dT", mods.band[i].warming_degf, "F",                                          \
             "temperature rise since the band had the tension band_T0"),                           \
         CHOICE(prefix "over", mods.band[i].over, overs,                                           \
                "where the band acts: on all joints, or on the rivets only"),                      \

@@ -57,11 +57,11 @@ struct sim_bands {
     double k_lb_ft; /* stiffness of the spring at either anchor; INFINITY: rigid */
     /* Largest force that a connection holds before the band slips through; INFINITY: any force. */
     double grip_lb;
-    double pull_lb;  /* vertical force that pulls a rivet out; INFINITY: none */
-    double wear_ft;  /* slip that wears a rivet's hole through; INFINITY: never */
-    double tilt_rad; /* angle by which the wheel turns a riveted mat */
-    double alpha_f;  /* thermal expansion, 1/degree F */
-    double dt_f;     /* temperature of the band minus that at which it had T0, degrees F */
+    double pull_lb;      /* vertical force that pulls a rivet out; INFINITY: none */
+    double wear_ft;      /* slip that wears a rivet's hole through; INFINITY: never */
+    double tilt_rad;     /* angle by which the wheel turns a riveted mat */
+    double alpha_f;      /* thermal expansion, 1/degree F */
+    double warming_degf; /* temperature of the band minus that at which it had T0, degrees F */
     enum sim_band_over over;
     struct sim_list slipped_ft; /* per connection, slip so far; empty: 0 */
     struct sim_list pulled;     /* mats whose rivets are pulled out */

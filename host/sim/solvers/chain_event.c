@@ -93,7 +93,7 @@ static void keep_part(struct motion *m, struct part *part)
     if (part->touching > 0.0 && part->mode == GIVES)
         part->hold_lb = part->side * motion_part_limit_lb(m, part);
     if (part->touching > 0.0)
-        m->rub_lb[part->mat] = part->hold_lb;
+        m->friction_force_lb[part->mat] = part->hold_lb;
 }
 
 static void run_once(struct motion *m, struct run *run, const struct sim_options *options)
@@ -119,7 +119,7 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         for (int i = 0; m->gear && i < m->part_count; i++)
             m->parts[i].hold_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
         motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
-        m->most_v_ft_s = law_most(m->most_v_ft_s, motion_largest(m->c[1], first, last));
+        m->max_speed_ft_s = law_most(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
         if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
             run->awake_max = last - first + 1;
         m->t_s = over ? until_s : m->t_s + h;
@@ -143,7 +143,7 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         order = order < ORDER_LEAST       ? ORDER_LEAST
               : order > POLYNOMIAL_DEGREE ? POLYNOMIAL_DEGREE
                                           : order;
-        if (!isfinite(m->most_v_ft_s) || at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) ||
+        if (!isfinite(m->max_speed_ft_s) || at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) ||
             run->steps > MOST_STEPS) {
             run->status = SIM_STEP_UNDERFLOW;
             run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;

@@ -78,9 +78,10 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
     lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
-    lanes way_ft = LAW_ONLY(LAW_ABOVE(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
-                   LAW_ONLY(LAW_ABOVE(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
-    return LAW_ONLY(slip.stops, way_ft);
+    lanes stopping_distance_ft =
+        LAW_ONLY(LAW_ABOVE(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
+        LAW_ONLY(LAW_ABOVE(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
+    return LAW_ONLY(slip.stops, stopping_distance_ft);
 }
 
 /* Updates the largest tensions of the block of joints at j, from their last three tensions. For

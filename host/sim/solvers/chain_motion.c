@@ -75,7 +75,7 @@ VECTOR void motion_expand(const struct motion *m, int first, int last, int order
         if (k + 2 > order)
             break;
         const double *pull = m->pull[k] + first, *v = m->c[k + 1] + first;
-        const double *per_slug = m->free_per_slug + first, *rub = m->rub_lb + first;
+        const double *per_slug = m->free_per_slug + first, *rub = m->friction_force_lb + first;
         const double *drag = m->drag_lb_s_ft + first;
         double *next = m->c[k + 2] + first, factor = k + 1.0;
         double share = 1.0 / ((k + 1.0) * (k + 2.0));
@@ -114,7 +114,7 @@ VECTOR double motion_largest(const double *values, int first, int last)
  * of that which the step itself brings; and where the terms fall off at all. */
 double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
 {
-    double h = (double)INFINITY, v = m->most_v_ft_s,
+    double h = (double)INFINITY, v = m->max_speed_ft_s,
            bent = 2.0 * motion_largest(m->c[2], first, last);
     double twisted = 3.0 * motion_largest(m->c[3], first, last);
     bool springs = m->ground_lb_s_ft > 0.0 || m->gear;
@@ -199,7 +199,7 @@ static double noise_ft(const struct motion *m, int j)
 
 static double noise_ft_s(const struct motion *m)
 {
-    return ROUNDING * m->most_v_ft_s;
+    return ROUNDING * m->max_speed_ft_s;
 }
 
 static double noise_lb(const struct motion *m, int j)
@@ -485,7 +485,7 @@ static void set_slide(struct motion *m, int n, int way)
     m->slide[n] = (signed char)way;
     m->drag_lb_s_ft[n] = m->ground_lb_s_ft;
     m->free_per_slug[n] = way ? m->per_slug : 0.0;
-    m->rub_lb[n] = way == 1 || way == -1 ? way * m->limit_lb[n] : 0.0;
+    m->friction_force_lb[n] = way == 1 || way == -1 ? way * m->limit_lb[n] : 0.0;
     if (way && n < m->low)
         m->low = n;
     if (way && n > m->high)
@@ -515,7 +515,7 @@ static void set_part(struct motion *m, struct part *part, enum part_mode mode)
         part->hold_lb = part->side * limit_lb;
     set_slide(m, part->mat, RIDDEN);
     m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping * sqrt(part->k_lb_ft / m->per_slug);
-    m->rub_lb[part->mat] = part->hold_lb;
+    m->friction_force_lb[part->mat] = part->hold_lb;
 }
 
 static void switch_part(struct motion *m, struct part *part, int which)
@@ -589,10 +589,11 @@ static void add_break(struct motion *m, double t_s)
 static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
-    double x1_ft = row[1].x_ft + ahead_ft, way_ft = x1_ft - x0_ft;
+    double x1_ft = row[1].x_ft + ahead_ft, stopping_distance_ft = x1_ft - x0_ft;
     double low = ceil(fmin(x0_ft, x1_ft) / length_ft), high = floor(fmax(x0_ft, x1_ft) / length_ft);
     for (double i = fmax(low, 0.0); i <= fmin(high, m->mats); i++)
-        add_break(m, row[0].t_s + (row[1].t_s - row[0].t_s) * ((i * length_ft - x0_ft) / way_ft));
+        add_break(m, row[0].t_s + (row[1].t_s - row[0].t_s) *
+                                      ((i * length_ft - x0_ft) / stopping_distance_ft));
 }
 
 static void make_breaks(struct motion *m)
@@ -842,11 +843,26 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
     make_breaks(m);
     m->storage = xaligned_alloc(ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
     double *next = (double *)m->storage + PADDING;
-    double **const places[] = {&m->thrust[0], &m->thrust[1], &m->thrust[2],    &m->free_per_slug,
-                               &m->limit_lb,  &m->rub_lb,    &m->drag_lb_s_ft, &m->reach_v,
-                               &m->a,         &m->b,         &m->at_lb,        &m->gap0_ft,
-                               &m->grit_lb,   &m->reach_ft,  &m->push_most_lb, &m->pull_most_lb,
-                               &m->reach_g,   &m->reach_t,   &m->u_at,         &m->sum,
+    double **const places[] = {&m->thrust[0],
+                               &m->thrust[1],
+                               &m->thrust[2],
+                               &m->free_per_slug,
+                               &m->limit_lb,
+                               &m->friction_force_lb,
+                               &m->drag_lb_s_ft,
+                               &m->reach_v,
+                               &m->a,
+                               &m->b,
+                               &m->at_lb,
+                               &m->gap0_ft,
+                               &m->grit_lb,
+                               &m->reach_ft,
+                               &m->push_most_lb,
+                               &m->pull_most_lb,
+                               &m->reach_g,
+                               &m->reach_t,
+                               &m->u_at,
+                               &m->sum,
                                &m->slope};
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++, next += length)
         *places[i] = next;
@@ -875,7 +891,7 @@ void motion_start(struct motion *m)
     memset(m->storage, 0, doubles * sizeof(double) + 2 * m->length);
     m->next_break = 0;
     m->part_count = 0;
-    m->t_s = m->most_v_ft_s = 0.0;
+    m->t_s = m->max_speed_ft_s = 0.0;
     m->low = m->mats + 1;
     m->high = 0;
     m->near_low = m->mats + 1;
@@ -906,6 +922,6 @@ void motion_start(struct motion *m)
     if (m->friction != SIM_NONE && scene->v0_ft_s != 0.0 &&
         (m->friction == SIM_STICK || fabs(scene->v0_ft_s) > FAR * scene->veps_ft_s))
         set_slide(m, thrown, scene->v0_ft_s > 0.0 ? 1 : -1);
-    m->most_v_ft_s = fabs(scene->v0_ft_s);
+    m->max_speed_ft_s = fabs(scene->v0_ft_s);
     motion_press(m);
 }

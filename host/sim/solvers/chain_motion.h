@@ -54,7 +54,7 @@ struct motion {
     double *c[POLYNOMIAL_DEGREE + 1], *thrust[3], *smooth[POLYNOMIAL_DEGREE],
         *square[POLYNOMIAL_DEGREE];
     double *free_per_slug; /* 1/mass of a moving mat, otherwise 0 */
-    double *limit_lb, *rub_lb, *drag_lb_s_ft;
+    double *limit_lb, *friction_force_lb, *drag_lb_s_ft;
     double *reach_v; /* possible change of the speed within a step */
     /* By joint: series of tension; tension = a g + b g' + at. */
     double *pull[POLYNOMIAL_DEGREE], *a, *b, *at_lb;
@@ -77,7 +77,7 @@ struct motion {
     bool gear; /* the gear is on elastic ground */
     double rho;
     double t_s;
-    double most_v_ft_s;
+    double max_speed_ft_s;
 };
 
 /* The first switch within a step. */

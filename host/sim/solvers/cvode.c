@@ -121,7 +121,7 @@ static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_
     double *right = N_VGetArrayPointer(b);
     for (int i = 0; i < size; i++)
         w->part[size + i] = right[2 * i + 1];
-    band_multiply(size, w->mass, w->part + size, w->part);
+    banded_multiply(size, w->mass, w->part + size, w->part);
     for (int i = 0; i < size; i++)
         right[2 * i + 1] = w->part[i];
     return SUNLinSolSolve(w->band, matrix, x, b, tolerance);

@@ -199,7 +199,7 @@ static bool advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_try(s, limit_s, &h, &last))
             return false;
-        bool turns = stepper_turns(s, w->rate[0], &h);
+        bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
         for (int i = 1; i < 12; i++) {
             combine(s, i, h, w->at);
@@ -405,7 +405,7 @@ static bool order5_advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_try(s, limit_s, &h, &last))
             return false;
-        bool turns = stepper_turns(s, w->rate[0], &h);
+        bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
         for (int i = 1; i < ORDER5_STAGES; i++) {
             double *to = i < ORDER5_STAGES - 1 ? w->at : s->z_new;

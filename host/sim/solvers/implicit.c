@@ -104,11 +104,11 @@ static void solve(const struct stepper *s, double h, double drift, double *k)
     }
     for (int i = low; drift != 0.0 && i < high; i++)
         r[size + i] += drift * h * w->drift[i];
-    band_multiply(count, w->by_p + row, r + low, w->right + low);
-    band_multiply(count, w->mass + row, r + size + low, k + size + low);
+    banded_multiply(count, w->by_p + row, r + low, w->right + low);
+    banded_multiply(count, w->mass + row, r + size + low, k + size + low);
     for (int i = low; i < high; i++)
         k[size + i] += h * GAMMA * w->right[i];
-    band_solve(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low, k + size + low);
+    banded_solve(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low, k + size + low);
     for (int i = low; i < high; i++)
         k[i] = h * GAMMA * (r[i] + k[size + i]);
 }
@@ -124,12 +124,12 @@ static bool linearise(struct stepper *s)
         drifts_at_all = drifts_at_all || w->drift[i] != 0.0;
     if (drifts_at_all) {
         size_t row = (size_t)low * MODEL_ROW;
-        band_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row,
-                  w->mass_lu + (size_t)low * BAND_WIDTH);
-        if (!band_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
+        banded_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row,
+                    w->mass_lu + (size_t)low * BAND_WIDTH);
+        if (!banded_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
             return false;
-        band_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low,
-                   w->drift + low);
+        banded_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low,
+                     w->drift + low);
     }
     return true;
 }
@@ -141,9 +141,9 @@ static bool stages(struct stepper *s, double h)
     struct work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
     size_t row = (size_t)low * MODEL_ROW;
-    band_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0,
-              w->by_v + row, w->lu + (size_t)low * BAND_WIDTH);
-    if (!band_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
+    banded_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0,
+                w->by_v + row, w->lu + (size_t)low * BAND_WIDTH);
+    if (!banded_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
         return false;
     double *first = w->rate, *kept = w->at;
     for (int i = 0; i < STAGES; i++) {

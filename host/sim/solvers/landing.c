@@ -50,7 +50,7 @@ static void start_march(struct planar_engine *l, struct march *march,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
                             .number = ++result->passes};
     sim_record_make(&march->record, l->scene, options);
-    engine_march(l, march, options);
+    planar_pass_run(l, march, options);
     result->rhs += march->done;
 }
 

@@ -272,21 +272,21 @@ static bool equations(struct stepper *s, double h, double t_s, const double *v1)
     }
     for (int i = 0; i < size; i++)
         left[i] -= w->drift[i];
-    band_multiply(size, w->mass, left, w->step);
-    band_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
+    banded_multiply(size, w->mass, left, w->step);
+    banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
     for (int n = 0; n < m->mats && m->law == SIM_STICK; n++) {
         if (m->slide[n] == 0) /* the row is v1/h */
             w->step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
-    if (!band_factor(size, w->lu, w->pivot))
+    if (!banded_factor(size, w->lu, w->pivot))
         return false;
-    band_solve(size, w->lu, w->pivot, w->step);
+    banded_solve(size, w->lu, w->pivot, w->step);
     for (int k = 0; k < w->count; k++) {
         double *push = w->shared[k].push;
         for (int n = 0; n < m->mats && m->law == SIM_STICK; n++)
             push[2 * n + 1] = m->slide[n] == 0 ? 0.0 : push[2 * n + 1];
-        band_multiply(size, w->mass, push, push + size);
-        band_solve(size, w->lu, w->pivot, push + size);
+        banded_multiply(size, w->mass, push, push + size);
+        banded_solve(size, w->lu, w->pivot, push + size);
     }
     return true;
 }

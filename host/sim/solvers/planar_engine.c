@@ -295,7 +295,7 @@ static double node_soil_lb(const struct model *m, const double *z, int node)
 static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
-        return l->rub_lb[node];
+        return l->friction_force_lb[node];
     double now_lb = fmax(0.0, node_soil_lb(&l->model, l->z, node));
     bool known = node >= l->rub_first && node <= l->rub_last;
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
@@ -513,8 +513,8 @@ static void lay_out(struct planar_engine *l)
     l->rise_ft = l->pull_lb + joints;
     l->tilt_ft = l->rise_ft + joints;
     l->rest_cos = l->tilt_ft + joints;
-    l->rub_lb = l->rest_cos + joints;
-    l->rub_next_lb = l->rub_lb + joints;
+    l->friction_force_lb = l->rest_cos + joints;
+    l->rub_next_lb = l->friction_force_lb + joints;
     lay_ground(l);
     bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
     if (braced || l->gear) {
@@ -760,7 +760,8 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean that was before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
-        l->rub_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(m, l->z, j));
+        l->friction_force_lb[j] = known ? l->rub_next_lb[j]
+                                        : early * fmax(0.0, node_soil_lb(m, l->z, j));
         l->rub_next_lb[j] = 0.0;
     }
     for (int k = 0; k < LANDING_PARTS; k++) {
@@ -773,7 +774,7 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
             double push_lb = fmax(0.0, node_soil_lb(m, l->z, j));
-            l->rub_lb[j] += now_s / h_s * push_lb;
+            l->friction_force_lb[j] += now_s / h_s * push_lb;
             l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
         }
@@ -920,7 +921,8 @@ static void finish(struct under_way *way)
     }
 }
 
-void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options)
+void planar_pass_run(struct planar_engine *l, struct march *march,
+                     const struct sim_options *options)
 {
     struct under_way way = {.l = l, .march = march, .options = options};
     double begin_s = monotonic_s();

@@ -34,7 +34,8 @@ struct planar_engine {
     /* A step in parts, because a node lands in it: normal forces of friction, in this step and in
      * the next one. */
     bool in_parts;
-    double *rub_lb, *rub_next_lb; /* normal forces per node, from rub_first to rub_last */
+    double *friction_force_lb,
+        *rub_next_lb; /* normal forces per node, from rub_first to rub_last */
     int rub_first, rub_last;
     /* share of the normal force in the next step that rub_next_lb does not contain; otherwise 1 */
     double rub_share;
@@ -86,6 +87,7 @@ struct march {
 };
 
 /* Runs the whole landing with march->steps steps; march->record must be made before. */
-void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options);
+void planar_pass_run(struct planar_engine *l, struct march *march,
+                     const struct sim_options *options);
 
 #endif

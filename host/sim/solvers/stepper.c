@@ -47,7 +47,7 @@ bool stepper_try(const struct stepper *s, double limit_s, double *h_s, bool *las
     return s->h_s >= s->least_s;
 }
 
-bool stepper_turns(const struct stepper *s, const double *rate, double *h_s)
+bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double *h_s)
 {
     const struct model *m = s->model;
     const double veps = m->veps_ft_s, edge = s->kind->turn_veps * veps;

@@ -85,7 +85,7 @@ bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, boo
  * longer than that it is a jump, which reduces the order of a method, and which its error estimate
  * may miss. Returns true if the step was shortened to end where the reversal begins; two steps
  * cover the reversal. Uses the rates at the start of the step. */
-bool stepper_turns(const struct stepper *stepper, const double *rate, double *h_s);
+bool stepper_cut_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
 
 /* Accepts the step h_s to t_new_s. The next step is `grow` times as long, or as long as planned
  * before the limit, or a friction reversal, shortened this step (`last`). */

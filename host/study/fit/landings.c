@@ -948,9 +948,11 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
         landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* the whole aircraft's */
-    double way_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
+    double stopping_distance_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* v0^2/2 is shared out over the way */
-    landing->thrust_error = way_ft > 0.0 ? summary->stop_station_ft.error / way_ft : 0.0;
+    landing->thrust_error = stopping_distance_ft > 0.0
+                              ? summary->stop_station_ft.error / stopping_distance_ft
+                              : 0.0;
     landing->follows = list->count > 0 &&
                        follows(store, &measured->landing, list->landing[list->count - 1].run);
     return MR_OK;
