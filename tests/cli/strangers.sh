@@ -79,7 +79,7 @@ orders_of_a_stranger() {
     timeout 600 $matrig log --can "unix:$tmp/bus" --serial "unix:$tmp/serial" --db "$tmp/orders.db" >"$tmp/out" 2>"$tmp/told"
     wait $board $bus
     cat "$tmp/told"
-    grep -q 'another program sent "backlog"; the board refused it: an input of replays' "$tmp/told" && [ "$(grep -c '"bootrom"; the board refused it' "$tmp/told")" -lt 12 ] &&
+    grep -q 'another program sent "backlog"; the board refused it: accepted only in a replay' "$tmp/told" && [ "$(grep -c '"bootrom"; the board refused it' "$tmp/told")" -lt 12 ] &&
         [ "$(sqlite3 "$tmp/orders.db" "select count(*) > 2000, sum(code <> 4 and detail = 0) from events where kind = 'ack' and code in (4, 6, 7, 15, 18)")" = '1|0' ] &&
         $matrig replay "$tmp/orders.db" 1 >"$tmp/again" && tail -n 3 "$tmp/again" && grep -Eq 'result +0 of [0-9]+ fields differ' "$tmp/again"
 }

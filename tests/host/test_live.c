@@ -330,12 +330,12 @@ TEST(a_notice_of_the_log_is_a_message)
     size_t length;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
     free(live_hub_next(hub, &viewer, 0, &length));
-    live_hub_notice(hub, "another program ordered \"disarm\"; the board obeyed");
+    live_hub_notice(hub, "another program sent \"disarm\"; the board executed it");
     live_hub_end(hub, "over");
     char *text = next_with(hub, &viewer, "\"m\":\"notice\"");
     assert_non_null(text);
     assert_non_null(strstr(text, "event: messages\n"));
-    assert_non_null(strstr(text, "another program ordered \\\"disarm\\\"; the board obeyed"));
+    assert_non_null(strstr(text, "another program sent \\\"disarm\\\"; the board executed it"));
     free(text);
     live_hub_close(hub);
 }
