@@ -115,7 +115,7 @@ def figures(parts, work):
     around, part = surround(parts), block(parts)
     with_reference, with_vdda = reference_rule(parts, work, mean(half))
     return [
-        ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "upper limit of the amplifier at 0.5 V/in, with 0.050 V at zero"),
+        ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "displacement at the upper limit of the amplifier, with 0.5 V/in and 0.050 V at zero displacement"),
         ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} simulated circuits, without the cell"),
         ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "change of gain if the conductance of the cell rises by 2 %/K"),
         ("transducer_mid_v", mean(middle), "V", "common mode of both polarities"),

@@ -874,7 +874,7 @@ static const struct command_part parts[] = {
                                "2: refused in the present state.\n"
                                "Exit 3: not ready (try again), or no answer within 3 s.\n"
                                "  matrig board --can can:can0 arm 7"),
-    HELP_WORD("disarm", "return to idle, also during a recording"),
+    HELP_WORD("disarm", "return to idle, even during a recording"),
     HELP_WORD("zero [1|2]", "measure the zeros of all channels, of the transducers (1) or of the "
                             "gages (2), each as a mean over\n"
                             "0.25 s. The zeros are valid until a reset. Exit 1, and no new zeros, "

@@ -610,7 +610,7 @@ static const struct command_part parts[] = {
                 "Without --zeros, the zeros of the gages stay as measured; with --zeros, they are "
                 "those of C"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si."),
+    HELP_NOTE("Results are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),
     OPTION_TEXT("--series", "NAME", series, NULL),

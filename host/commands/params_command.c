@@ -501,10 +501,11 @@ static const struct command_part parts[] = {
     HELP_NOTE("\n"
               "Push tests (displacement of a loaded mat along the runway) give gear_k_lb_ft, "
               "gear_unloading, gear_axle_law, f:"),
-    OPTION_TEXT("--push", "F.csv", push_path,
-                "readings in order; the first line names the columns with their units: test,load "
-                "(lb),force\n"
-                "(lb),displacement (in). N, kg and mm are possible; see docs/howto/push-test.md"),
+    OPTION_TEXT(
+        "--push", "F.csv", push_path,
+        "readings in order; the first line names the columns with their units: test,load "
+        "(lb),force\n"
+        "(lb),displacement (in). N, kg and mm are accepted too; see docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
                  "number of mats under the load that moved together; k is given per mat"),
     OPTION_TEXT("--plot", "F", plot_path,
@@ -515,7 +516,7 @@ static const struct command_part parts[] = {
                   "standard error of a force; default: {standard}"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
                   "standard error of a displacement; default: {standard}"),
-    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), even with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
     HELP_EXAMPLE("matrig params --push push.csv --mats 2 --plot push.svg"),
 };

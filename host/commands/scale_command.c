@@ -420,7 +420,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("--keep modulus", "rule of the pilot model: forces scale by n^2"),
     OPTION_TEXT("-o", "F.json", output_path, "file for the scene; default: standard output"),
     OPTION_FORCE(force),
-    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), even with --si; a value may "
               "have its own unit: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json"),

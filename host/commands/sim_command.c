@@ -163,11 +163,12 @@ static const struct command_part parts[] = {
         "SCENE",
         "scene file, JSON; a number may be text with a unit: \"ground_damping\": \"175 N s/m\""),
     OPTION_FLAG("--keys", keys, "list the keys of a scene with default, unit and meaning"),
-    OPTION_TEXT("--solver", "S", options.solver,
-                "solver; default: auto, which chooses one and states the reason. Planar models: "
-                "event, implicit,\n"
-                "cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. A second run checks "
-                "each result"),
+    OPTION_TEXT(
+        "--solver", "S", options.solver,
+        "solver; default: auto, which chooses one and states the reason. Planar models: "
+        "event, implicit,\n"
+        "cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each computes twice, and "
+        "the error is estimated from the difference"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for the chain, the largest error estimate as a share "
                   "of the largest movement"),

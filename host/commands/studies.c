@@ -87,7 +87,7 @@ int study_start(int argc, char **argv, const struct cli *cli)
 static const struct command_part error_parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
-                "plot error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
+                "plot error against run time (.svg, .png, .pdf). Errors are in ft, even with --si"),
     HELP_NOTE("\n"
               "Every solver of the scene's model runs at several tolerances or steps. The "
               "reference is a solution\n"

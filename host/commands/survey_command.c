@@ -779,7 +779,8 @@ static const struct command_part parts[] = {
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
                   "edges at which stations are read; default: left. diagonal is for mats laid at "
                   "45 degrees: stations\n"
-                  "and transverse distances on all four lines, and seven lines at 45 degrees"),
+                  "and transverse distances on all four lines along the runway, and distances "
+                  "along seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
@@ -826,7 +827,8 @@ const struct command command_survey = {
     "                         [--from CSV [--doubtful] | --end | --withdraw N --reason T | --sheet "
     "F "
     "[--force] | --show | --load LINK [--can]] [--survey N]",
-    "caliper survey of the mat's gage points: gaps, movement, in-plane bow; openings for the board",
+    "caliper survey of the mat's gage points: gaps, movement, in-plane bow; joint openings are "
+    "sent to the board",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -332,7 +332,7 @@ static const struct command_part parts[] = {
         "with --config: time from zeroing of the gages to the reading; default: {standard}"),
     HELP_NOTE("The budget adds certificate, position and temperature to the stated error of each "
               "reading. x, u(x) and c are in inches\n"
-              "and pounds, also with --si."),
+              "and pounds, even with --si."),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 
