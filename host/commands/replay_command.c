@@ -26,7 +26,7 @@ struct replay {
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
     char directory[TEMPORARY_FOLDER];      /* temporary; "" before it is made */
     char elf_unpacked[PATH_MAX + 20];      /* a bundle's image in it */
-    struct answers recorded, replayed;
+    struct board_messages recorded, replayed;
     struct replay_input input;
     struct diff diff;
     bool same_image;

@@ -232,7 +232,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 /* ---- its image ---- */
 
-void replay_image_of(const struct answers *recorded, char *path, size_t size)
+void replay_image_of(const struct board_messages *recorded, char *path, size_t size)
 {
     const struct mr_board *board = mr_board_of(recorded->board);
     if (board)
@@ -243,7 +243,7 @@ void replay_image_of(const struct answers *recorded, char *path, size_t size)
 
 void replay_image_find(struct store *store, int64_t run, char *path, size_t size)
 {
-    struct answers recorded;
+    struct board_messages recorded;
     struct error unread = {0};
     (void)answers_load(store, run, &recorded, &unread); /* else the image of zg */
     replay_image_of(&recorded, path, size);
@@ -256,7 +256,7 @@ static const char *name_of(unsigned number)
     return board ? board->name : "a board unknown to this matrig";
 }
 
-enum mr_status replay_image_check(const char *path, const struct answers *recorded,
+enum mr_status replay_image_check(const char *path, const struct board_messages *recorded,
                                   struct error *error)
 {
     struct imagefile image = {0};

@@ -29,12 +29,12 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 /* Path of matrig's firmware image for the board that recorded the landing. If the record does not
  * name the board, the image of board zg. */
-void replay_image_of(const struct answers *recorded, char *path, size_t size);
+void replay_image_of(const struct board_messages *recorded, char *path, size_t size);
 /* As replay_image_of, for a landing whose answers are not loaded. */
 void replay_image_find(struct store *store, int64_t run, char *path, size_t size);
 /* Checks that the image is for the board that recorded the landing; otherwise MR_VERSION. A file
  * that is not a matrig image is left to the emulated board, which refuses it. */
-enum mr_status replay_image_check(const char *path, const struct answers *recorded,
+enum mr_status replay_image_check(const char *path, const struct board_messages *recorded,
                                   struct error *error);
 
 #endif

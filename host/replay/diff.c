@@ -130,7 +130,7 @@ static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
 /* ---- two lists of messages ---- */
 
 struct comparing {
-    const struct answers *recorded, *replayed;
+    const struct board_messages *recorded, *replayed;
     const struct diff_options *options;
     struct diff *diff;
     struct diff_row *row;
@@ -162,7 +162,7 @@ static void note_value(struct comparing *c, const char *field, int64_t block, do
     c->row->differ++;
 }
 
-static double value_of(const struct answer *answer, const char *name)
+static double value_of(const struct board_message *answer, const char *name)
 {
     for (unsigned i = 0; i < answer->info->field_count; i++) {
         if (strcmp(answer->info->fields[i].name, name) == 0)
@@ -186,17 +186,19 @@ static bool is_apart(uint16_t id)
 }
 
 /* Frames queued so far, those dropped included: they were made all the same. */
-static double queued(const struct answers *answers, int link, const struct answer *answer)
+static double queued(const struct board_messages *answers, int link,
+                     const struct board_message *answer)
 {
     double others = 0.0;
-    for (const struct answer *before = answers->message[link]; before < answer; before++)
+    for (const struct board_message *before = answers->message[link]; before < answer; before++)
         others += is_apart(before->info->id);
     return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
 /* The two values of a field brought to one footing; false: it is not compared. */
-static bool footing(struct comparing *c, const struct mr_field_info *field, const struct answer *a,
-                    const struct answer *b, double *recorded, double *replayed, double *tolerance)
+static bool footing(struct comparing *c, const struct mr_field_info *field,
+                    const struct board_message *a, const struct board_message *b, double *recorded,
+                    double *replayed, double *tolerance)
 {
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
@@ -230,7 +232,8 @@ static bool footing(struct comparing *c, const struct mr_field_info *field, cons
     return true;
 }
 
-static void compare_pair(struct comparing *c, const struct answer *a, const struct answer *b)
+static void compare_pair(struct comparing *c, const struct board_message *a,
+                         const struct board_message *b)
 {
     c->row->pairs++;
     for (unsigned i = 0; i < a->info->field_count; i++) {
@@ -246,7 +249,7 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
 
 /* Faults of links, clocks and converters come and go with the circumstances; answers to commands
  * before arming may still have been on their way. */
-static bool follows_from_record(const struct answer *answer, int64_t first_block)
+static bool follows_from_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
         (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
@@ -276,7 +279,7 @@ static bool has_own_block(const struct mr_message_info *info)
 
 /* Walks over the messages of one kind in one list. */
 struct walk {
-    const struct answer *at, *end;
+    const struct board_message *at, *end;
     int64_t shift;
     int64_t first_block; /* of the list's own count */
 };
@@ -284,12 +287,13 @@ struct walk {
 static void begin_walks(const struct comparing *c, int link, struct walk *old, struct walk *new)
 {
     const int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
-    const struct answer *from = c->recorded->message[link], *again = c->replayed->message[link];
+    const struct board_message *from = c->recorded->message[link],
+                               *again = c->replayed->message[link];
     *old = (struct walk){from, from + c->recorded->messages[link], 0, armed};
     *new = (struct walk){again, again + c->replayed->messages[link], shift, armed - shift};
 }
 
-static const struct answer *next(struct walk *walk, const struct mr_message_info *info)
+static const struct board_message *next(struct walk *walk, const struct mr_message_info *info)
 {
     for (; walk->at < walk->end; walk->at++) {
         if (walk->at->info == info && follows_from_record(walk->at, walk->first_block))
@@ -298,7 +302,8 @@ static const struct answer *next(struct walk *walk, const struct mr_message_info
     return NULL;
 }
 
-static void only_one(struct comparing *c, const struct answer *answer, int64_t block, bool recorded)
+static void only_one(struct comparing *c, const struct board_message *answer, int64_t block,
+                     bool recorded)
 {
     /* The record may end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
@@ -324,7 +329,7 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
 
 /* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and
  * of what is said of it. */
-static bool same_subject(const struct answer *a, const struct answer *b)
+static bool same_subject(const struct board_message *a, const struct board_message *b)
 {
     static const char *const subjects[] = {"index", "position", "segment", "count",
                                            "tag",   "code",     "band",    "gage"};
@@ -347,7 +352,7 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
                                                               : PLACE_SLACK_BLOCKS;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
-        const struct answer *a = next(&old, info), *b = next(&new, info);
+        const struct board_message *a = next(&old, info), *b = next(&new, info);
         if (!a && !b)
             return;
         int64_t at = a ? a->block : INT64_MAX / 2,
@@ -387,7 +392,7 @@ static int64_t late_by(const struct comparing *c, int link, const struct mr_mess
 {
     int64_t most = 0;
     struct walk old, new;
-    const struct answer *a, *b;
+    const struct board_message *a, *b;
     begin_walks(c, link, &old, &new);
     while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL && same_subject(a, b)) {
         int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
@@ -445,7 +450,7 @@ static void compare_block(struct comparing *c, const struct mr_block *a, const s
 static void compare_blocks(struct comparing *c)
 {
     static const struct mr_message_info record = {.name = "block", .id = MR_ID_BLOCK};
-    static const struct answer any = {.info = &record};
+    static const struct board_message any = {.info = &record};
     size_t i = 0, k = 0;
     while (i < c->recorded->blocks || k < c->replayed->blocks) {
         int64_t at = i < c->recorded->blocks ? (int64_t)c->recorded->block[i].index : INT64_MAX;
@@ -463,7 +468,7 @@ static void compare_blocks(struct comparing *c)
 
 /* ---- all ---- */
 
-static int64_t faults_of_circumstances(const struct answers *answers, int link)
+static int64_t faults_of_circumstances(const struct board_messages *answers, int link)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->messages[link]; i++)
@@ -489,7 +494,8 @@ static void end_row(struct comparing *c)
         c->diff->rows++;
 }
 
-static int64_t count_of(const struct answers *answers, int link, const struct mr_message_info *info)
+static int64_t count_of(const struct board_messages *answers, int link,
+                        const struct mr_message_info *info)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->messages[link]; i++)
@@ -497,7 +503,7 @@ static int64_t count_of(const struct answers *answers, int link, const struct mr
     return count;
 }
 
-void diff_answers(const struct answers *recorded, const struct answers *replayed,
+void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
                   const struct diff_options *options, struct diff *diff)
 {
     struct comparing c = {

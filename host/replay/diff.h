@@ -60,7 +60,7 @@ struct diff_options {
     bool lossy[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };
 
-void diff_answers(const struct answers *recorded, const struct answers *replayed,
+void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
                   const struct diff_options *options, struct diff *diff);
 
 void diff_answer(const struct diff *diff, struct answer *answer);

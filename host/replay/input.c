@@ -31,7 +31,7 @@
 /* ---- what the board said ---- */
 
 struct loading {
-    struct answers *answers;
+    struct board_messages *answers;
     int link;
     /* block of the newest change of state on the link: while idle, little else tells the time */
     int64_t told;
@@ -41,7 +41,8 @@ struct loading {
     struct error *error;
 };
 
-static void take_board(struct answers *answers, uint32_t id, const uint8_t *data, size_t length)
+static void take_board(struct board_messages *answers, uint32_t id, const uint8_t *data,
+                       size_t length)
 {
     struct mr_config_state state;
     if (id != MR_ID_CONFIG_STATE || mr_config_state_get(&state, data, length) != MR_OK)
@@ -53,17 +54,17 @@ static void take_board(struct answers *answers, uint32_t id, const uint8_t *data
 static enum mr_status take_frame(void *context, const struct store_frame *frame)
 {
     struct loading *loading = context;
-    struct answers *answers = loading->answers;
+    struct board_messages *answers = loading->answers;
     size_t *count = &answers->messages[loading->link];
     const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id)
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
         return MR_OK; /* somebody else's, or a command */
-    xlist_grow(&answers->message[loading->link], *count, sizeof(struct answer));
-    struct answer *answer = &answers->message[loading->link][(*count)++];
-    *answer = (struct answer){.info = info,
-                              .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
+    xlist_grow(&answers->message[loading->link], *count, sizeof(struct board_message));
+    struct board_message *answer = &answers->message[loading->link][(*count)++];
+    *answer = (struct board_message){
+        .info = info, .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
     memcpy(answer->data, frame->data, frame->length);
     if (info->id == MR_ID_LANDING) {
         struct mr_landing landing;
@@ -90,7 +91,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
 {
     (void)link;
     struct loading *loading = context;
-    struct answers *answers = loading->answers;
+    struct board_messages *answers = loading->answers;
     if (answers->blocks == loading->room)
         return error_set(loading->error, MR_MALFORMED,
                          "more block records than counted: RUN %lld of %s; wait until no program "
@@ -116,12 +117,12 @@ static enum mr_status load_blocks(struct store *store, struct loading *loading)
     return store_blocks_each(store, loading->run, take_block, loading, loading->error);
 }
 
-enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
+enum mr_status answers_load(struct store *store, int64_t run, struct board_messages *answers,
                             struct error *error)
 {
     struct loading loading = {
         .answers = answers, .run = run, .path = store_path(store), .error = error};
-    *answers = (struct answers){0};
+    *answers = (struct board_messages){0};
     enum mr_status status = store_landing_get(store, run, &answers->landing, error);
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         loading.link = link;
@@ -135,12 +136,12 @@ enum mr_status answers_load(struct store *store, int64_t run, struct answers *an
     return status;
 }
 
-void answers_free(struct answers *answers)
+void answers_free(struct board_messages *answers)
 {
     for (int link = 0; link < LINK_KINDS; link++)
         free(answers->message[link]);
     free(answers->block);
-    *answers = (struct answers){0};
+    *answers = (struct board_messages){0};
 }
 
 /* ---- what it is given again ---- */
@@ -178,7 +179,7 @@ static void add_hole(struct holes *holes, int64_t from, int64_t to)
     holes->blocks += to - from + 1;
 }
 
-static enum mr_status check_whole(const struct answers *recorded, const char *path,
+static enum mr_status check_whole(const struct board_messages *recorded, const char *path,
                                   struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
@@ -237,7 +238,7 @@ static bool add_command(struct commands *commands, int64_t block, struct mr_comm
 }
 
 /* The link that brought more answers to commands; serial when both brought as many. */
-static enum link_kind link_of_acks(const struct answers *recorded)
+static enum link_kind link_of_acks(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
     for (int link = 0; link < LINK_KINDS; link++) {
@@ -249,7 +250,7 @@ static enum link_kind link_of_acks(const struct answers *recorded)
 
 /* The argument a command must have had for what the board said to it. A mark's number came just
  * before its answer. */
-static int32_t argument_of(const struct answers *recorded, const struct mr_ack *ack,
+static int32_t argument_of(const struct board_messages *recorded, const struct mr_ack *ack,
                            const struct mr_mark *mark)
 {
     if (ack->status == MR_USAGE)
@@ -261,14 +262,14 @@ static int32_t argument_of(const struct answers *recorded, const struct mr_ack *
 
 /* The board says who it is and what it does before it answers, so a landing that a command ends has
  * no answer to it. */
-static bool take_commands(const struct answers *recorded, struct commands *commands)
+static bool take_commands(const struct board_messages *recorded, struct commands *commands)
 {
     enum link_kind link = link_of_acks(recorded);
     struct mr_mark mark = {0};
     struct mr_landing last = {0};
     bool fits = true;
     for (size_t i = 0; i < recorded->messages[link]; i++) {
-        const struct answer *answer = &recorded->message[link][i];
+        const struct board_message *answer = &recorded->message[link][i];
         if (answer->info->id == MR_ID_MARK)
             mr_mark_get(&mark, answer->data, answer->info->length);
         if (answer->info->id == MR_ID_LANDING)
@@ -303,13 +304,13 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
 
 /* Zeros that were measured before the landing, each given by its very bits; the configured ones are
  * the image's own. */
-static void put_zeros(struct writer *writer, const struct answers *recorded,
+static void put_zeros(struct writer *writer, const struct board_messages *recorded,
                       struct replay_input *input)
 {
     struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
     for (int link = 0; link < LINK_KINDS; link++) {
         for (size_t i = 0; i < recorded->messages[link]; i++) {
-            const struct answer *answer = &recorded->message[link][i];
+            const struct board_message *answer = &recorded->message[link][i];
             struct mr_channel_zero each;
             if (answer->info->id == MR_ID_CHANNEL_ZERO &&
                 mr_channel_zero_get(&each, answer->data, answer->info->length) == MR_OK &&
@@ -331,7 +332,7 @@ static void put_zeros(struct writer *writer, const struct answers *recorded,
 /* The runway that the landing was armed with, whatever the survey made of it. None in the database:
  * the one of a new board, surveyed. */
 static enum mr_status put_runway(struct writer *writer, struct store *store,
-                                 const struct answers *recorded, struct replay_input *input,
+                                 const struct board_messages *recorded, struct replay_input *input,
                                  struct error *error)
 {
     struct mr_predictor_state state;
@@ -354,7 +355,7 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
 
 /* Chart and plan that the landing was armed with, if any: the last before it. */
 static enum mr_status put_chart(struct writer *writer, struct store *store,
-                                const struct answers *recorded, struct error *error)
+                                const struct board_messages *recorded, struct error *error)
 {
     struct mr_risk_plan plan;
     float lamp_limit;
@@ -378,8 +379,8 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
 }
 
 static enum mr_status put_commands(struct writer *writer, struct store *store,
-                                   const struct answers *recorded, struct replay_input *input,
-                                   struct error *error)
+                                   const struct board_messages *recorded,
+                                   struct replay_input *input, struct error *error)
 {
     struct commands commands = {0};
     struct store_segment *segment;
@@ -442,8 +443,8 @@ static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_bloc
 /* Edges, and film frames: these are numbered from arming on, so their times rise; what was refused
  * as noise is not among them. */
 static enum mr_status put_captures(struct writer *writer, struct store *store,
-                                   const struct answers *recorded, struct replay_input *input,
-                                   struct error *error)
+                                   const struct board_messages *recorded,
+                                   struct replay_input *input, struct error *error)
 {
     struct store_edge *edge = NULL;
     struct store_film_frame *frame = NULL;
@@ -486,7 +487,7 @@ static int64_t shift_of(int64_t armed_block)
 }
 
 static enum mr_status put_all(struct writer *writer, struct store *store,
-                              const struct answers *recorded, struct replay_input *input,
+                              const struct board_messages *recorded, struct replay_input *input,
                               struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
@@ -505,7 +506,7 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
     return status;
 }
 
-enum mr_status replay_input_write(struct store *store, const struct answers *recorded,
+enum mr_status replay_input_write(struct store *store, const struct board_messages *recorded,
                                   const char *path, struct replay_input *input, struct error *error)
 {
     enum mr_status status = check_whole(recorded, store_path(store), error);

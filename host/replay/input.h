@@ -11,16 +11,16 @@
 #include "host/store/store.h"
 
 /* The messages of a landing by link, and its block records, read from a campaign. */
-struct answer {
+struct board_message {
     const struct mr_message_info *info;
     /* block of the message, or the newest block of the link at its reception; -1: not known */
     int64_t block;
     uint8_t data[MR_MESSAGE_MAX];
 };
 
-struct answers {
+struct board_messages {
     struct store_landing landing;
-    struct answer *message[LINK_KINDS]; /* messages in order of reception */
+    struct board_message *message[LINK_KINDS]; /* messages in order of reception */
     size_t messages[LINK_KINDS];
     struct mr_block *block; /* block records, ascending by index */
     size_t blocks;
@@ -30,9 +30,9 @@ struct answers {
 
 /* Loads the messages and blocks of a landing. MR_MALFORMED: an invalid record. MR_VERSION: a board
  * with another layout. Release with answers_free. */
-enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
+enum mr_status answers_load(struct store *store, int64_t run, struct board_messages *answers,
                             struct error *error);
-void answers_free(struct answers *answers);
+void answers_free(struct board_messages *answers);
 
 /* Input of a board during a recorded landing, reconstructed from its messages: its block records,
  * the edges and film frames that it reported, and the commands that it acknowledged. It is written
@@ -61,7 +61,7 @@ struct replay_input {
 /* Writes the replay file. MR_TOO_FEW: there are no block records, or logging started during the
  * landing. MR_TRUNCATED: the record has gaps; `error` has their times. MR_NOT_NOW: the board had no
  * time base. */
-enum mr_status replay_input_write(struct store *store, const struct answers *recorded,
+enum mr_status replay_input_write(struct store *store, const struct board_messages *recorded,
                                   const char *path, struct replay_input *input,
                                   struct error *error);
 

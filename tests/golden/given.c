@@ -126,7 +126,7 @@ void given_take(struct golden_given *given, const char *db, long run, const char
 {
     struct error error = {0};
     struct store *store = NULL;
-    struct answers answers = {0};
+    struct board_messages answers = {0};
     struct replay_input input;
     int64_t source;
     bool runway = false;
