@@ -49,7 +49,7 @@ static uint8_t *begin(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
     return page + MR_BOXPAGE_HEADER;
 }
 
-void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start *start)
+void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start_page *start)
 {
     uint8_t *p = begin(page, MR_BOXPAGE_START);
     p = mr_put_u16(mr_put_u16(p, start->layout), start->landing);
@@ -62,7 +62,7 @@ void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_star
     mr_put_u8(p, start->clock_source);
 }
 
-void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start *start)
+void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start_page *start)
 {
     const uint8_t *p = page + MR_BOXPAGE_HEADER;
     start->layout = mr_get_u16(&p);

@@ -47,7 +47,7 @@ void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record);
 enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header);
 
 /* Payload of a start page. */
-struct mr_boxpage_start {
+struct mr_boxpage_start_page {
     uint16_t layout; /* MR_LAYOUT */
     uint16_t landing;
     uint32_t armed_block, trigger_block;
@@ -55,8 +55,8 @@ struct mr_boxpage_start {
     uint8_t firmware[3];
     uint8_t clock_source;
 };
-void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start *start);
-void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start *start);
+void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start_page *start);
+void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start_page *start);
 
 /* Payload of an end page. */
 struct mr_boxpage_end {

@@ -248,7 +248,7 @@ struct mr_final_fit {
     enum mr_final_stage stage;
     bool fitted; /* the present part has been fitted once; later fits leave gates out */
     bool begun;  /* a fit is in progress */
-    size_t used; /* gates beyond touchdown in the present part */
+    size_t used; /* gates beyond touchdown in the present fit */
     union {
         struct mr_braking braking;
         struct { /* used from stage MR_FINAL_REST on */

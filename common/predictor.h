@@ -120,13 +120,14 @@ struct mr_predictor {
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
     uint32_t updates;      /* mat updates of this landing */
-    uint32_t visits;       /* joints examined in this landing, and equivalent work */
+    uint32_t visits;       /* work of the search in this landing, in joints examined */
     uint32_t most_updates; /* maximum of one block of this landing, including visits */
     uint32_t look_updates; /* since the last look, including visits */
     /* ring buffer: look_updates of the previous looks */
     uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u];
     uint32_t second_updates; /* sum over one second */
-    /* share of look_updates that does not depend on the level: the search and equivalent work */
+    /* share of look_updates that does not depend on the level: the search, and other work
+     * counted as joints examined */
     uint32_t look_search;
     /* consecutive looks in which the next better level would have been within the budget */
     unsigned calm_looks;

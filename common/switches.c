@@ -41,7 +41,7 @@ static bool no_step(float step_codes)
 
 static bool follows(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
 {
-    return switches->answered && tick - switches->answered_tick < within_ticks;
+    return switches->answered && tick - switches->decided_tick < within_ticks;
 }
 
 static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
@@ -131,7 +131,7 @@ static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
         switches->left_codes = edge->level_codes + edge->step_codes;
     }
     switches->answered = true;
-    switches->answered_tick = edge->tick;
+    switches->decided_tick = edge->tick;
     if (edge->position && edge->reason != MR_SWITCH_BOUNCE) {
         switches->opened |= 1u << (edge->position - 1);
         switches->named = edge->position;

@@ -39,7 +39,7 @@ struct mr_switches {
     struct mr_switch_edge waiting[MR_SWITCHES_WAITING]; /* oldest first */
     unsigned count;                                     /* number of waiting edges */
     uint32_t opened;                                    /* bit p-1: switch p has opened */
-    uint32_t answered_tick;                             /* tick of the newest decided edge */
+    uint32_t decided_tick;                              /* tick of the newest decided edge */
     uint32_t named_tick;                                /* tick of the newest identified edge */
     uint8_t named;                                      /* switch of that edge; 0: none yet */
     bool answered;

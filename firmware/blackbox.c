@@ -265,7 +265,7 @@ void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, si
     append(box, &box->stream, bits, mr_pack_message(id, payload, length, bits));
 }
 
-void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start *start)
+void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start)
 {
     if (is_rolling(box))
         begin_ring(box);
@@ -422,7 +422,7 @@ static void scan_start(struct blackbox *box)
         return;
     }
     if (status == MR_OK && header.kind == MR_BOXPAGE_START) {
-        struct mr_boxpage_start start;
+        struct mr_boxpage_start_page start;
         mr_boxpage_get_start(box->buffer, &start);
         box->records[box->scan_place].landing = start.landing;
     }

@@ -81,7 +81,7 @@ struct blackbox {
     unsigned config_put, config_got;
     bool configuring;
     struct blackbox_writer stream, meta;
-    struct mr_boxpage_start start;
+    struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
     bool armed;
     /* the first block of the record, which begins with a key, has not been packed yet */
@@ -133,7 +133,7 @@ enum mr_status blackbox_ready(const struct blackbox *box);
 float blackbox_wait_s(const struct blackbox *box);
 
 /* At arming: the facts of the landing, then its configuration, one call per message. */
-void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start *start);
+void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start);
 void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length);
 /* Call for each block, in order, also while nothing is recorded. A jump of the index means lost
  * blocks. */

@@ -36,7 +36,7 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
                  const float *slack_in)
 {
     const struct board_identity *identity = &telemetry->identity;
-    struct mr_boxpage_start start = {
+    struct mr_boxpage_start_page start = {
         .layout = MR_LAYOUT,
         .landing = landing->number,
         .armed_block = landing->changed_block,

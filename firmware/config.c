@@ -17,21 +17,20 @@
 #define LB_PER_CODE       (3.3f / 4096.0f / GAGE_V_PER_LB)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
 
-/* Errors and limits of sensors that nobody has calibrated yet: a calibration sheet replaces them.
- * What the electronics add is that of the circuits (hil/circuits/figures.def) over 10 degrees
- * either way; tests/hil/test_electronics.c holds what is stated here against it. Electrolytic
- * transducer of 3 in travel, read better than 0.5 % (uniform: 0.5 % over the root of 3), its
- * drive and amplifier to 0.38 %, its conductivity 0.07 % a degree: 0.65 % in all; its zero is
- * set by hand to 0.01 in; linear to 0.1 % of its travel; conductivity moves the zero with
- * temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in the
+/* Errors and limits of sensors that nobody has calibrated yet: a calibration sheet replaces
+ * them. What the electronics add is that of the circuits (hil/circuits/figures.def) over 10
+ * degrees either way; tests/hil/test_electronics.c holds what is stated here against it.
+ * Electrolytic transducer of 3 in travel, read better than 0.5 % (uniform: 0.5 % over the root
+ * of 3), its drive and amplifier to 0.38 %, its conductivity 0.07 % a degree: 0.65 % in all; its
+ * zero is set by hand to 0.01 in; linear to 0.1 % of its travel; conductivity moves the zero
+ * with temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in the
  * standard series, 100 in/s is twenty times that. Bridge: gage factor to 0.5 % (uniform),
- * amplifier to 0.1 %. Its zero before the command `zero`: of a bridge whose balance was
- * trimmed, 1 lb. One that nobody trimmed is off by hundreds: where it is beyond the amplifier's
- * range it reads as open or short, and the command `zero` refuses it (firmware/calibrate.h).
- * Once a zero was measured its own error is in force (firmware/channels.h). 0.5 lb an hour; linear
- * to 0.1 lb; the amplifier's output ends at 0 V, -80 lb, and 3.3 V, 580 lb. Band tension rises
- * within some 50 ms: 20000 lb/s is a hundred times what was seen there. Reference: 0.05 %
- * (uniform). */
+ * amplifier to 0.1 %. Before the command `zero`, the zero of a trimmed bridge is within 1 lb.
+ * One that nobody trimmed is off by hundreds: where it is beyond the amplifier's range it reads
+ * as open or short, and the command `zero` refuses it (firmware/calibrate.h). Once a zero was
+ * measured its own error is in force (firmware/channels.h). 0.5 lb an hour; linear to 0.1 lb;
+ * the amplifier's output ends at 0 V, -80 lb, and 3.3 V, 580 lb. Band tension rises within some
+ * 50 ms: 20000 lb/s is a hundred times what was seen there. Reference: 0.05 % (uniform). */
 #define TRANSDUCER_ERRORS                                                    \
     .gain_error = 0.0065f, .zero_error = 0.0058f, .linearity_error = 0.002f, \
     .drift_error_per_h = 0.002f, .low = -0.5f, .high = 3.0f, .rate_limit_per_s = 100.0f

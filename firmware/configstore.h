@@ -53,9 +53,9 @@ void configstore_start(struct configstore *store);
 void configstore_word(struct configstore *store, struct telemetry *telemetry,
                       const uint8_t *payload, size_t length, enum mr_config_locked locked);
 /* Executes config-apply. MR_OK: `config` has changed, and everything derived from it must be
- * updated; MR_TOO_FEW: words are missing; MR_MALFORMED: not a configuration; MR_VERSION: of a
- * different table; MR_CRC: damaged; MR_LIMIT: refused, with the reason in config_refused; MR_IO:
- * the flash failed. On failure the old configuration stays active. */
+ * updated; MR_TOO_FEW: words are missing; MR_MALFORMED: not a configuration; MR_VERSION: a
+ * configuration of a different layout; MR_CRC: damaged; MR_LIMIT: refused, with the reason in
+ * config_refused; MR_IO: the flash failed. On failure the old configuration stays active. */
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
                                  uint32_t crc);
 /* Executes config-read. MR_OK; MR_USAGE: no such word. */

@@ -53,7 +53,7 @@ struct predict {
     unsigned telling;                /* next message of the runway to be sent; UINT32_MAX: none */
     struct mr_predictor_state given; /* received by commands, not yet in effect */
     uint8_t source;                  /* enum mr_runway_source */
-    /* set by a landing or a command; the runway in the memory does not replace it */
+    /* a landing or a command set the runway; the stored runway does not replace it */
     bool given_whole;
     bool dirty;     /* changed since it was stored */
     bool store_due; /* message runway_store is due */

@@ -35,7 +35,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     forget_passage(landing);
     landing->edges = 0;
     landing->opened = 0;
-    landing->gates_on_track = 0;
+    landing->gates_before_touchdown = 0;
     landing->motion_known = false;
     landing->fitting = false;
     landing->summary_known = false;
@@ -102,11 +102,14 @@ static void estimate(struct landing *landing, const struct mr_config *config)
     const struct mr_passage *passage = &landing->passage;
     /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it
      * replace them. */
-    landing->gates_on_track = 0;
-    while (landing->gates_on_track < passage->gates &&
-           passage->gate[landing->gates_on_track].station_ft < (double)config->site[0].touchdown_ft)
-        landing->gates_on_track++;
-    unsigned skip = passage->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
+    landing->gates_before_touchdown = 0;
+    while (landing->gates_before_touchdown < passage->gates &&
+           passage->gate[landing->gates_before_touchdown].station_ft <
+               (double)config->site[0].touchdown_ft)
+        landing->gates_before_touchdown++;
+    unsigned skip = passage->gates >= landing->gates_before_touchdown + 2
+                      ? landing->gates_before_touchdown
+                      : 0;
     landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip,
                                          (double)config->site[0].switch_error_ft,
                                          &landing->motion) == MR_OK;

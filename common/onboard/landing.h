@@ -76,7 +76,7 @@ struct landing {
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 
-    unsigned gates_on_track;          /* gates of the passage before the touchdown station */
+    unsigned gates_before_touchdown;  /* gates of the passage before the touchdown station */
     struct mr_motion_estimate motion; /* motion at the last gate */
     bool motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */

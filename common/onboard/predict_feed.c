@@ -26,7 +26,7 @@ static void follow_motion(struct predict_motion *motion, const struct landing *l
     motion->station_ft = (float)landing->motion.position_ft.value;
     motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
     motion->braking = !__builtin_isnan(a) &&
-                      passage->gates - landing->gates_on_track >= BRAKING_GATES;
+                      passage->gates - landing->gates_before_touchdown >= BRAKING_GATES;
     motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
     motion->stop_s = motion->deceleration_ft_s2 > 0.0f
                        ? motion->speed_ft_s / motion->deceleration_ft_s2

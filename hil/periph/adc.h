@@ -41,7 +41,7 @@ struct hil_adc {
     double held_v;   /* voltage of the sample capacitor; used only with errors */
     uint64_t noise;  /* state of the random number generator */
     uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
-    struct hil_moment on;   /* time of switching on, until the first conversion */
+    struct hil_moment on;   /* when it was switched on; used until the first conversion */
 };
 
 /* The circuit connected to the analogue pins. */

@@ -290,6 +290,7 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
             fprintf(out, "%s, %s; ", from, to);
         fprintf(out, "%s; %s\n", rules[i].what, rules[i].source);
     }
-    fprintf(out, "edges not judged, because the instruction of the store was not found: %llu\n",
+    fprintf(out,
+            "edges not judged, because the instruction that wrote the pin was not found: %llu\n",
             (unsigned long long)dev->state->unplaced);
 }

@@ -64,7 +64,7 @@ static uint32_t random_below(void *device, uint32_t bound)
 static void schedule_late(struct hil_lines_device *dev)
 {
     struct hil_lines *lines = dev->state;
-    uint64_t next = lines->bytes_ps;
+    uint64_t next = lines->bytes_due_ps;
     for (unsigned i = 0; i < lines->held_count; i++) {
         if (lines->held_ps[i] < next)
             next = lines->held_ps[i];
@@ -133,7 +133,7 @@ static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
 {
     struct hil_lines *lines = dev->state;
     send_bytes(dev, t_ps, lines->bytes, lines->bytes_count);
-    lines->bytes_ps = HIL_NEVER;
+    lines->bytes_due_ps = HIL_NEVER;
     lines->bytes_count = 0;
 }
 
@@ -142,7 +142,7 @@ static void give_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_
     struct hil_lines *lines = dev->state;
     if (lines->bytes_count + n > HIL_FAULT_BYTES)
         release_bytes(dev, t_ps);
-    if (lines->bytes_ps == HIL_NEVER) {
+    if (lines->bytes_due_ps == HIL_NEVER) {
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
@@ -166,11 +166,11 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
             from = i + 1;
             continue;
         }
-        if (lines->bytes_ps == HIL_NEVER &&
+        if (lines->bytes_due_ps == HIL_NEVER &&
             suffers(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
             give_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
-            lines->bytes_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
+            lines->bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
             schedule_late(dev);
         }
         if (suffers(dev, HIL_SERIAL_OUT, HIL_CORRUPT, "byte", bytes[i]))
@@ -202,7 +202,7 @@ static void on_late(void *device, uint64_t at)
                 (lines->held_count - i) * sizeof lines->held_frame[0]);
         give_frame(dev, now_ps, &frame);
     }
-    if (lines->bytes_ps <= now_ps)
+    if (lines->bytes_due_ps <= now_ps)
         release_bytes(dev, now_ps);
     schedule_late(dev);
 }
@@ -215,7 +215,7 @@ static void lines_seed(struct hil_lines_device *dev, uint64_t seed)
 void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
 {
     lines_seed(dev, seed);
-    dev->state->bytes_ps = HIL_NEVER;
+    dev->state->bytes_due_ps = HIL_NEVER;
     hil_event_wire(dev->core, HIL_EVENT_LATE, on_late, dev);
 }
 

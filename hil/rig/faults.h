@@ -55,7 +55,7 @@ struct hil_lines {
     uint64_t held_ps[HIL_FAULT_HELD];
     uint8_t held_frame[HIL_FAULT_HELD][24];
     uint32_t bytes_count; /* delayed serial bytes to the host */
-    uint64_t bytes_ps;
+    uint64_t bytes_due_ps;
     uint8_t bytes[HIL_FAULT_BYTES];
 };
 

@@ -301,7 +301,7 @@ static void judge(struct advise *advise, bool si)
                                                        : ADVISE_CAUTION;
     if (off)
         snprintf(advise->reason, sizeof advise->reason,
-                 "at %s, %.0f %% of the members roll off the runway's end", braking,
+                 "at %s, %.0f %% of the simulated landings roll off the runway's end", braking,
                  100.0 * row->off_runway);
     else if (row->zone.high < limit)
         snprintf(advise->reason, sizeof advise->reason,

@@ -181,7 +181,7 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
 }
 
 #define LINE_MOST 80 /* of a line of text that has room for a unit */
-#define TERM_MOST 14 /* of an item whose text begins on the same line */
+#define TERM_MOST 14 /* longest term whose text begins on the same line */
 
 void help_each_part(const struct command *command,
                     void (*each)(void *context, const struct command_part *part), void *context)

@@ -67,8 +67,8 @@ size_t output_mark(const char *text, size_t length)
 
 static enum mr_status cannot(const char *path, struct error *error)
 {
-    return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno),
-                     path);
+    return error_set(error, MR_IO, "cannot write (%s): %s; check the path and the permissions",
+                     strerror(errno), path);
 }
 
 /* The folder of a path, with its last slash. */

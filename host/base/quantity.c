@@ -326,7 +326,7 @@ static bool is_with_comma(const char *text, const char *comma, struct quantity_w
     snprintf(wrong->what, sizeof wrong->what, "a comma");
     if (strspn(comma + 1, "0123456789") == 3)
         snprintf(wrong->advice, sizeof wrong->advice,
-                 "write a point before decimals, and no separator between thousands");
+                 "use a decimal point and no thousands separator");
     else
         snprintf(wrong->advice, sizeof wrong->advice, "write a point: %.*s.%s", (int)(comma - text),
                  text, comma + 1);

@@ -686,7 +686,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
         ready_add(report, READY_NO_GO, "CAN", "the board itself",
                   "give its CAN base, such as can:can0,base=0x190, or its own serial link",
                   "%s at base 0x%03x: UID on CAN %s, on serial %s",
-                  told ? "another board" : "not this board, but others", f->can_base,
+                  told ? "another board" : "frames not from this board", f->can_base,
                   told ? uid : "unknown", own);
         return;
     }

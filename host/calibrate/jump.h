@@ -16,8 +16,8 @@
  * - JUMP_GAIN_TRANSDUCER: first calibration of a transducer, or a different one by its serial
  * number. Cells differ, but the amplifier is the same; centimetres for inches are a factor of 2.54.
  * - JUMP_GAIN_GAGE: first calibration of a gage, or a different one. Bridges of 5.56 and 14.4 uV/lb
- * with gains of 900 and 346 (common/gain.h) differ by up to 2.6 from the built-in values; band
- * sections differ too. */
+ * with gains of 900 and 346 (common/gain.h) are up to 2.6 times the built-in values, or less by
+ * that factor; band sections differ too. */
 #define JUMP_GAIN_SAME       1.1
 #define JUMP_GAIN_TRANSDUCER 1.5
 #define JUMP_GAIN_GAGE       5.0

@@ -160,7 +160,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+        return error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
                          strerror(errno), path);
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.line++;
@@ -169,7 +169,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                    : read_line(&r, line);
     }
     if (status == MR_OK && ferror(file))
-        status = error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+        status = error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
                            strerror(errno), path);
     fclose(file);
     return status;

@@ -23,7 +23,7 @@ struct messages {
     struct slot slot;
 };
 
-static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start *start,
+static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start_page *start,
                                    const char *uid, int64_t *run, struct error *error)
 {
     struct store_landing *rows = NULL;
@@ -40,7 +40,7 @@ static enum mr_status find_landing(struct store *store, const struct mr_boxpage_
 }
 
 static enum mr_status make_landing(struct store *store, int64_t session,
-                                   const struct mr_boxpage_start *start, const char *uid,
+                                   const struct mr_boxpage_start_page *start, const char *uid,
                                    int64_t *run, struct error *error)
 {
     struct store_landing landing = {
@@ -170,7 +170,7 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
                        struct boxfill *result, struct error *error)
 {
     struct mr_boxpage_header header = {0};
-    struct mr_boxpage_start start;
+    struct mr_boxpage_start_page start;
     struct mr_boxread reader;
     struct store_session session = {.started_us = (int64_t)link_now_us(), .serial_link = link};
     char uid[25];

@@ -78,7 +78,7 @@ static enum mr_status make(struct request *r, const struct cli *cli, size_t *ima
         store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
             MR_OK &&
         rename(draft, r->path) != 0)
-        error_set(error, MR_IO, "cannot be written (%s): %s; check path and rights",
+        error_set(error, MR_IO, "cannot be written (%s): %s; check the path and the permissions",
                   strerror(errno), r->path);
     store_close(store);
     remove_draft(draft);

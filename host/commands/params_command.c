@@ -394,7 +394,8 @@ static json_t *scene_of(const struct reader *r)
             snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from,
                      p->estimate.error, p->unit);
         else
-            snprintf(text, sizeof text, "from %s, error unknown: no reading gives an error",
+            snprintf(text, sizeof text,
+                     "from %s, standard error unknown: these readings do not determine it",
                      p->from);
         json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
         json_object_set_new(scene, key, json_string(text));

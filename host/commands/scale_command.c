@@ -417,7 +417,7 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
                   "prototype length / model length; default: {standard}"),
     HELP_ITEM("--keep density", "rule of the 1/7 model: forces scale by n^3 (default)"),
-    HELP_ITEM("--keep modulus", "rule of the pilot model: forces scale by n^2"),
+    HELP_ITEM("--keep modulus", "rule of the small model of the pilot study: forces scale by n^2"),
     OPTION_TEXT("-o", "F.json", output_path, "file for the scene; default: standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), even with --si; a value may "

@@ -131,7 +131,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     if (request.keys)
         return show_keys(cli);
     if (request.options.solver && sim_solver_elsewhere(request.options.solver))
-        return study_start(argc, argv, cli);
+        return study_exec(argc, argv, cli);
     sim_scene_load(&scene, request.scene_path, fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);

@@ -56,7 +56,7 @@ static int fail(const char *command, const char *why)
     return cli_fail(&error);
 }
 
-int study_start(int argc, char **argv, const struct cli *cli)
+int study_exec(int argc, char **argv, const struct cli *cli)
 {
     char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
     char **words = xcalloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
@@ -98,7 +98,7 @@ static const struct command_part error_parts[] = {
 
 const struct command command_error = {
     "error",
-    study_start,
+    study_exec,
     "SCENE [--plot F]",
     "error of every solver against its run time",
     COMMAND_PARTS(error_parts),
@@ -130,7 +130,7 @@ static const struct command_part study_parts[] = {
 
 const struct command command_study = {
     "study",
-    study_start,
+    study_exec,
     "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
     "simulate a series of landings on an ensemble of runways: when each buckles",
     COMMAND_PARTS(study_parts),
@@ -162,7 +162,7 @@ static const struct command_part sweep_parts[] = {
 
 const struct command command_sweep = {
     "sweep",
-    study_start,
+    study_exec,
     "FILE | FILE --cases N..M [-o R.jsonl] | FILE --table R.jsonl... [-o T.csv]",
     "run many cases of a scene or study: Cartesian, Latin hypercube, thresholds, indices",
     COMMAND_PARTS(sweep_parts),
@@ -200,7 +200,7 @@ static const struct command_part fit_parts[] = {
 
 const struct command command_fit = {
     "fit",
-    study_start,
+    study_exec,
     "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] "
     "[--plot F] [-o F] [--force]",
     "fit gap, resistance, friction, thrust share and stiffness to landings, with errors",

@@ -49,6 +49,6 @@ int sweep_command(int argc, char **argv, const struct cli *cli);
 /* Runs a command (host/base/command.h) from matrig: matrig-study replaces matrig in this process,
  * with the same arguments, standard streams, signals and exit code. Returns only if that fails:
  * prints the error and returns the exit code. */
-int study_start(int argc, char **argv, const struct cli *cli);
+int study_exec(int argc, char **argv, const struct cli *cli);
 
 #endif

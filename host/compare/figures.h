@@ -1,4 +1,4 @@
-/* The figures of a landing's comparison: two series, the zones of measurement, board and
+/* The numbers of a landing's comparison: two series, the zones of measurement, board and
  * simulation, the table of each transducer, and whether measured and simulated values agree. */
 #ifndef MATRIG_HOST_COMPARE_FIGURES_H
 #define MATRIG_HOST_COMPARE_FIGURES_H

@@ -522,7 +522,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     static const struct {
         const char *name;
         unsigned offset, bytes;
-        unsigned kinds; /* 1 << each that has it */
+        unsigned kinds; /* bit mask of the kinds of frame that have this field */
     } parts[] = {{"BusChannel", 8, 1, 7}, {"ErrorType", 9, 1, 4}, {"ID", 9, 4, 3},
                  {"IDE", 13, 1, 3},       {"DLC", 14, 1, 3},      {"DataLength", 15, 1, 1},
                  {"DataBytes", 16, 8, 1}};

@@ -230,7 +230,7 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
     *readings = (struct push_readings){0};
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+        return error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
                          strerror(errno), path);
     enum mr_status status = MR_OK;
     while (status == MR_OK && fgets(line, sizeof line, file)) {
@@ -242,7 +242,7 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
                    : take_line(&t, line);
     }
     if (status == MR_OK && ferror(file))
-        status = error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+        status = error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
                            strerror(errno), path);
     fclose(file);
     if (status == MR_OK && readings->count == 0)

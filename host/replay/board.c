@@ -210,7 +210,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
         error->status = MR_OK;
         status = error_set(
             error, MR_TRUNCATED,
-            "the answers of the board are not those of matrig: %s; use the firmware of matrig",
+            "the board sent no frame that matrig can read: %s; use a firmware image of matrig",
             board->elf);
     }
     if (status == MR_OK)

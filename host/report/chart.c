@@ -11,7 +11,7 @@
 
 #define COLUMNS_WHOLE 120u /* of a plot that has a row of its own */
 #define COLUMNS_SMALL 80u
-#define STEPS         2500.0 /* of a range: finer than a pixel */
+#define STEPS         2500.0 /* steps of a coordinate over the plot: finer than a pixel */
 #define DECIMALS_MOST 9
 /* title, label and distance of a plot: its place is kept until it is drawn */
 #define AROUND_PX     40u

@@ -240,7 +240,7 @@ static enum mr_status take_alone(struct store *store, struct error *error)
     store->alone = open(store->path, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
     if (store->alone < 0) {
         store->alone = 0;
-        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights",
+        return error_set(error, MR_IO, "cannot open (%s): %s; check the path and the permissions",
                          strerror(errno), store->path);
     }
     if (flock(store->alone, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
@@ -604,12 +604,14 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
     struct store *check = NULL;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (fd < 0)
-        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+        return error_set(error, MR_IO,
+                         "cannot save the campaign (%s): %s; check the path and the permissions",
                          strerror(errno), path);
     close(fd);
     enum mr_status status = MR_OK;
     if (sqlite3_open_v2(path, &copy, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK)
-        status = error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+        status = error_set(error, MR_IO,
+                           "cannot save the campaign (%s): %s; check the path and the permissions",
                            sqlite3_errmsg(copy), path);
     if (status == MR_OK)
         status = copy_pages(store, copy, path, error);

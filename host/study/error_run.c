@@ -43,7 +43,7 @@ static void add_run(struct answer *answer, const struct error_study *study,
     answer_count(answer, "steps", "steps", (int64_t)run->steps);
     answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
-    add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->agreement_u_ft);
+    add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->disagreement_u_ft);
     add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft, study->agreement_lift_ft);
     answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
     answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s",
@@ -154,7 +154,7 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     answer_open(answer, "reference", "reference");
     answer_sentence(answer, "method", "%s", study->method);
     answer_open(answer, "agreement", "");
-    answer_value(answer, "u", "agreement of u", UNIT_STATION, study->agreement_u_ft, -2);
+    answer_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
     answer_value(answer, "lift", "of lift", UNIT_STATION, study->agreement_lift_ft, -2);
     answer_close(answer);
     answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
@@ -207,7 +207,7 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
 
 static void plot_panel_of(struct plot *plot, const struct error_study *study, bool lift)
 {
-    const double floor_ft = lift ? study->agreement_lift_ft : study->agreement_u_ft;
+    const double floor_ft = lift ? study->agreement_lift_ft : study->disagreement_u_ft;
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     plot_panel(

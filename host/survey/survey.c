@@ -468,7 +468,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+        return error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
                          strerror(errno), path);
     for (size_t number = 1; status == MR_OK && fgets(line, sizeof line, file); number++) {
         if (!strchr(line, '\n') && !feof(file))

@@ -60,10 +60,10 @@ TEST(what_is_no_page_is_noticed)
 TEST(start_and_end_come_back)
 {
     uint8_t page[MR_BOXPAGE];
-    const struct mr_boxpage_start start = {3,          7,      1000,      2000, {1, 2, 3},
-                                           0xdeadbeef, 0x1234, {4, 5, 6}, 1};
+    const struct mr_boxpage_start_page start = {3,          7,      1000,      2000, {1, 2, 3},
+                                                0xdeadbeef, 0x1234, {4, 5, 6}, 1};
     const struct mr_boxpage_end end = {1000, 9999, 3, 2};
-    struct mr_boxpage_start start_again;
+    struct mr_boxpage_start_page start_again;
     struct mr_boxpage_end end_again;
     mr_boxpage_put_start(page, &start);
     assert_int_equal(page[MR_BOXPAGE_KIND], 0x81);

@@ -94,7 +94,7 @@ static void configuration(unsigned i, uint8_t payload[8])
 
 static void arm(uint16_t landing)
 {
-    blackbox_arm(&box, &(struct mr_boxpage_start){
+    blackbox_arm(&box, &(struct mr_boxpage_start_page){
                            .landing = landing, .armed_block = index_now, .config_crc = 0x1234});
     for (unsigned i = 0; i < CONFIG_MESSAGES; i++) {
         uint8_t payload[8];
@@ -193,7 +193,7 @@ static void check_whole(uint16_t record, uint16_t landing, unsigned blocks, uint
     fetch(record, 0);
     struct told told = check_pages();
     struct mr_boxpage_header header;
-    struct mr_boxpage_start start;
+    struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
     assert_int_equal(pages_told, page_count);
     assert_int_equal(mr_boxpage_check(pages[0], &header), MR_OK);
@@ -619,7 +619,7 @@ TEST_IN(a_configuration_too_long_is_cut_at_a_message, fresh, NULL)
 {
     uint32_t trigger;
     uint16_t record = box.next_record;
-    blackbox_arm(&box, &(struct mr_boxpage_start){.landing = 3});
+    blackbox_arm(&box, &(struct mr_boxpage_start_page){.landing = 3});
     for (unsigned i = 0; i < 1000; i++) {
         uint8_t payload[8];
         configuration(i, payload);

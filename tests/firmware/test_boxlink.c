@@ -99,7 +99,7 @@ static unsigned collect(void)
 static unsigned check_pages(uint32_t trigger)
 {
     struct mr_boxpage_header header;
-    struct mr_boxpage_start first;
+    struct mr_boxpage_start_page first;
     struct mr_boxread reader;
     struct mr_record record;
     unsigned blocks = 0;

@@ -127,7 +127,7 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     size_t count = take_pages(ear->board, 0, 1);
     memcpy(whole, pages, sizeof whole);
     struct told told = check_pages(count, &witness);
-    struct mr_boxpage_start start;
+    struct mr_boxpage_start_page start;
     mr_boxpage_get_start(pages[0], &start);
     check_end(count, &told);
     assert_int_equal(start.landing, landing);
@@ -213,7 +213,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
     /* a landing begins with the second edge */
     assert_true(landed || ear->heard[EAR_SERIAL][MR_ID_EDGE] - edges_before < 2);
     if (landed) {
-        struct mr_boxpage_start start;
+        struct mr_boxpage_start_page start;
         mr_boxpage_get_start(pages[0], &start);
         assert_int_equal(start.landing, 9);
         struct told told = check_pages(count, NULL);

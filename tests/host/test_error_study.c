@@ -85,7 +85,7 @@ TEST(references_agree_and_errors_fall)
     scene.t_end_s = 0.01;
     sim_scene_set_list(&scene.bump_ft, bump, 3);
     run(&scene);
-    assert_true(study.agreement_u_ft < 1e-10 && study.agreement_lift_ft < 1e-10);
+    assert_true(study.disagreement_u_ft < 1e-10 && study.agreement_lift_ft < 1e-10);
     assert_true(study.max_lift_ft > 0.02);
     assert_non_null(strstr(study.method, "event"));
     assert_non_null(strstr(study.method, "implicit"));
@@ -154,7 +154,7 @@ TEST(an_error_is_the_true_error)
     struct sim_scene scene = oscillator(5.0);
     double floor_ft;
     run(&scene);
-    floor_ft = 2.0 * study.agreement_u_ft + 1e-13;
+    floor_ft = 2.0 * study.disagreement_u_ft + 1e-13;
     assert_true(floor_ft < 1e-10);
     assert_true(study.run_count > 40);
     for (size_t i = 0; i < study.run_count; i++) {
@@ -222,7 +222,7 @@ TEST(slopes_and_cheapest_of_a_known_study)
 {
     study = (struct error_study){.lifts = true,
                                  .agreement_lift_ft = 1e-9,
-                                 .agreement_u_ft = 1e-9,
+                                 .disagreement_u_ft = 1e-9,
                                  .peak_u_ft = 10,
                                  .max_lift_ft = 10,
                                  .dt_limit_s = 0.02};

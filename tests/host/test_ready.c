@@ -219,7 +219,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.identity.uid[0] = 0x00310042;
     only_no_go(
         "CAN",
-        "not this board, but others at base 0x190: UID on CAN unknown, on serial 0031004200000000");
+        "frames not from this board at base 0x190: UID on CAN unknown, on serial 0031004200000000");
     f.can_frames = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;

@@ -79,7 +79,7 @@ TEST(located_joints_are_sampled_ones)
         signed char mode = joint_mode(g_ft, joint.slack_ft);
         struct law_pull sampled = joint_pull(JOINT_SLACK, joint, g_ft, rate,
                                              (struct joint_grit){0});
-        same_bits(joint_located_lb(&joint, true, mode, g_ft, rate), sampled.lb, "tension", g_ft);
+        same_bits(joint_mode_force_lb(&joint, true, mode, g_ft, rate), sampled.lb, "tension", g_ft);
         assert_true(joint_margin_ft(mode, g_ft, joint.slack_ft, 0.0) >= 0.0);
         for (signed char other = -1; other <= 1; other++) { /* no other mode fits, but at an edge */
             if (other != mode && g_ft != 0.0 && g_ft != joint.slack_ft)

@@ -368,17 +368,17 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
     study->dt_limit_s = chain_pass(&check, scene, &options, u, error);
     options.rtol = 1e-13;
     chain_pass(&run, scene, &options, reference, error);
-    study->agreement_u_ft = chain_apart_ft(scene, u, reference);
+    study->disagreement_u_ft = chain_apart_ft(scene, u, reference);
     for (size_t i = 0; i < size; i++)
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
     snprintf(study->method, sizeof study->method,
              "event (every switch located) at rtol 1e-13; agrees with rtol 1e-12");
     if (error->status == MR_OK && (run.status != SIM_OK || check.status != SIM_OK ||
-                                   study->agreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
+                                   study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
         error_set(error, MR_NUMERICS,
                   "no reference: %s: two runs of event differ by %.2g ft (u); give an earlier tend "
                   "or a different scene",
-                  sim_scene_name(scene), study->agreement_u_ft);
+                  sim_scene_name(scene), study->disagreement_u_ft);
     for (int i = 0; i < CHAIN_RUNS + CHAIN_RUNGS && error->status == MR_OK; i++) {
         options =
             i < CHAIN_RUNS
@@ -420,7 +420,7 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
         chain_study(study, &counted, error);
     } else if (planar_reference(&reference, study, &counted, error) == MR_OK &&
                fastest_rate(&counted, &rate, error) == MR_OK) {
-        study->agreement_u_ft = reference.u_ft;
+        study->disagreement_u_ft = reference.u_ft;
         study->agreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
         study->max_lift_ft = reference.max_lift_ft;
@@ -461,7 +461,7 @@ static struct error_slope fit(const struct error_study *study, const char *solve
 {
     struct error_slope s = {.from = HUGE_VAL, .to = 0.0};
     double least =
-        fmax(LEAST_OF_AGREEMENT * (lift ? study->agreement_lift_ft : study->agreement_u_ft),
+        fmax(LEAST_OF_AGREEMENT * (lift ? study->agreement_lift_ft : study->disagreement_u_ft),
              ROUND_OFF * (lift ? study->max_lift_ft : study->peak_u_ft));
     double most = MOST_OF_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
     double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
@@ -532,7 +532,8 @@ const struct error_run *error_study_cheapest(const struct error_study *study, co
                                              double level_ft)
 {
     const struct error_run *best = NULL;
-    if (level_ft < ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->agreement_u_ft))
+    if (level_ft <
+        ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->disagreement_u_ft))
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

@@ -66,7 +66,7 @@ typedef void error_told(void *ctx, size_t runs_begun);
 
 struct error_study {
     char method[240]; /* description of the reference, for people */
-    double agreement_u_ft, agreement_lift_ft;
+    double disagreement_u_ft, agreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* peaks of the reference */
     double end_s;
     bool lifts;        /* the scene has lift; false: model chain, lift errors are NaN */

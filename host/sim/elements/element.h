@@ -42,7 +42,7 @@ struct element {
     double (*force_lb)(double value, struct element_mat mat); /* positive downfield */
     /* Slope of the force by the mat's speed, for the Jacobian; never above 0. */
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
-    /* Largest -slope in any state: the bound of its rate, times the mass. */
+    /* Largest -slope in any state; divided by the mass it bounds the decay rate. */
     double (*steepest_lb_s_ft)(double value);
     /* Largest push on a mat at rest, which reduces the margin by which friction holds the mat. 0: a
      * mat at rest may be left out of a scene. */

@@ -54,7 +54,7 @@ LAW_INLINE double law_most(double a, double b)
  * landings".
  *
  * Sampled (joint_pull): the case is determined from the opening; for fixed steps, solvers/chain.h
- * and landing.h. Located (joint_located_lb): the case is a mode, which is valid while
+ * and landing.h. Located (joint_mode_force_lb): the case is a mode, which is valid while
  * joint_margin_ft is not negative; for the planar models. */
 
 /* The simplest law that covers all joints of a scene. */
@@ -109,8 +109,8 @@ LAW_INLINE bool joint_transmits(bool slack, int mode)
     return !slack || mode != 0;
 }
 
-LAW_INLINE double joint_located_lb(const struct law_joint *joint, bool slack, int mode, double g_ft,
-                                   double rate_ft_s)
+LAW_INLINE double joint_mode_force_lb(const struct law_joint *joint, bool slack, int mode,
+                                      double g_ft, double rate_ft_s)
 {
     if (slack) {
         if (mode == 0)

@@ -108,7 +108,7 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
     if (full)
         rate += m->half_ft * (l->w * l->s + r->w * r->s);
     const struct law_joint joint = {m->kl, m->cl, m->slack_ft};
-    return joint_located_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
+    return joint_mode_force_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
 }
 
 KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)

@@ -327,8 +327,8 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Sums that a survey reads of gaps drawn anew, all alike, as the survey's mean has them; NaN where
- * `landing` has none. */
+/* Draws new gaps with the mean of the survey, and returns the sums that a survey would read; NaN
+ * where `landing` has none. */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -948,11 +948,9 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
         landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* the whole aircraft's */
-    double stopping_distance_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
+    double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* v0^2/2 is shared out over the way */
-    landing->thrust_error = stopping_distance_ft > 0.0
-                              ? summary->stop_station_ft.error / stopping_distance_ft
-                              : 0.0;
+    landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
     landing->follows = list->count > 0 &&
                        follows(store, &measured->landing, list->landing[list->count - 1].run);
     return MR_OK;
