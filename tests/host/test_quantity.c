@@ -181,7 +181,7 @@ TEST(never_another_unit)
 TEST(a_comma_is_refused_with_a_word)
 {
     refused("5,2 mm", "in", NULL, "a comma", "write a point: 5.2 mm");
-    refused("1,000 lb", "lb", NULL, "a comma", "no separator between thousands");
+    refused("1,000 lb", "lb", NULL, "a comma", "no thousands separator");
     refused("5,", "in", NULL, "a comma", "point");
     refused("", "in", NULL, "no number", "4 in");
     refused("mm", "in", NULL, "not a number", "4 in");
