@@ -560,6 +560,10 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
+        /* its positions are no better than those of event */
+        if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
+            result->error_lift_ft = fmax(result->error_lift_ft,
+                                         LIFT_FLOOR * stepper_event.rtol * m.length_ft);
         say(&m, options, &request, &ladder, given, result);
     } else if (ladder.count == 1) {
         sim_result_end(result, SIM_UNSTABLE, 1, end_s);
