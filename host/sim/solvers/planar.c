@@ -162,7 +162,8 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 
 /* A lift is what differences of the mats' positions leave: tolerances add up in it, and a lift of
  * their size can be missing in both runs. */
-#define LIFT_FLOOR 10.0
+#define LIFT_FLOOR  10.0
+#define FLOOR_STEPS 0.1 /* of the root of the number of steps, to a tolerance */
 
 static bool solver_is_automatic(const struct sim_options *options)
 {
@@ -405,7 +406,9 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     const struct stepper_kind *kind = runs->request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
     struct pass_difference apart = pass_difference(a, b);
-    /* two passes can agree more closely than either is right */
+    /* two passes can agree more closely than either is right, and what each step may err adds up at
+     * random */
+    double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
     double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
@@ -420,7 +423,7 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     feel(m, options, runs, result);
     result->error_u_ft += b->clock_ft;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0) {
-        result->error_u_ft = fmax(result->error_u_ft, least_ft);
+        result->error_u_ft = fmax(result->error_u_ft, grown * least_ft);
         result->error_lift_ft = fmax(result->error_lift_ft, LIFT_FLOOR * least_ft);
     }
     return true;
