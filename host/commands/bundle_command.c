@@ -45,7 +45,9 @@ static enum mr_status find_image(const struct request *r, struct store *store,
                          "not the image that recorded this landing (image %08x, commit %s): %s; "
                          "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
-    if (!r->elf)
+    if (!r->elf && unread.status == MR_IO && access(path, F_OK) == 0)
+        *error = unread; /* it is there: a bundle without it would be half of one */
+    else if (!r->elf)
         cli_note(cli,
                  "the bundle lacks the image that recorded the landing (image %08x, commit %s), "
                  "which is not the image of this matrig; add it with --elf F",
