@@ -64,7 +64,7 @@ $(stamp): firmware/stamp/stamp.c common/boards.def common/memory.def common/crc3
 
 link_image = $(ARM)gcc $(ARM_CPU) -nostdlib -T $(call board_folder,$(1))/matrig.ld -Wl,--gc-sections
 define image_rule
-$(call board_folder,$(1))/matrig.ld: firmware/f407/matrig.ld common/memory.def $(wildcard firmware/boards/*.def)
+$(call board_folder,$(1))/matrig.ld: firmware/f407/matrig.ld common/memory.def $(wildcard firmware/boards/*.def) | $(B)/.demo-packages
 	@mkdir -p $$(@D)
 	$$(call say,GEN,$$@)$(ARM)gcc -E -P -x c -I. $(call for_board,$(1)) $$< -o $$@
 $(call board_elf,$(1)): $(call board_objects,$(1))

@@ -74,4 +74,12 @@ check "a folder that is not there is found" is_empty
 check "a table with a word that is none is refused" table_is_wrong uses used 3
 check "a table with a number that is none is refused" table_is_wrong lines 'lines many' 2
 check "a table without a folder is refused" table_is_wrong '\[inn\]' 'uses common' 1
+packages_first() { # whatever target one asks first: nothing is made before the packages that make it are there
+    local target
+    for target in all demo test; do
+        make -n B="$tmp/bare-$target" ARM=/usr/bin/arm-none-eabi- $target >"$tmp/commands" 2>/dev/null
+        awk '/dpkg-query/ { there = 1 } /^printf/ { exit } END { exit !there }' "$tmp/commands" || { echo "make $target"; return 1; }
+    done
+}
+check "on a bare machine packages come before the first file that is made" packages_first
 finish
