@@ -42,7 +42,7 @@ db() { sqlite3 "$1.db" "$2"; }
 start_log() {
     local name=$1
     shift
-    "$@" matrig log $links --listen --db $name.db >$name.txt 2>$name.err &
+    "$@" matrig log $links --listen --all --db $name.db >$name.txt 2>$name.err &
     logger=$!
     wait_for 20 test -s $name.db && usleep 300000
 }
