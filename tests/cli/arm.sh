@@ -7,48 +7,6 @@ work=$(mktemp -d /tmp/matrig.XXXXXX)
 pids=()
 trap 'kill "${pids[@]}" 2>/dev/null; wait; rm -rf "$work"' EXIT
 
-cat >"$work/bus.py" <<'P'
-# A CAN bus of sockets: whatever the board (the first) sends, everybody hears; whatever another one sends, the board does.
-import os, select, socket, sys, time
-def connect(path):
-    for _ in range(200):
-        try:
-            s = socket.socket(socket.AF_UNIX)
-            s.connect(path)
-            return s
-        except OSError:
-            time.sleep(0.02)
-    sys.exit("no board")
-doors = []
-for path in sys.argv[2:]:
-    door = socket.socket(socket.AF_UNIX)
-    door.bind(path)
-    door.listen(4)
-    doors.append(door)
-board = connect(sys.argv[1])
-hosts, rest = [], {}
-while True:
-    for s in select.select(doors + [board] + hosts, [], [])[0]:
-        if s in doors:
-            hosts.append(s.accept()[0])
-            continue
-        try:
-            data = rest.pop(s, b"") + s.recv(65536)
-        except OSError:
-            data = b""
-        whole = len(data) // 16 * 16
-        if s is board and not data:
-            sys.exit(0)
-        if not data:
-            hosts.remove(s)
-            continue
-        rest[s] = data[whole:]
-        for other in (hosts if s is board else [board]):
-            try:
-                other.sendall(data[:whole])
-            except OSError:
-                pass
-P
 cat >"$work/terminal.py" <<'P'
 # terminal.py COMMAND...: runs it on a terminal of its own, types what comes on standard input there, shows what it says.
 import os, pty, select, sys
@@ -73,7 +31,7 @@ P
 
 timeout 600 build/matrig-board --elf $elf --can "unix:$work/board" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
 pids+=($!)
-timeout 600 python3 "$work/bus.py" "$work/board" "$work/can" &
+timeout 600 python3 tests/link/can_bus.py "$work/board" "$work/can" &
 pids+=($!)
 mkfifo "$work/typed"
 timeout 600 $matrig log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &

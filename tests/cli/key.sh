@@ -9,55 +9,12 @@ trap 'kill "${pids[@]}" 2>/dev/null; wait; rm -rf "$work"' EXIT
 export XDG_CONFIG_HOME=$work/config
 can=unix:$work/can serial=unix:$work/serial
 
-cat >"$work/bus.py" <<'P'
-# A CAN bus of sockets: the board (the first) hears everybody, and everybody hears the board.
-import select, socket, sys, time
-def connect(path):
-    for _ in range(3000):
-        try:
-            s = socket.socket(socket.AF_UNIX)
-            s.connect(path)
-            return s
-        except OSError:
-            time.sleep(0.02)
-    sys.exit("no board")
-door = socket.socket(socket.AF_UNIX)
-door.bind(sys.argv[2])
-door.listen(8)
-board = connect(sys.argv[1])
-hosts, rest = [], {}
-while True:
-    for s in select.select([door, board] + hosts, [], [])[0]:
-        if s is door:
-            hosts.append(s.accept()[0])
-            continue
-        try:
-            data = rest.pop(s, b"") + s.recv(65536)
-        except OSError:
-            data = b""
-        whole = len(data) // 16 * 16
-        if s is board and not data:
-            sys.exit(0)
-        if not data:
-            hosts.remove(s)
-            continue
-        rest[s] = data[whole:]
-        for other in (hosts if s is board else [board]):
-            try:
-                other.sendall(data[:whole])
-            except OSError:
-                pass
-P
 cat >"$work/stranger.py" <<'P'
 # stranger.py BUS KEYFILE: with the key in hand what one may, and without it what one may not.
-import hashlib, os, socket, struct, sys, time
-for attempt in range(3000):
-    try:
-        bus = socket.socket(socket.AF_UNIX)
-        bus.connect(sys.argv[1])
-        break
-    except OSError:
-        time.sleep(0.02)
+import hashlib, os, struct, sys
+sys.path.insert(0, "tests/link")
+from can_bus import connect
+bus = connect(sys.argv[1])
 key = bytes.fromhex(open(sys.argv[2]).read())
 SURVEY, WANTS, LOCKED = 5, -22, -23
 heard, rest, uid, tag = {}, b"", {}, 30000
@@ -140,7 +97,7 @@ P
 boot() { # BOARD-OPTION...: the board whose key is in $work/nor, on a bus
     build/matrig-board --elf build/firmware/matrig.elf --nor "$work/nor" --can "unix:$work/board" --speed real "$@" 2>"$work/board.err" &
     board=$!
-    python3 "$work/bus.py" "$work/board" "$work/can" &
+    python3 tests/link/can_bus.py "$work/board" "$work/can" &
     bus=$!
     pids=($board $bus)
 }
@@ -231,6 +188,7 @@ s.connect(sys.argv[1])
 s.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([3, 0, 7, 0, 0, 0, 0, 0])))
 P
 check "another program's order is refused, and the log says why" said "another program sent \"disarm\"; the board refused it: the command needs the board's key"
+await eval '[ "$(sqlite3 "$work/x.db" "select count(*) from runways" 2>/dev/null)" = 1 ]' # whole: a replay begins with it
 echo disarm >&8
 said 'disarm\?' && echo yes >&8
 check "the log disarms" said 'matrig: disarmed'
