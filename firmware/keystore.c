@@ -167,7 +167,7 @@ static void answer(struct keystore *store, enum mr_status status)
 {
     store->step = STEP_NONE;
     store->answer.status = (int8_t)status;
-    store->answered = true;
+    store->answered = store->answer.code != MR_COMMAND_NONE; /* a start ordered nothing */
     store->received = 0;
     memset(store->staged, 0, sizeof store->staged);
 }
@@ -196,15 +196,6 @@ static void verify(struct keystore *store)
     }
 }
 
-static void wiped(struct keystore *store)
-{
-    store->stale = false;
-    if (store->answer.code)
-        answer(store, MR_OK);
-    else
-        store->step = STEP_NONE;
-}
-
 /* ---- the memory ---- */
 
 static void next_step(struct keystore *store)
@@ -217,7 +208,7 @@ static void next_step(struct keystore *store)
     case STEP_ERASE: store->step = STEP_PROGRAM; break;
     case STEP_PROGRAM: store->step = STEP_VERIFY; break;
     case STEP_VERIFY: verify(store); break;
-    case STEP_WIPE: wiped(store); break;
+    case STEP_WIPE: answer(store, MR_OK); break;
     default: break;
     }
 }
