@@ -65,7 +65,7 @@ TEST(lanes_have_the_bits_of_one)
 #if LANES_HAVE_AVX2
     if (__builtin_cpu_supports("avx2"))
         lanes_agree_avx2();
-    if (__builtin_cpu_supports("avx512dq"))
+    if (LANES_CPU_HAS_AVX512)
         lanes_agree_avx512();
 #endif
 }

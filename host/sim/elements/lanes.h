@@ -1,6 +1,6 @@
 /* Lanes: numbers in a vector, processed together. Floats use 32 bytes. If LANES_DOUBLE is defined,
  * lanes are doubles, in 64 bytes with AVX-512, 32 with AVX2, otherwise 16: the compiler splits
- * vectors wider than the processor's into single numbers. */
+ * vectors wider than the processor's into single numbers. With AVX-512 a mask has a bit a lane. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
@@ -37,6 +37,8 @@ typedef uint8_t bit_masks; /* AVX-512 has one bit per lane instead */
 #if defined __x86_64__ && !defined __clang__
 #include <immintrin.h>
 #define LANES_HAVE_AVX2 1
+#define LANES_CPU_HAS_AVX512 \
+    (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
 #else
 #define LANES_HAVE_AVX2 0
 #endif

@@ -27,10 +27,9 @@
 #undef words
 #undef masks
 #pragma GCC pop_options
-#define LANES_CALL(name, ...)                                                 \
-    (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") \
-         ? name##_avx512(__VA_ARGS__)                                         \
-     : __builtin_cpu_supports("avx2") ? name##_avx2(__VA_ARGS__)              \
+#define LANES_CALL(name, ...)                                      \
+    (LANES_CPU_HAS_AVX512             ? name##_avx512(__VA_ARGS__) \
+     : __builtin_cpu_supports("avx2") ? name##_avx2(__VA_ARGS__)   \
                                       : name##_plain(__VA_ARGS__))
 #else
 #define LANES_CALL(name, ...) name##_plain(__VA_ARGS__)
