@@ -443,6 +443,21 @@ TEST(harder_braking_stops_before_closed_mats)
     assert_true(isnan(advise_short_ft_s2(row, 3, 0.05)));
 }
 
+/* Of the same rows: up to where the first part is below, though the last row is again. */
+TEST(the_hardest_braking)
+{
+    static const double mean_ft_s2[] = {4.0, 5.0, 6.0, 7.0};
+    const struct advise_row row[4] = {
+        {.zone = {.p = 0.1}}, {.zone = {.p = 0.3}}, {.zone = {.p = 0.6}}, {.zone = {.p = 0.1}}};
+    struct advise_bound hardest = advise_bound(mean_ft_s2, row, 4, 0.2);
+    assert_near(hardest.at, 4.5, 1e-12);
+    assert_false(hardest.beyond);
+    hardest = advise_bound(mean_ft_s2, row, 4, 0.7);
+    assert_near(hardest.at, 7.0, 1e-12);
+    assert_true(hardest.beyond);
+    assert_true(isnan(advise_bound(mean_ft_s2, row, 3, 0.05).at));
+}
+
 /* By hand, in proportion between rows. */
 TEST(the_reach_and_its_interval)
 {
