@@ -163,7 +163,7 @@ static void health_client_hear(struct health_client *talk)
     until_hello(talk, talk->hellos + 2);
     if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
-                  "the board did not report its health: %s; check that its firmware is of the "
+                  "the board did not report its health: %s; check that its firmware has the "
                   "version of this matrig",
                   dialogue_spec(talk->dialogue));
 }
