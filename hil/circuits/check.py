@@ -90,9 +90,11 @@ def table_against_chip(parts, rows):
 def pulls(parts, rows):
     said, wanted = [], dict(PULLED)
     for _, _, signal, text in rows:
-        found = re.search(r"pulled (up|down) outside", text)
+        found = re.search(r"external pull-(up|down)", text)
         if found:
             wanted[signal] = found.group(1)
+    if len(wanted) == len(PULLED):
+        said.append("pulls: no row of zg.def says external pull-up or external pull-down")
     for signal, way in wanted.items():
         ends = [{net for _, _, net in p.pins} for p in parts.values() if p["device"] == "RESISTOR"]
         if not any({signal, rail} == pair for pair in ends for rail in RAILS[way]):
