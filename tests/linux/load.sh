@@ -1,4 +1,4 @@
-# A full bus for a minute, in the guest's own time: it runs by counted instructions, so a slow host makes it longer and
+# A full bus, in the guest's own time: it runs by counted instructions, so a slow host makes it longer and
 # changes nothing else.
 . /guest.sh
 load_s=$(sed -n 's/.*matrig.load_s=\([0-9]*\).*/\1/p' /proc/cmdline)

@@ -3,7 +3,7 @@
 set -u
 cd "$(dirname "$0")/../.." || exit 99
 dir=build/linux
-load_s=${1:-60}   # how long the bus is kept full
+load_s=${1:-20}   # how long the bus is kept full
 limit_s=${2:-1200} # for each guest, from power on to power off: two minutes on a free computer
 guests=${3:-links load}
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
