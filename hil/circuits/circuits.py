@@ -27,11 +27,11 @@ def put(path, text):
         file.write(text)
 
 
-def stale(path, text):
-    """A made page that is not what would be made. Figures may differ within their slack, so only their names count."""
-    words = [line.split("|")[1] if line.startswith("|") else line for line in text.splitlines()]
-    there = open(path).read().splitlines() if os.path.exists(path) else []
-    if [line.split("|")[1] if line.startswith("|") else line for line in there] == words:
+def stale(path, text, names_only=False):
+    """A made page that is not what would be made. Figures may differ within their slack: of their tables only the names count."""
+    def words(lines):
+        return [line.split("|")[1] if names_only and line.startswith("|") else line for line in lines]
+    if os.path.exists(path) and words(open(path).read().splitlines()) == words(text.splitlines()):
         return []
     return [f"pages: {os.path.relpath(path, check.ROOT)} is not what the schematics make; run: make circuits-figures"]
 
@@ -84,7 +84,7 @@ def main():
             keep(parts, measured, drawings)
         said += figures.differences(measured, figures.kept())
         if blocks is None and given.folder == netlist.HERE:
-            said += stale(figures.PARTS_PAGE, figures.parts_page(parts)) + stale(figures.PAGE, figures.figures_page(measured))
+            said += stale(figures.PARTS_PAGE, figures.parts_page(parts)) + stale(figures.PAGE, figures.figures_page(measured), names_only=True)
             for name, value, unit, path, what, assumed, holds in figures.beside(measured):
                 if not holds:
                     print(f"          {name} is {figures.number(value)} {unit}; {path} assumes {figures.number(assumed)}: {what}")

@@ -228,13 +228,26 @@ def meaning(net):
     return "-" if re.search(r"unnamed_net", net) else re.sub(r"^\w+/", "", net)
 
 
+def passives(kinds):
+    """Resistors and capacitors, which have no part number: a row of all values of a tolerance and footprint."""
+    groups = {}
+    for n, kind, value, tol, foot, part, refs in kinds:
+        if kind in ("RESISTOR", "CAPACITOR") and not part:
+            groups.setdefault((kind, tol, foot), []).append(f"{value}{f' ({n})' if n > 1 else ''}: {short(refs)}")
+    return [f"| {kind.lower()} | {tol} | {foot} | {', '.join(values)} |" for (kind, tol, foot), values in groups.items()]
+
+
 def parts_page(parts):
     kinds = bill(parts)
     lines = ["# Parts and connectors of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the schematics in hil/circuits. Do not edit. -->", "",
-             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 in each of the fourteen blocks G. Sensors are not counted.", "",
-             "| Count | Kind | Value | Tolerance | Footprint | Part number | References |", "|--:|---|---|---|---|---|---|"]
-    lines += [f"| {n} | {kind.lower().replace('_', ' ')} | {value} | {tol} | {foot} | {part} | {short(refs)} |" for n, kind, value, tol, foot, part, refs in kinds]
+             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 in each of the fourteen blocks G. Sensors are not counted. "
+             "`make circuits` writes the same list as `build/circuits/parts.csv`.", "",
+             "## Resistors and capacitors", "",
+             "| Kind | Tolerance | Footprint | Values (count, if more than one): references |", "|---|---|---|---|", *passives(kinds), "",
+             "## Other parts", "", "| Count | Kind | Footprint | Part number | References |", "|--:|---|---|---|---|"]
+    lines += [f"| {n} | {' '.join(filter(None, [kind.lower().replace('_', ' '), value, tol]))} | {foot} | {part} | {short(refs)} |"
+              for n, kind, value, tol, foot, part, refs in kinds if part or kind not in ("RESISTOR", "CAPACITOR")]
     lines += ["", "## Connectors", "", "`-`: the pin connects only to parts within its block; see the drawing.", "",
               "| Connector | Purpose | Pins |", "|---|---|---|"]
     seen = set()
@@ -252,16 +265,16 @@ def parts_page(parts):
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "Simulated properties of the circuits, and the values that firmware and emulated board assume. *Included* means that the file includes the value from `hil/circuits/figures.def`.", "",
-             "| Figure | Simulated | Assumed | File | Meaning of the assumed value | Assumption holds |", "|---|--:|--:|---|---|---|"]
-    for name, value, unit, path, what, assumed, holds in beside(figures):
-        unit = "" if unit == "1" else " " + unit
-        told = "*included*" if assumed is None else number(assumed) + unit
-        lines.append(f"| {name} | {number(value)}{unit} | {told} | `{path}` | {what} | {'yes' if holds else '**no**'} |")
+             "Simulated properties of the circuits, and what firmware and emulated board assume. *Included*: the code includes the value from",
+             "`hil/circuits/figures.def`. **Not met**: the simulated value contradicts the assumption."]
+    assumptions = {}
+    for name, _, unit, _, what, assumed, holds in beside(figures):
+        told = "*included*" if assumed is None else number(assumed) + ("" if unit == "1" else " " + unit)
+        assumptions.setdefault(name, []).append(f"{told}{'' if holds else ' (**not met**)'}: {what}")
     block = None
     for name, (value, unit, here, what) in figures.items():
         if here != block:
-            lines += ["", f"## {here.capitalize()}", "", "| Figure | Value | Meaning and source |", "|---|--:|---|"]
+            lines += ["", f"## {here.capitalize()}", "", "| Figure | Value | Meaning and source | Assumed |", "|---|--:|---|---|"]
             block = here
-        lines.append(f"| {name} | {number(value)}{'' if unit == '1' else ' ' + unit} | {what} |")
+        lines.append(f"| {name} | {number(value)}{'' if unit == '1' else ' ' + unit} | {what} | {'; '.join(assumptions.get(name, []))} |")
     return "\n".join(lines) + "\n"

@@ -27,10 +27,10 @@ SERIES = [
 ]
 HEAD = """# Measured: advice before each landing of the 1973 series
 
-Results of `matrig advise --before RUN` (256 ensemble runs) before each landing of the series in [certification](certification.md). These are synthetic landings on the emulated board, with
-decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the actual speed and mean braking of the landing; `advise` assumes that it is followed within
-10 %. `advise` knows the earlier landings, but not the modification (bands, cleats, ...). The true zone is the longest zone that the wheel reaches in the synthetic landing. The outcomes of 1973 are
-listed for comparison only, because the thrust, ground and mats of that time are unknown.
+`matrig advise --before RUN` before each landing of the series in [certification](certification.md): synthetic landings with decelerations from the 1973 report. The
+plan is the actual speed and mean braking of the landing; `advise` assumes that it is followed within 10 %. `advise` knows friction, survey and the earlier landings,
+but not the modification (bands, cleats, ...). The true zone is the longest zone that the wheel reaches in the synthetic landing. The outcomes of 1973 are for comparison only, because the
+thrust, ground and mats of that time are unknown.
 
 """
 
@@ -55,7 +55,7 @@ def advised(db, run, row):
     answer = json.loads(done.stdout)
     plan = ["%.1f" % row["touchdown_speed_ft_s"], "%.1f" % row["mean_deceleration_ft_s2"]]
     if done.returncode not in (0, 1):
-        return plan + ["" if run == 1 else answer["error"]["message"], "no runway yet" if run == 1 else "", ""]
+        return plan + ["" if run == 1 else answer["error"]["message"], "", ""]
     planned = [r for r in answer["rows"] if r.get("plan")][0]
     zone = "%.0f (%.0f to %.0f)" % (100 * planned["zone"], 100 * planned["zone_low"], 100 * planned["zone_high"])
     return plan + [zone, answer["verdict"], "%.1f" % answer["hardest_ft_s2"] if answer.get("hardest_ft_s2") else "none"]
@@ -67,8 +67,8 @@ parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true, lines = truths(arguments.out), ["| Series | Outcome in 1973 (page of the report) |", "|---|---|"]
 lines += ["| %s | %s |" % (name, then) for name, count, then in SERIES]
-lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. "
-          "Advice `no runway yet`: there is no earlier landing.", "",
+lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps it below 20 %. A first landing has no "
+          "advice.", "",
           "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count, then in SERIES:
     db = "%s/series-%s.db" % (arguments.out, name)

@@ -290,6 +290,18 @@ def commit():
     return name + (" with changes" if call("git", "status", "--porcelain", "--untracked-files=no").strip() else "")
 
 
+def condensed(table):
+    """The table for the page: a case that had to be quiet, and was, takes no row of its own."""
+    kept, quiet = [], []
+    for line in table.split("\n"):
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) == 8 and cells[7] == "quiet" and cells[3] == "":
+            quiet.append("%s %s %s" % (cells[0], cells[1], cells[5] or "-"))
+        else:
+            kept.append(line)
+    return "\n".join(kept).replace("\nUndamaged", "\nQuiet, as required (true zone in mats, peak risk): %s.\n\nUndamaged" % ", ".join(quiet), 1)
+
+
 def write(path, text):
     with open(path, "w") as file:
         file.write(text)
@@ -339,7 +351,7 @@ def main():
         page = open(PAGE).read() if os.path.exists(PAGE) else ""
         head = page.split("<!-- made by make certify -->")[0]
         stamp = "`make certify`, commit %s, %s:\n\n" % (commit(), datetime.date.today().isoformat())
-        write(PAGE, head + "<!-- made by make certify -->\n\n" + stamp + table)
+        write(PAGE, head + "<!-- made by make certify -->\n\n" + stamp + condensed(table))
     print(table[table.rindex("\n\n") + 2:] if given.names else table[table.index("\nUndamaged"):])
     return 1 if failed else 0
 

@@ -22,8 +22,8 @@ $(of --without certificate | rows 'without certificate')
 $(of --without temperature | rows 'without temperature')
 
 - Expanded holds: share of draws with an error inside the 95 % interval. Wilson: interval for the true share.
-- Stated holds: share of draws with an error below 1.96 times the stated error of a reading. This share is low because the stated error leaves out certificate and temperature.
-- The rows \`without\` leave one contribution out and show that the test can fail. Without temperature the gage rows do not change, because the stated drift of a gage includes its temperature error.
+- Stated holds: share of draws with an error below 1.96 times the stated error, which leaves out certificate and temperature.
+- The rows \`without\` leave one contribution out. The stated drift of a gage includes its temperature error.
 
 Contributions to the combined uncertainty, rms of $draws draws, and the true error:
 
@@ -31,13 +31,13 @@ $(sed -n '6,$p' <<<"$whole")
 
 ## Method
 
-Each draw is one transducer and one gage on a separate board. The reference, supply, amplifier, excitation, converter (nonlinearity and noise) and drift are drawn from the tolerances of the reference
-circuits (\`hil/circuits/figures.def\`). The nonlinearity of the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of
-0.4 % (transducer) or 0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
+Each draw is one transducer and one gage on a separate board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The nonlinearity of
+the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of 0.4 % (transducer) or
+0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
 
-The calibration goes up and down through ten known values, each set by hand to within 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature then changes by up to 10 K, and one
-reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The error is the reading minus the truth. The [budget](../explanation/errors.md#two-numbers-for-one-reading) uses the
-calibration, the certificate and the 10 K, but not the drawn values. It counts the residual of the straight line at both ends of a movement, because a movement is the difference of two readings.
+The calibration goes up and down through ten known values, each set by hand to within 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature
+then changes by up to 10 K, and one reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The
+[budget](../explanation/errors.md#two-numbers-for-one-reading) uses the calibration, the certificate and the 10 K, but not the drawn values.
 
-Not simulated: error of the station (its row is 0 here), aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
+Not simulated: error of the station, aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
 P
