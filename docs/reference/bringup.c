@@ -1,17 +1,48 @@
+#include <stdbool.h>
+#include <string.h>
+
 #include "docs/reference/reference.h"
 
 #define OK    "ok"
 #define LOOK  "look"
 #define WRONG "wrong"
 
-static void row(FILE *out, const char *section, const char *name, const char *should,
+static const char *section_title(const char *section)
+{
+    return strcmp(section, "ALL") == 0    ? "both sections"
+         : strcmp(section, "REPORT") == 0 ? "report"
+                                          : "brown-out";
+}
+
+/* What happens outside the limits and when the value is missing: wrong unless stated. */
+static void row(FILE *out, const char *section, const char *name, const char *limits,
                 const char *beyond, const char *none, const char *source, const char *advice)
 {
-    fprintf(out, "| %s | `%s` | %s | %s | %s | ", section, name, should, beyond, none);
+    static const char *last_section = "";
+    if (strcmp(section, last_section) != 0)
+        fprintf(out, "| **%s** | | | | |\n", section_title(section));
+    last_section = section;
+    fprintf(out, "| `%s` | %s | ", name, limits);
+    if (strcmp(beyond, WRONG) != 0 || strcmp(none, WRONG) != 0)
+        fputs(beyond, out);
+    if (strcmp(beyond, none) != 0)
+        fprintf(out, ", %s", none);
+    fputs(" | ", out);
     reference_cell(out, source);
     fputs(" | ", out);
     reference_cell(out, advice);
     fputs(" |\n", out);
+}
+
+/* "5" instead of "5 to 5" */
+static void limit_row(FILE *out, const char *section, const char *name, const char *least,
+                      const char *most, const char *beyond, const char *none, const char *source,
+                      const char *advice)
+{
+    char limits[60];
+    bool is_value = strcmp(least, most) == 0;
+    snprintf(limits, sizeof limits, "%s%s%s", least, is_value ? "" : " to ", is_value ? "" : most);
+    row(out, section, name, limits, beyond, none, source, advice);
 }
 
 void reference_bringup(FILE *out)
@@ -28,14 +59,14 @@ void reference_bringup(FILE *out)
         "`begin` to the newline before `end`. The image sends the section `report` at power on "
         "and when it receives the word `report`. It sends the section `brown-out` when it "
         "receives `brown-out`. The word `rom` starts the boot ROM.\n\n"
-        "*Outside* is the result for a value outside the limits, *None* the result for a missing "
-        "value; `look` means that you decide whether the value is acceptable. `*` stands for the "
-        "rest of a name.\n\n"
-        "| Section | Line | Limits | Outside | None | Source | Remedy |\n"
-        "|---|---|---|---|---|---|---|\n",
+        "A value outside the limits and a missing value are `wrong`. The column *Result* shows "
+        "other results: `look` leaves the decision to you. If it shows two, the first is for a "
+        "value outside the limits, the second for a missing value. `*` stands for the rest of a "
+        "name.\n\n"
+        "| Line | Limits | Result | Source | Remedy |\n|---|---|---|---|---|\n",
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \
-    row(out, #section, name, #least " to " #most, beyond, none, source, advice);
+    limit_row(out, #section, name, #least, #most, beyond, none, source, advice);
 #define WORD(section, name, words, beyond, none, source, advice) \
     row(out, #section, name, words, beyond, none, source, advice);
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \

@@ -122,68 +122,82 @@ static bool comment_of(size_t at, char *text, size_t size)
            (comment_in(sources()->line[at], text, size) || comment_before(at, text, size));
 }
 
-/* Columns without a meaning of their own share a row of the page: false while none is open. */
-static bool row_is_open;
+/* The columns of the table that are written after it: those with a meaning of their own have a row
+ * each, the others share the row of the table. */
+#define COLUMNS_MAX 50
 
-static void end_row(FILE *out)
-{
-    if (row_is_open)
-        fputs(" | |\n", out);
-    row_is_open = false;
-}
+static struct {
+    const char *row, *table;
+    const char *column[COLUMNS_MAX];
+    size_t columns;
+} open_table;
 
-static void write_table(FILE *out, const char *row, const char *table)
+static void write_table(FILE *out)
 {
     char text[1000];
-    fprintf(out, "\n## %s\n\n", table);
-    if (comment_of(find_table(row), text, sizeof text))
+    const char *before = " ";
+    if (!open_table.table)
+        return;
+    fprintf(out, "| **%s** | ", open_table.table);
+    if (comment_of(find_table(open_table.row), text, sizeof text))
         write_text(out, text);
-    fputs("\n\n| Columns | Meaning |\n|---|---|\n", out);
-}
-
-static void write_column(FILE *out, const char *row, const char *column)
-{
-    char text[1000];
-    bool has_meaning = comment_of(find_column(row, column), text, sizeof text);
-    if (has_meaning)
-        end_row(out);
-    fprintf(out, "%s`%s`", row_is_open ? ", " : "| ", column);
-    row_is_open = !has_meaning;
-    if (has_meaning) {
-        fputs(" | ", out);
+    for (size_t i = 0; i < open_table.columns; i++) {
+        if (comment_of(find_column(open_table.row, open_table.column[i]), text, sizeof text))
+            continue;
+        fprintf(out, "%s`%s`", before, open_table.column[i]);
+        before = ", ";
+    }
+    fputs(" |\n", out);
+    for (size_t i = 0; i < open_table.columns; i++) {
+        if (!comment_of(find_column(open_table.row, open_table.column[i]), text, sizeof text))
+            continue;
+        fprintf(out, "| `%s` | ", open_table.column[i]);
         write_text(out, text);
         fputs(" |\n", out);
     }
+    open_table.table = NULL;
+}
+
+static void begin_table(const char *row, const char *table)
+{
+    open_table.row = row;
+    open_table.table = table;
+    open_table.columns = 0;
+}
+
+static void add_column(const char *column)
+{
+    if (open_table.table && open_table.columns < COLUMNS_MAX)
+        open_table.column[open_table.columns++] = column;
 }
 
 void reference_campaign(FILE *out)
 {
-    bool in_view = false; /* the rows of a query are no table; they come last */
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs("A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
-          "constraints.\n\n"
+          "constraints. A bold row begins a table; its columns without a description stand in "
+          "the bold row, the others below it.\n\n"
           "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
           "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
           "commands, RUN is the `id` of a landing.\n"
-          "- A column with the name of a message field has the unit and the values of this field "
+          "- A column with the name of a message field has its unit and values "
           "([messages](messages.md)). A column name ends with the unit.\n"
           "- Columns ending in `_us` are times in microseconds. Board times count from the first "
-          "scan, "
-          "host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is the "
-          "index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 (84 "
-          "MHz).\n"
+          "scan, host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is "
+          "the index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 "
+          "(84 MHz).\n"
           "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
-          "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n",
+          "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n\n"
+          "| Table, column | Contents |\n|---|---|\n",
           out);
-#define TABLE(row, table)              write_table(out, #row, #table);
-#define VIEW(row)                      in_view = true;
-#define OWNER(row, column, constraint) write_column(out, #row, #column);
+#define TABLE(row, table)              begin_table(#row, #table);
+#define NO_VIEWS                       /* the rows of a query are no table */
+#define OWNER(row, column, constraint) add_column(#column);
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
-    if (!in_view)                                                                     \
-        write_column(out, #row, #column);
+    add_column(#column);
 #define COMPUTED(row, declaration, field, read)
-#define END(row, key, put) end_row(out);
+#define END(row, key, put) write_table(out);
 #define ALSO(sql)
 #include "host/store/tables.def"
 #undef TABLE

@@ -8,7 +8,7 @@ static void write_limits(FILE *out, double least, double most)
 static void write_row(FILE *out, const char *field, const char *type, const char *unit,
                       const char *text)
 {
-    fprintf(out, "| `%s` | %s | ", field, type);
+    fprintf(out, "| `%s` | %s%s", field, type, unit[0] ? ", " : "");
     reference_cell(out, unit);
     fputs(" | ", out);
     reference_cell(out, text);
@@ -18,18 +18,19 @@ static void write_row(FILE *out, const char *field, const char *type, const char
 void reference_configuration(FILE *out)
 {
     reference_head(out, "Configuration", "`common/config.def`");
-    fputs("`matrig board config get` prints the configuration as text, one field per line: "
-          "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members. "
-          "Members are numbered from 1: `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` "
-          "the gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig "
-          "board "
-          "config check FILE` reports the wrong lines of a file and shows the correct form.\n",
-          out);
-#define GROUP(name, count)                                                         \
-    fprintf(out,                                                                   \
-            "\n## %s\n\nMembers: %d.\n\n| Field | Type | Unit | Meaning | Limits " \
-            "|\n|---|---|---|---|---|\n",                                          \
-            #name, count);
+    fputs(
+        "`matrig board config get` prints the configuration as text, one field per line: "
+        "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members, which "
+        "are numbered from 1. `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` the "
+        "gages, `[23]` the staircase, `[24]` the reference. `#` "
+        "begins a comment. `matrig board config check FILE` reports the wrong lines of a file and "
+        "shows the correct form.\n",
+        out);
+#define GROUP(name, count)                      \
+    fputs("\n## " #name "\n\n", out);           \
+    if ((count) > 1)                            \
+        fprintf(out, "%d members.\n\n", count); \
+    fputs("| Field | Type, unit | Meaning | Limits |\n|---|---|---|---|\n", out);
 #define INTEGER(group, type, field, least, most, unit, text) \
     write_row(out, #field, #type, unit, text);               \
     write_limits(out, least, most);                          \

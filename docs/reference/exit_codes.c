@@ -1,45 +1,53 @@
 #include <ctype.h>
+#include <stdbool.h>
+#include <string.h>
 
 #include "common/status.h"
 #include "docs/reference/reference.h"
 
+#define EXIT_CODE_MAX 5
+
+struct status {
+    const char *name, *text;
+    int value, exit_code;
+};
+
 /* The kind is the name in small letters, as programs read it. */
-static void row(FILE *out, const char *name, const char *text)
+static void write_status(FILE *out, const struct status *status, bool is_first)
 {
-    fputs("| | `", out);
-    for (const char *c = name + 3; *c; c++)
+    fputs("| ", out);
+    if (is_first)
+        fprintf(out, "%d ", status->exit_code);
+    fputs("| `", out);
+    for (const char *c = status->name + strlen("MR_"); *c; c++)
         fputc(*c == '_' ? '-' : tolower((unsigned char)*c), out);
-    fprintf(out, "` | `%s` | %s |\n", name, text);
+    fprintf(out, "` | %d | %s |\n", status->value, status->text);
 }
 
 void reference_exit_codes(FILE *out)
 {
-    static const struct {
-        const char *name, *text;
-        int exit_code;
-    } statuses[] = {
-#define ROW(name, value, exit_code, text) {#name, text, exit_code},
+    static const struct status statuses[] = {
+#define ROW(name, value, exit_code, text) {#name, text, value, exit_code},
         MR_STATUS_TABLE(ROW)
 #undef ROW
     };
-    static const char *const meanings[] = {"success",
-                                           "a comparison failed or a limit was not met",
-                                           "wrong usage",
-                                           "input, output or a device failed",
-                                           "malformed or truncated input",
-                                           "numerical failure"};
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
     fputs(
-        "Every `matrig` command ends with one of these codes. It prints an error as one line on "
-        "standard error, with cause and remedy. With `--json`, the object on standard output also "
-        "contains `error` (the line), `kind` (second column) and `exit` (the code).\n\n"
-        "| Exit code | Kind | Status | Meaning |\n|--:|---|---|---|\n",
+        "Every `matrig` command ends with one of these exit codes: 0 success, 1 comparison failed "
+        "or limit not met, 2 wrong usage, 3 input, output or device failed, 4 malformed or "
+        "truncated input, 5 numerical failure.\n\n"
+        "An error is one line on standard error, with cause and remedy. With `--json`, the "
+        "object on standard output also contains `error` (the line), `kind` and `exit` (the exit "
+        "code). A message of the board contains the status code.\n\n"
+        "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
         out);
-    for (int code = 0; code < (int)(sizeof meanings / sizeof meanings[0]); code++) {
-        fprintf(out, "| **%d** | | | **%s** |\n", code, meanings[code]);
+    for (int code = 0; code <= EXIT_CODE_MAX; code++) {
+        bool is_first = true;
         for (size_t i = 0; i < sizeof statuses / sizeof statuses[0]; i++) {
-            if (statuses[i].exit_code == code)
-                row(out, statuses[i].name, statuses[i].text);
+            if (statuses[i].exit_code != code)
+                continue;
+            write_status(out, &statuses[i], is_first);
+            is_first = false;
         }
     }
 }

@@ -1,3 +1,4 @@
+#include <stdbool.h>
 #include <string.h>
 
 #include "common/catalogue.h"
@@ -23,37 +24,86 @@ static const char *type_text(enum mr_wire_type type)
     return texts[type];
 }
 
-static void write_field(FILE *out, const struct mr_field_info *field)
+#define TEXT_MAX 1000
+
+/* Consecutive fields that differ in a final number alone share a row: "transducer 1 to 3". */
+static size_t stem_length(const char *text)
 {
-    char text[1000];
-    if (strncmp(field->name, "reserved", strlen("reserved")) == 0)
-        return;
-    mr_field_text(field, text, sizeof text);
-    fprintf(out, "| %u | `%s` | %s | ", field->offset, field->name, type_text(field->type));
+    size_t length = strlen(text);
+    while (length > 0 && text[length - 1] >= '0' && text[length - 1] <= '9')
+        length--;
+    return length;
+}
+
+static bool is_listed(const struct mr_field_info *field)
+{
+    return strncmp(field->name, "reserved", strlen("reserved")) != 0 &&
+           strcmp(field->name, "block16") != 0;
+}
+
+static bool is_alike(const struct mr_field_info *a, const struct mr_field_info *b)
+{
+    char text[TEXT_MAX], other[TEXT_MAX];
+    mr_field_text(a, text, sizeof text);
+    mr_field_text(b, other, sizeof other);
+    size_t stem = stem_length(text);
+    return is_listed(b) && a->type == b->type && a->per_unit == b->per_unit &&
+           strcmp(a->unit, b->unit) == 0 && stem == stem_length(other) &&
+           strncmp(text, other, stem) == 0;
+}
+
+/* Returns the number of fields in the row. */
+static size_t write_fields(FILE *out, const struct mr_field_info *field, size_t count)
+{
+    char text[TEXT_MAX], last[TEXT_MAX];
+    size_t alike = 1;
+    if (!is_listed(field))
+        return 1;
+    while (alike < count && is_alike(field, &field[alike]))
+        alike++;
+    for (size_t i = 0; i < alike; i++)
+        fprintf(out, "%s%u", i == 0 ? "| " : ", ", field[i].offset);
+    for (size_t i = 0; i < alike; i++)
+        fprintf(out, "%s`%s`", i == 0 ? " | " : ", ", field[i].name);
+    fprintf(out, " | %s", type_text(field->type));
     if (field->per_unit > 0.0f)
-        fprintf(out, "%.9g%s%s", 1.0 / (double)field->per_unit, field->unit[0] ? " " : "",
-                field->unit);
-    else
-        fputs(field->unit, out);
+        fprintf(out, ", %.9g", 1.0 / (double)field->per_unit);
+    if (field->unit[0])
+        fprintf(out, "%s%s", field->per_unit > 0.0f ? " " : ", ", field->unit);
     fputs(" | ", out);
+    mr_field_text(field, text, sizeof text);
+    mr_field_text(&field[alike - 1], last, sizeof last);
     reference_cell(out, text);
+    if (strcmp(last, text) != 0)
+        fprintf(out, " to %s", last + stem_length(last));
     fputs(" |\n", out);
+    return alike;
 }
 
 /* The head of a message is a row of the table, its fields are the rows below. */
 static void write_message(FILE *out, const struct mr_message_info *message)
 {
+    const char *comma = "";
     fprintf(out, "| **0x%03x** | **%s** | ", message->id, message->name);
-    if (message->length != 8)
-        fprintf(out, "%u bytes", message->length);
-    fputs(" | ", out);
-    if (message->every_ms)
+    if (message->every_ms) {
         fprintf(out, "%u ms", message->every_ms);
-    fputs(" | ", out);
+        comma = ", ";
+    }
+    if (message->length != 8) {
+        fprintf(out, "%s%u bytes", comma, message->length);
+        comma = ", ";
+    }
+    if (strcmp(message->fields[message->field_count - 1].name, "block16") == 0) {
+        fprintf(out, "%s`block16`", comma);
+        comma = ", ";
+    }
+    if (message->direction == MR_DIRECTION_CAN)
+        fprintf(out, "%sCAN", comma);
+    fputs(comma[0] ? " | " : "| ", out);
     reference_cell(out, message->text);
-    fprintf(out, "%s |\n", message->direction == MR_DIRECTION_CAN ? "; CAN only" : "");
-    for (size_t i = 0; i < message->field_count; i++)
-        write_field(out, &message->fields[i]);
+    fputs(" |\n", out);
+    for (size_t i = 0; i < message->field_count;)
+        i += write_fields(out, &message->fields[i], message->field_count - i);
 }
 
 static void write_messages(FILE *out)
@@ -62,8 +112,7 @@ static void write_messages(FILE *out)
     const struct mr_message_info *messages = mr_catalogue(&count);
     for (size_t i = 0; i < count; i++) {
         while (section < SECTIONS && messages[i].id >= sections[section].first_id)
-            fprintf(out,
-                    "\n## %s\n\n| Byte | Field | Type | Unit | Meaning |\n|--:|---|---|---|---|\n",
+            fprintf(out, "\n## %s\n\n| Byte | Field | Type, unit | Meaning |\n|--:|---|---|---|\n",
                     sections[section++].title);
         write_message(out, &messages[i]);
     }
@@ -107,19 +156,20 @@ void reference_messages(FILE *out)
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "Layout version %u. A bold row begins a message. It contains the CAN identifier (also the "
-        "type of the serial frame), the name, the length if it is not 8 bytes, the period and the "
-        "meaning. The rows below it are the fields of the message.\n\n"
-        "- The board sends a message on CAN and serial unless stated otherwise. A board with a CAN "
-        "base adds the base to every CAN identifier ([base](../howto/configure.md#can-base)).\n"
+        "Layout version %u. A bold row begins a message: CAN identifier (also the type of the "
+        "serial "
+        "frame), name, period, and what the message contains. The rows below it are its fields.\n\n"
+        "- A message has 8 bytes and is sent on CAN and serial, unless its third column states "
+        "otherwise. A board with a CAN base adds the base to every CAN identifier "
+        "([base](../howto/configure.md#can-base)).\n"
         "- Integers are little-endian. A unit that begins with a number is the resolution of a "
-        "scaled integer. In a scaled integer, 65535 (u16) or -32768 (i16) means \"missing\". "
-        "Reserved bytes are 0 and not listed.\n"
+        "scaled integer; 65535 (u16) or -32768 (i16) then means \"missing\". Reserved bytes are 0 "
+        "and not listed.\n"
+        "- A block is one millisecond of acquisition. `block16` in the third column: bytes 6 and 7 "
+        "are the low 16 bits of the index of the block that the message reports (u16, ms).\n"
         "- `tick` is a count of timer TIM2 (84 MHz). Status codes are the negative numbers in "
         "`common/status.h`; an unsigned field holds the code without its sign.\n"
-        "- A block is one millisecond of acquisition; `block16` is the low 16 bits of the block "
-        "index.\n"
-        "- `matrig export --format dbc` writes this table as a DBC file.\n",
+        "- `matrig export --format dbc` writes these messages as a DBC file.\n",
         MR_LAYOUT);
     write_messages(out);
     write_commands(out);
