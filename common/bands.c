@@ -147,7 +147,7 @@ static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band 
 }
 
 /* The neighbour that changed more; band->gages: an end, there may be none. */
-static unsigned beside(const struct mr_band *band, const float *step_lb, unsigned place)
+static unsigned sharper_neighbour(const struct mr_band *band, const float *step_lb, unsigned place)
 {
     if (place == 0 || place + 1 == band->gages)
         return band->gages;
@@ -186,7 +186,7 @@ static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const
     } else if (drops == 1) {
         doubt->reason = MR_BAND_STEP;
     } else {
-        unsigned other = beside(band, step_lb, worst);
+        unsigned other = sharper_neighbour(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
         doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
         doubt->least_lb = STAYS * weighted(band, step_lb);
@@ -214,7 +214,7 @@ static void judge_doubt(struct mr_bands *bands, unsigned number)
 }
 
 /* A gage of the band changed suddenly two to four steps ago: what did all of them do? */
-static void look_at_step(struct mr_bands *bands, unsigned number, uint32_t block)
+static void judge_step(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
@@ -306,7 +306,7 @@ static void step_band(struct mr_bands *bands, unsigned number, const float *tens
     }
     if (!band->hold) {
         if (sudden)
-            look_at_step(bands, number, block);
+            judge_step(bands, number, block);
     } else if (--band->hold == 0 && band->doubt.reason) {
         judge_doubt(bands, number);
     }

@@ -94,7 +94,7 @@ static void remember(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t valu
     pack->value[i] = value;
 }
 
-void mr_pack_forget(struct mr_pack *pack)
+void mr_pack_reset(struct mr_pack *pack)
 {
     memset(pack, 0, sizeof *pack);
     for (unsigned i = 0; i < MR_PACK_SUMS; i++)
@@ -111,7 +111,7 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
                    uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bits w = {.next = out};
-    mr_pack_forget(pack);
+    mr_pack_reset(pack);
     pack->keyed = true;
     pack->index = block->index;
     pack->tick = block->tick;
@@ -319,7 +319,7 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
             record->payload[i] = (uint8_t)get(r, 8);
         return MR_OK;
     case OTHER_KEY:
-        mr_pack_forget(pack);
+        mr_pack_reset(pack);
         pack->keyed = true;
         pack->index = get(r, 16);
         pack->index |= get(r, 16) << 16;

@@ -42,7 +42,7 @@
 #define MR_PACK_BYTES_MAX  ((MR_PACK_BITS_MAX + 31u) / 32u * 4u)
 
 /* State of the packer or unpacker between blocks. To begin, set it to zero or call
- * mr_pack_forget. */
+ * mr_pack_reset. */
 struct mr_pack {
     bool keyed;     /* index and tick are known */
     uint32_t index; /* index of the next block */
@@ -55,7 +55,7 @@ struct mr_pack {
     bool wide; /* the previous block was wide: a difference from it may need more than 16 bits */
 };
 
-void mr_pack_forget(struct mr_pack *pack);
+void mr_pack_reset(struct mr_pack *pack);
 /* True if the block can be packed without a key. */
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block);
 

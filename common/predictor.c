@@ -81,7 +81,7 @@ static float grit_share(unsigned joint)
 
 /* --- openings --- */
 
-static void lay(struct mr_predictor *p)
+static void reset_gaps(struct mr_predictor *p)
 {
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
@@ -465,7 +465,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     p->level = config->level;
     p->deceleration_ft_s2 = config->deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
-    lay(p);
+    reset_gaps(p);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -508,7 +508,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     return status;
 }
 
-static void forget_looks(struct mr_predictor *p)
+static void reset_budget(struct mr_predictor *p)
 {
     p->look_updates = p->look_search = p->second_updates = 0;
     memset(p->looks, 0, sizeof p->looks);
@@ -521,7 +521,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     p->moved = 0;
     p->level = p->config.level;
     p->block = p->corrected_block = p->updates = p->visits = p->most_updates = 0;
-    forget_looks(p);
+    reset_budget(p);
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
     /* the last landing's does not apply to this one */
@@ -680,7 +680,7 @@ static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
            second > (uint64_t)budget * MR_PREDICTOR_LOOKS_PER_S;
 }
 
-static void mind_budget(struct mr_predictor *p, bool look)
+static void follow_budget(struct mr_predictor *p, bool look)
 {
     uint32_t per_block = p->config.updates_per_block,
              most = UINT32_MAX / 2u / MR_PREDICTOR_LOOK_BLOCKS;
@@ -689,7 +689,7 @@ static void mind_budget(struct mr_predictor *p, bool look)
         return;
     if (p->level < MR_PREDICTOR_PLOUGH && beyond_budget(p, budget)) {
         change_level(p, p->level + 1);
-        forget_looks(p); /* what a cheaper level takes the place of leaves the second sooner */
+        reset_budget(p); /* what a cheaper level takes the place of leaves the second sooner */
     }
     if (!look)
         return;
@@ -750,7 +750,7 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
         learn(p);
     if (p->look_updates - before > p->most_updates)
         p->most_updates = p->look_updates - before;
-    mind_budget(p, look);
+    follow_budget(p, look);
 }
 
 void mr_predictor_fold(struct mr_predictor *p)

@@ -341,8 +341,8 @@ static float open_in(const struct mr_risk_state *risk, float wheel_ft, const flo
 }
 
 /* When the wheel is at the zone that is expected, and 10 to 15 mats inside it. */
-static void say_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
-                     struct mr_risk_report *said)
+static void report_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
+                        struct mr_risk_report *said)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS  ? zone->start_ft
                    : zone->coming_mats >= LEAST_EXPECTED_MATS ? zone->coming_ft
@@ -447,11 +447,11 @@ static float by_rule(const struct mr_risk_report *said)
     return mr_risk_logistic(sum);
 }
 
-void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
-                 const struct mr_predictor_zone *zone, struct mr_risk_report *said)
+void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *p,
+                    const struct mr_predictor_zone *zone, struct mr_risk_report *said)
 {
     *said = (struct mr_risk_report){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
-    say_lead(p, zone, said);
+    report_lead(p, zone, said);
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
     /* switches may be lost: then nothing is known of the motion that the rule rests on */
     if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {

@@ -125,8 +125,8 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
 void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *predictor,
                    const struct mr_predictor_input *input);
 /* Computes the current risk. `zone`: the current result of mr_predictor_zone. */
-void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *predictor,
-                 const struct mr_predictor_zone *zone, struct mr_risk_report *said);
+void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *predictor,
+                    const struct mr_predictor_zone *zone, struct mr_risk_report *said);
 
 /* Risk from which the lamp warns. A missed warning costs `cost_ratio` times as much as a needless
  * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */

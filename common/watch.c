@@ -146,8 +146,8 @@ static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch
            __builtin_fabsf(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
 }
 
-static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
-                               const struct mr_channel_config *config, float value, uint32_t index)
+static void judge_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
+                             const struct mr_channel_config *config, float value, uint32_t index)
 {
     float band = moves(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
     float noise_band = MR_STUCK_NOISES * channel->rest_noise;
@@ -161,8 +161,8 @@ static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *
 }
 
 /* The codes have not changed for long; not the values: those follow the reference's noise too. */
-static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
-                          float value, uint32_t index)
+static void judge_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
+                        float value, uint32_t index)
 {
     if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
@@ -224,9 +224,9 @@ static void judge(struct mr_watch *watch, const struct mr_channel_config *config
         if (__builtin_isnan(channel->rest_noise))
             channel->rest_noise = mr_watch_noise(watch, c);
         if (channel->constant == MR_STUCK_CONSTANT_BLOCKS)
-            look_at_noise(channel, config, reading->value, index);
+            judge_noise(channel, config, reading->value, index);
         if (turn == 2 || channel->stuck)
-            look_at_neighbours(watch, channel, config, reading->value, index);
+            judge_neighbours(watch, channel, config, reading->value, index);
     }
     if (too_fast(channel, config, reading->value, index))
         reading->validity = MR_INVALID_RATE;

@@ -109,7 +109,7 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
 }
 
 /* The chain as it is, as far as the visits reach: the longest zone, and the largest compression. */
-static void lie(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start,
              last_open = scan->last_open, best = scan->found.groups;
@@ -167,7 +167,7 @@ bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsi
         else if (scan->phase == COMING_END)
             find_end(scan, chain, until);
         else if (scan->phase == LYING)
-            lie(scan, chain, until);
+            scan_present(scan, chain, until);
         else
             sum(scan, chain, until);
     }

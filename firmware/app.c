@@ -56,11 +56,11 @@ static void follow_zeros(struct app *app)
                 app->tension_lb[row][i] = MR_NAN;
         }
     }
-    slowlog_forget(&app->slowlog);
+    slowlog_reset(&app->slowlog);
     channels_zeroed(&app->channels, changed, app->next_index);
 }
 
-static void forget_survey(struct app *app)
+static void discard_survey(struct app *app)
 {
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
@@ -70,7 +70,7 @@ void app_configured(struct app *app)
 {
     zero_start();
     channels_zeroed(&app->channels, UINT32_MAX, 0);
-    slowlog_forget(&app->slowlog);
+    slowlog_reset(&app->slowlog);
     app->fitted = config_fitted();
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
@@ -93,7 +93,7 @@ static void note_key(struct app *app)
                                                  .changes = app->keystore.change};
 }
 
-static void tell_configuration(struct app *app)
+static void report_configuration(struct app *app)
 {
     app->telemetry.config_crc = app->configstore.crc;
     app->telemetry.config_state = configstore_state(&app->configstore);
@@ -109,24 +109,24 @@ void app_start(struct app *app)
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
-    forget_survey(app);
+    discard_survey(app);
     calibrate_start(&app->calibrate);
     runwaystore_start(&app->runwaystore);
     keystore_start(&app->keystore);
     predict_start(&app->predict);
     thermometer_start(&app->thermometer);
     app_configured(app);
-    keystore_look(&app->keystore);
+    keystore_check(&app->keystore);
     telemetry_start(&app->telemetry, &app->box);
     healthlink_start(&app->healthlink);
     note_key(app);
-    tell_configuration(app);
+    report_configuration(app);
     board_warn(false);
 }
 
 /* The blocks just before the one to come, as far as there is no gap: what follows is a function of
  * the record alone. */
-static void tell_blocks_before(struct app *app)
+static void report_blocks_before(struct app *app)
 {
     uint32_t first = app->next_index;
     while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE &&
@@ -160,7 +160,7 @@ static void read_channels(struct app *app, const struct mr_block *block)
 }
 
 /* While nothing is recorded only those blocks are read whose means are told. */
-static bool is_told_while_idle(uint32_t index)
+static bool is_reported_while_idle(uint32_t index)
 {
     return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS ||
            BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
@@ -174,7 +174,7 @@ static void read_blocks_before(struct app *app)
         read_channels(app, &app->newest[(app->next_index - age) % APP_NEWEST]);
 }
 
-static enum mr_status obey_arm(struct app *app, const struct mr_command *command)
+static enum mr_status execute_arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
@@ -187,7 +187,7 @@ static enum mr_status obey_arm(struct app *app, const struct mr_command *command
     if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
         status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
-        boxlink_tell_state(&app->box, &app->telemetry);
+        boxlink_report_state(&app->box, &app->telemetry);
     if (status != MR_OK)
         return status;
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
@@ -203,7 +203,7 @@ static enum mr_status obey_arm(struct app *app, const struct mr_command *command
         landinglink_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
         predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
-        tell_blocks_before(app);
+        report_blocks_before(app);
         configround_burst(&app->telemetry, &app->landing);
     }
     return status;
@@ -213,20 +213,20 @@ static enum mr_status obey_arm(struct app *app, const struct mr_command *command
 static void end_prediction(struct app *app, uint32_t index)
 {
     if (predict_end(&app->predict, &app->telemetry, &app->landing, index))
-        forget_survey(app);
+        discard_survey(app);
 }
 
-static enum mr_status obey_runway(struct app *app, const struct mr_command *command)
+static enum mr_status execute_runway(struct app *app, const struct mr_command *command)
 {
     bool forgotten = false;
-    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command, app->next_index,
-                                         &forgotten);
+    enum mr_status status = predict_execute(&app->predict, &app->telemetry, command,
+                                            app->next_index, &forgotten);
     if (forgotten)
-        forget_survey(app);
+        discard_survey(app);
     return status;
 }
 
-static enum mr_status obey_mark(struct app *app, const struct mr_command *command)
+static enum mr_status execute_mark(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
@@ -235,7 +235,7 @@ static enum mr_status obey_mark(struct app *app, const struct mr_command *comman
     return MR_OK;
 }
 
-static enum mr_status obey_survey(struct app *app, const struct mr_command *command)
+static enum mr_status execute_survey(struct app *app, const struct mr_command *command)
 {
     /* not more than the message `slack` can repeat */
     if (command->index >= MR_SEGMENTS || command->argument < 0 ||
@@ -252,10 +252,10 @@ static bool box_closing(const struct app *app)
     return app->box.state == MR_BOX_CLOSING;
 }
 
-static enum mr_status obey_bootrom(struct app *app, const struct mr_command *command)
+static enum mr_status execute_bootrom(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    if (!board_rom_hears())
+    if (!board_rom_ready())
         return MR_UNKNOWN;
     if (box_closing(app))
         return MR_WAIT;
@@ -264,7 +264,7 @@ static enum mr_status obey_bootrom(struct app *app, const struct mr_command *com
 }
 
 /* Nothing that was read, passed or summed under the old configuration goes on under the new one. */
-static enum mr_status obey_config_apply(struct app *app, const struct mr_command *command)
+static enum mr_status execute_config_apply(struct app *app, const struct mr_command *command)
 {
     if (calibrate_busy(&app->calibrate) || box_closing(app))
         return MR_WAIT;
@@ -275,7 +275,7 @@ static enum mr_status obey_config_apply(struct app *app, const struct mr_command
         app_configured(app);
     }
     if (status == MR_OK || status == MR_IO)
-        tell_configuration(app);
+        report_configuration(app);
     return status;
 }
 
@@ -292,16 +292,16 @@ static void follow_base(struct app *app)
 /* What a part of the board says to a command that it will answer later, or not at all. */
 #define NO_ANSWER ((enum mr_status)1)
 
-static enum mr_status obey_state(struct app *app, const struct mr_command *command)
+static enum mr_status execute_state(struct app *app, const struct mr_command *command)
 {
     (void)command;
     landinglink_state(&app->telemetry, &app->landing);
     configround_burst(&app->telemetry, &app->landing);
-    healthlink_tell_crash(&app->healthlink);
+    healthlink_report_crash(&app->healthlink);
     return MR_OK;
 }
 
-static enum mr_status obey_disarm(struct app *app, const struct mr_command *command)
+static enum mr_status execute_disarm(struct app *app, const struct mr_command *command)
 {
     (void)command;
     bandwatch_end(&app->bandwatch, &app->telemetry);
@@ -311,7 +311,7 @@ static enum mr_status obey_disarm(struct app *app, const struct mr_command *comm
     return MR_OK;
 }
 
-static enum mr_status obey_reset(struct app *app, const struct mr_command *command)
+static enum mr_status execute_reset(struct app *app, const struct mr_command *command)
 {
     (void)command;
     if (box_closing(app))
@@ -320,12 +320,12 @@ static enum mr_status obey_reset(struct app *app, const struct mr_command *comma
     return MR_OK;
 }
 
-static enum mr_status obey_self_test(struct app *app, const struct mr_command *command)
+static enum mr_status execute_self_test(struct app *app, const struct mr_command *command)
 {
     return healthlink_self_test(&app->healthlink, command->tag);
 }
 
-static enum mr_status obey_calibrate(struct app *app, const struct mr_command *command)
+static enum mr_status execute_calibrate(struct app *app, const struct mr_command *command)
 {
     if (command->code == MR_COMMAND_ZERO && command->index && !app->replays)
         return MR_REPLAY;
@@ -337,45 +337,45 @@ static enum mr_status obey_calibrate(struct app *app, const struct mr_command *c
     return status;
 }
 
-static enum mr_status obey_config_read(struct app *app, const struct mr_command *command)
+static enum mr_status execute_config_read(struct app *app, const struct mr_command *command)
 {
     return configstore_read(&app->configstore, (uint32_t)command->argument, app->by_serial);
 }
 
-static enum mr_status obey_camera(struct app *app, const struct mr_command *command)
+static enum mr_status execute_camera(struct app *app, const struct mr_command *command)
 {
     (void)command;
     return camera_command(&app->camera);
 }
 
-static enum mr_status obey_live(struct app *app, const struct mr_command *command)
+static enum mr_status execute_live(struct app *app, const struct mr_command *command)
 {
     return live_begin(&app->live, &app->landing, command, app->next_index);
 }
 
-static enum mr_status obey_backlog(struct app *app, const struct mr_command *command)
+static enum mr_status execute_backlog(struct app *app, const struct mr_command *command)
 {
     enum mr_status status = predict_backlog(&app->predict, command->argument);
     return status == MR_OK ? NO_ANSWER : status; /* the landing that is replayed had none */
 }
 
-static enum mr_status obey_replay(struct app *app, const struct mr_command *command)
+static enum mr_status execute_replay(struct app *app, const struct mr_command *command)
 {
     (void)command;
     app->replays = true;
     return NO_ANSWER; /* likewise */
 }
 
-static enum mr_status obey_box(struct app *app, const struct mr_command *command)
+static enum mr_status execute_box(struct app *app, const struct mr_command *command)
 {
-    return boxlink_obey(&app->boxlink, &app->box, &app->telemetry, command);
+    return boxlink_execute(&app->boxlink, &app->box, &app->telemetry, command);
 }
 
-static enum mr_status obey_key(struct app *app, const struct mr_command *command)
+static enum mr_status execute_key(struct app *app, const struct mr_command *command)
 {
     if (app->box.state != MR_BOX_MISSING && !blackbox_idle(&app->box))
         return MR_WAIT; /* it may erase for minutes */
-    enum mr_status status = keystore_obey(&app->keystore, command);
+    enum mr_status status = keystore_execute(&app->keystore, command);
     return status == MR_OK ? NO_ANSWER : status; /* when it is done */
 }
 
@@ -385,7 +385,7 @@ static enum mr_status hand_on(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
 /* clang-format off */
-#define COMMAND(NAME, code, text, part, ...) case code: return obey_##part(app, command);
+#define COMMAND(NAME, code, text, part, ...) case code: return execute_##part(app, command);
 /* clang-format on */
 #include "common/catalogue.def"
     default: return MR_UNKNOWN;
@@ -414,8 +414,8 @@ static enum mr_status check_link(const struct app *app, enum mr_command_links li
     }
 }
 
-static enum mr_status obey(struct app *app, const struct mr_command *command,
-                           const uint8_t *payload)
+static enum mr_status execute(struct app *app, const struct mr_command *command,
+                              const uint8_t *payload)
 {
     if (command->code >= sizeof allowed / sizeof allowed[0] || !allowed[command->code].when)
         return MR_UNKNOWN;
@@ -441,7 +441,7 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
     if (status != MR_OK)
         return status;
     blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    status = obey(app, &command, payload);
+    status = execute(app, &command, payload);
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
@@ -544,12 +544,12 @@ static void take_block(struct app *app, const struct mr_block *block)
 
     tasks_begin(MR_TASK_TELEMETRY);
     healthlink_block(&app->healthlink, block);
-    if (recording || is_told_while_idle(block->index))
+    if (recording || is_reported_while_idle(block->index))
         read_channels(app, block);
     if (was_recording || recording)
         landinglink_block(&app->telemetry, block);
-    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index,
-                  app->displacement_in[row], app->baseline.in, app->tension_lb[row]);
+    channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
+                    app->displacement_in[row], app->baseline.in, app->tension_lb[row]);
     if (news.state && app->landing.state == MR_LANDING_DONE) {
         /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
@@ -708,7 +708,7 @@ static bool due_without_scans(uint32_t phase)
 
 /* With no scans at all the block index stands still: one round of the regular messages each second
  * instead, all but those that need a block; there is no time base. */
-static void tell_without_scans(struct app *app)
+static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
         if (due_without_scans(phase))
@@ -736,7 +736,7 @@ void app_supervise(struct app *app)
         excuse_tasks();
     }
     if (app->ticks_without_block && DUE(STALLED, app->ticks_without_block))
-        tell_without_scans(app);
+        report_without_scans(app);
     healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
     tasks_done(MR_TASK_SUPERVISION);
     tasks_begin(MR_TASK_LOOP);

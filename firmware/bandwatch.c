@@ -12,7 +12,7 @@ void bandwatch_arm(struct bandwatch *watch)
     watch->wheel_known = false;
 }
 
-static void tell_findings(const struct mr_bands *bands, struct telemetry *telemetry)
+static void report_findings(const struct mr_bands *bands, struct telemetry *telemetry)
 {
     for (unsigned i = 0; i < bands->findings; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
@@ -36,7 +36,7 @@ static float wheel_ft(struct bandwatch *watch, const struct landing *landing,
              : watch->wheel.station_ft + watch->wheel.speed_ft_s * since_s;
 }
 
-static void tell_state(struct telemetry *telemetry, const float tension_lb[MR_GAGES])
+static void report_state(struct telemetry *telemetry, const float tension_lb[MR_GAGES])
 {
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band_state state = {.band = (uint8_t)(b + 1)};
@@ -54,13 +54,13 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
 {
     bool recording = landing_recording(landing);
     if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
-        tell_state(telemetry, tension_lb);
+        report_state(telemetry, tension_lb);
     if (!recording || !watch->bands.active)
         return;
     bool quiet = landing_quiet(landing, block->index);
     float station_ft = quiet ? MR_NAN : wheel_ft(watch, landing, block);
     if (mr_bands_update(&watch->bands, tension_lb, quiet, station_ft, block->index))
-        tell_findings(&watch->bands, telemetry);
+        report_findings(&watch->bands, telemetry);
 }
 
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)

@@ -670,7 +670,7 @@ static void begin_erase(struct blackbox *box, unsigned sector)
 }
 
 /* A sector just erased, page by page to its end. */
-static void look(struct blackbox *box)
+static void check_erased_page(struct blackbox *box)
 {
     if (mr_is_blank(box->buffer, NOR_PAGE)) {
         if (box->job_page + 1 == PAGES)
@@ -768,7 +768,7 @@ static void finish_job(struct blackbox *box, bool done)
             erase_fails(box);
         }
         break;
-    case JOB_LOOK: look(box); break;
+    case JOB_LOOK: check_erased_page(box); break;
     case JOB_MARK_READ: program_mark(box); break;
     case JOB_MARK: begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
     case JOB_MARK_CHECK: check_mark(box); break;

@@ -127,7 +127,7 @@ void board_watchdog_feed(void);
 bool board_jumper(void);
 /* True if the boot ROM uses the pins of the serial link. Otherwise the board could not be recovered
  * from the boot ROM. */
-bool board_rom_hears(void);
+bool board_rom_ready(void);
 /* Restarts into the chip's boot ROM. Does not return on the board. */
 void board_enter_rom(void);
 /* Restarts the board. Does not return on the board. */

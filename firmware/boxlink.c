@@ -10,8 +10,8 @@
 
 #define PAGE_BITS 15u /* of the argument of box-read */
 
-enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
-                            const struct mr_command *command)
+enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
+                               struct telemetry *telemetry, const struct mr_command *command)
 {
     uint32_t argument = (uint32_t)command->argument;
     enum mr_status status = blackbox_at_rest(box);
@@ -19,7 +19,7 @@ enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct t
         return MR_USAGE;
     switch (command->code) {
     case MR_COMMAND_BOX_LIST:
-        boxlink_tell_state(box, telemetry);
+        boxlink_report_state(box, telemetry);
         if (status != MR_WAIT)
             *link = (struct boxlink){.listing = true};
         return status == MR_WAIT ? MR_WAIT : MR_OK;
@@ -52,7 +52,7 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
     configround_store(telemetry, landing, slack_in);
 }
 
-void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry)
+void boxlink_report_state(const struct blackbox *box, struct telemetry *telemetry)
 {
     unsigned records = 0;
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
@@ -119,7 +119,7 @@ void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemet
     if (!landing_recording(landing) && box->armed)
         blackbox_finish(box);
     if (!box->left_out && DUE(BOX, block->index))
-        boxlink_tell_state(box, telemetry);
+        boxlink_report_state(box, telemetry);
     if (link->listing)
         list(link, box, telemetry);
     read_out(box, telemetry);

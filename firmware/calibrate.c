@@ -166,7 +166,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
 }
 
 /* A zero that was measured before, given again: the argument's bits are the code. */
-static enum mr_status give_zero(const struct mr_command *command)
+static enum mr_status set_zero(const struct mr_command *command)
 {
     unsigned channel = command->index - 1u;
     float code;
@@ -226,7 +226,7 @@ static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, fl
              : GOOD;
 }
 
-static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
+static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
     float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
     enum verdict verdict = judge_span(calibrate, g, span_lb);
@@ -251,20 +251,20 @@ static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, 
     }
 }
 
-static void tell_begun(struct calibrate *calibrate, struct telemetry *telemetry,
-                       const struct landing *landing)
+static void report_begin(struct calibrate *calibrate, struct telemetry *telemetry,
+                         const struct landing *landing)
 {
     TELL(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number,
          .landing = landing->number, .block = calibrate->began_block);
 }
 
 /* One gage a block: no burst. */
-static void tell_next(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
+static void report_next(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
 {
     while (calibrate->telling && !has_shunt(MR_GAGES - calibrate->telling))
         calibrate->telling--;
     if (calibrate->telling) {
-        tell_gage(calibrate, telemetry, MR_GAGES - calibrate->telling);
+        report_gage(calibrate, telemetry, MR_GAGES - calibrate->telling);
         calibrate->telling--;
         return;
     }
@@ -272,8 +272,8 @@ static void tell_next(struct calibrate *calibrate, struct telemetry *telemetry, 
     calibrate->command = 0;
 }
 
-static void go_on(struct calibrate *calibrate, struct telemetry *telemetry,
-                  const struct landing *landing, uint32_t block)
+static void continue_phase(struct calibrate *calibrate, struct telemetry *telemetry,
+                           const struct landing *landing, uint32_t block)
 {
     if (calibrate->command == MR_COMMAND_ZERO) {
         end_zero(calibrate, telemetry, landing, block);
@@ -282,7 +282,7 @@ static void go_on(struct calibrate *calibrate, struct telemetry *telemetry,
     end_phase(calibrate);
     board_shunt(calibrate->phase == PHASE_REST);
     if (calibrate->phase == PHASE_REST_AGAIN) {
-        tell_begun(calibrate, telemetry, landing);
+        report_begin(calibrate, telemetry, landing);
         calibrate->telling = MR_GAGES;
     }
     begin_phase(calibrate, calibrate->phase + 1u, block + 1u + CALIBRATE_SETTLE_BLOCKS);
@@ -298,7 +298,7 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
         return MR_NOT_NOW;
     bool zero = command->code == MR_COMMAND_ZERO;
     if (zero && command->index) {
-        enum mr_status status = give_zero(command);
+        enum mr_status status = set_zero(command);
         if (status == MR_OK)
             configround_burst(telemetry, landing);
         return status;
@@ -321,14 +321,14 @@ void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
     if (!calibrate_busy(calibrate))
         return;
     if (calibrate->phase == PHASE_TELL) {
-        tell_next(calibrate, telemetry, block->index);
+        report_next(calibrate, telemetry, block->index);
         return;
     }
     if ((int32_t)(block->index - calibrate->next_block) < 0)
         return;
     add_block(calibrate, block);
     if (calibrate->count == CALIBRATE_BLOCKS)
-        go_on(calibrate, telemetry, landing, block->index);
+        continue_phase(calibrate, telemetry, landing, block->index);
 }
 
 void calibrate_abort(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)

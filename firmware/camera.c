@@ -24,8 +24,8 @@ void camera_arm(struct camera *camera)
         camera->due = MR_CAMERA_BY_ARMING;
 }
 
-static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
-                        uint32_t until_tick, bool recording)
+static void report_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
+                          uint32_t until_tick, bool recording)
 {
     uint32_t ticks[CAMERA_FRAMES];
     size_t count = board_frames_take(until_tick, ticks, CAMERA_FRAMES);
@@ -80,7 +80,7 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         camera->due = 0; /* it was for the camera that is gone */
         return;
     }
-    tell_frames(camera, telemetry, index, until_tick, landing_recording(landing));
+    report_frames(camera, telemetry, index, until_tick, landing_recording(landing));
     if (!camera->passed && at_station(landing, tick)) {
         camera->passed = true;
         camera->due = MR_CAMERA_BY_STATION;

@@ -48,7 +48,7 @@ static uint16_t *drops_now(struct canwatch *watch)
 }
 
 /* The way of what waits: kept, dropped, and the alarm in its place. */
-static void go_on(struct canwatch *watch, bool passed, struct canwatch_news *news)
+static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_news *news)
 {
     switch (watch->phase) {
     case CANWATCH_UP:
@@ -98,7 +98,7 @@ struct canwatch_news canwatch_tick(struct canwatch *watch)
     count(drops_now(watch), watch->errors.removed - watch->removed);
     watch->removed = watch->errors.removed;
     leave_bus_off(watch);
-    go_on(watch, passed, &news);
+    leave_outage(watch, passed, &news);
     watch->state = state_of(watch);
     news.changed = watch->state != state_before;
     news.passive = watch->errors.passive && !before.passive;

@@ -40,8 +40,8 @@ float channels_read(struct channels *channels, const struct mr_block *block, uns
     return reading.value;
 }
 
-static void tell_change(struct channels *channels, struct telemetry *telemetry, unsigned c,
-                        uint32_t index)
+static void report_change(struct channels *channels, struct telemetry *telemetry, unsigned c,
+                          uint32_t index)
 {
     struct mr_watch_news news;
     if (!mr_watch_take(&channels->watch, c, index, &news))
@@ -52,8 +52,8 @@ static void tell_change(struct channels *channels, struct telemetry *telemetry, 
          .validity = news.validity, .code = channels->watch.channel[c].code, .block = news.block);
 }
 
-static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c,
-                         uint32_t index, float value, float baseline)
+static void report_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c,
+                           uint32_t index, float value, float baseline)
 {
     const struct mr_channel_config *channel = &config.channel[c];
     const struct mr_watch_channel *watched = &channels->watch.channel[c];
@@ -74,22 +74,22 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
          .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
 }
 
-void channels_tell(struct channels *channels, struct telemetry *telemetry,
-                   const struct landing *landing, uint32_t index, const float *displacement_in,
-                   const float *baseline_in, const float *tension_lb)
+void channels_report(struct channels *channels, struct telemetry *telemetry,
+                     const struct landing *landing, uint32_t index, const float *displacement_in,
+                     const float *baseline_in, const float *tension_lb)
 {
     struct mr_watch *watch = &channels->watch;
     for (unsigned c = 0; watch->changed && c < MR_WATCHED; c++)
-        tell_change(channels, telemetry, c, index);
+        report_change(channels, telemetry, c, index);
     if (watch->recording && !landing_recording(landing))
         mr_watch_end(watch);
     unsigned c = index % QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD;
     if (!watch->recording || !DUE(QUALITY, index) || c >= MR_WATCHED)
         return;
     bool moves = c < MR_TRANSDUCERS;
-    tell_quality(channels, telemetry, c, index,
-                 moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
-                 moves ? baseline_in[c] : MR_NAN);
+    report_quality(channels, telemetry, c, index,
+                   moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
+                   moves ? baseline_in[c] : MR_NAN);
 }
 
 /* ---- zero ---- */

@@ -33,9 +33,9 @@ float channels_read(struct channels *channels, const struct mr_block *block, uns
 /* Call after a block's readings and its landing step: sends events at once and the quality of the
  * channels in rotation. `displacement_in`, `tension_lb`: the newest readings; `baseline_in`: the
  * baselines of movements, NaN: none. */
-void channels_tell(struct channels *channels, struct telemetry *telemetry,
-                   const struct landing *landing, uint32_t index, const float *displacement_in,
-                   const float *baseline_in, const float *tension_lb);
+void channels_report(struct channels *channels, struct telemetry *telemetry,
+                     const struct landing *landing, uint32_t index, const float *displacement_in,
+                     const float *baseline_in, const float *tension_lb);
 
 /* ---- zero ---- */
 

@@ -21,7 +21,7 @@ static uint32_t revision_of(unsigned copy)
 }
 
 /* Intact is not enough: what an older firmware took for sound may not be so for this one. */
-static uint8_t look_at_copy(unsigned copy)
+static uint8_t check_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
     return mr_is_blank(bytes, MR_CONFIG_IMAGE)
@@ -85,7 +85,7 @@ void configstore_start(struct configstore *store)
     memset(store, 0, sizeof *store);
     config_for_board(board_inputs(), board_supply_mv());
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
-        store->copy[copy] = look_at_copy(copy);
+        store->copy[copy] = check_copy(copy);
     bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
     unsigned first = both ? revision_of(1) > revision_of(0) : store->copy[0] != MR_OK;
     for (unsigned i = 0; i < FLASH_COPIES && store->source == CONFIGSTORE_BUILT_IN; i++) {
@@ -116,8 +116,8 @@ static bool is_received(const struct configstore *store, unsigned word)
     return store->received[word / 8u] >> (word % 8u) & 1u;
 }
 
-static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag,
-                        enum mr_config_locked locked)
+static void report_staged(const struct configstore *store, struct telemetry *telemetry,
+                          uint16_t tag, enum mr_config_locked locked)
 {
     struct mr_config_staged staged = {
         .tag = tag, .words = (uint16_t)store->words, .locked = (uint8_t)locked};
@@ -148,7 +148,7 @@ void configstore_word(struct configstore *store, struct telemetry *telemetry,
     }
     if (word.offset % CONFIGSTORE_STAGED_WORDS == CONFIGSTORE_STAGED_WORDS - 1 ||
         word.offset == MR_CONFIG_WORDS - 1)
-        tell_staged(store, telemetry, word.tag, locked);
+        report_staged(store, telemetry, word.tag, locked);
 }
 
 /* MR_OK, or MR_LIMIT with the reason. `config` and the image are as before. */
@@ -202,7 +202,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
         return MR_LIMIT;
     }
     bool written = write_copy(store, copy);
-    store->copy[copy] = look_at_copy(copy);
+    store->copy[copy] = check_copy(copy);
     if (!written) {
         health_count(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
         return MR_IO;

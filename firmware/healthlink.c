@@ -43,7 +43,7 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
     return MR_OK;
 }
 
-static void look_at_memories(struct selftest *test)
+static void check_memories(struct selftest *test)
 {
     struct board_upkeep upkeep;
     board_upkeep_state(&upkeep);
@@ -56,7 +56,7 @@ static void look_at_memories(struct selftest *test)
         conclude(test, MR_SELF_TEST_NOR, nor == NOR_IDLE);
 }
 
-static void look_at_lamp(struct selftest *test)
+static void check_lamp(struct selftest *test)
 {
     if (test->ticks == SELFTEST_LAMP_TICKS) {
         conclude(test, MR_SELF_TEST_LAMP_ON, board_lamp_draws());
@@ -98,8 +98,8 @@ static void selftest_tick(struct selftest *test, struct telemetry *telemetry)
     if (!test->running)
         return;
     test->ticks++;
-    look_at_lamp(test);
-    look_at_memories(test);
+    check_lamp(test);
+    check_memories(test);
     if (test->done == wanted(test) || test->ticks >= SELFTEST_LIMIT_TICKS)
         selftest_end(test, telemetry);
 }
@@ -138,7 +138,7 @@ void healthlink_start(struct healthlink *link)
         health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_IMAGE);
 }
 
-void healthlink_tell_crash(struct healthlink *link)
+void healthlink_report_crash(struct healthlink *link)
 {
     link->crash_next = link->restart.crash ? 0 : MR_CRASH_ITEMS;
 }

@@ -49,7 +49,7 @@ struct healthlink {
 
 void healthlink_start(struct healthlink *link);
 /* Sends the words of the last processor fault again, if there are any. */
-void healthlink_tell_crash(struct healthlink *link);
+void healthlink_report_crash(struct healthlink *link);
 /* Execute the commands reset and self-test while nothing is recorded. MR_WAIT: a self-test is in
  * progress. */
 void healthlink_reset(struct healthlink *link);

@@ -87,7 +87,7 @@ static bool is_whole(const uint8_t *record)
 }
 
 /* One that is no record is read again: a mistake in reading is not taken for one in the memory. */
-static void look_at_copy(struct keystore *store)
+static void check_copy(struct keystore *store)
 {
     const uint8_t *p = store->buffer;
     const uint8_t *behind = store->buffer + RECORD;
@@ -201,7 +201,7 @@ static void verify(struct keystore *store)
 static void next_step(struct keystore *store)
 {
     switch ((enum step)store->step) {
-    case STEP_READ: look_at_copy(store); break;
+    case STEP_READ: check_copy(store); break;
     case STEP_COUNT: count_page(store); break;
     case STEP_MARK: store->step = STEP_CHECK; break;
     case STEP_CHECK: check_mark(store); break;
@@ -255,7 +255,7 @@ bool keystore_begin(struct keystore *store)
     return true;
 }
 
-void keystore_look(struct keystore *store)
+void keystore_check(struct keystore *store)
 {
     for (unsigned polls = 0; polls < POLLS && store->state == MR_KEY_NOT_READ; polls++) {
         if (!keystore_busy(store))
@@ -283,7 +283,7 @@ void keystore_word(struct keystore *store, const uint8_t *payload, size_t length
     mr_put_u32(store->staged + 4u * word.index, word.value);
 }
 
-enum mr_status keystore_obey(struct keystore *store, const struct mr_command *command)
+enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command)
 {
     bool set = command->code == MR_COMMAND_KEY_SET;
     if (store->state == MR_KEY_NO_MEMORY)

@@ -45,7 +45,7 @@ void keystore_start(struct keystore *store);
  * start. */
 void keystore_follow(struct keystore *store, bool memory);
 /* Reads the copies before the first block; takes at most 5 ms with a key, 1 ms without. */
-void keystore_look(struct keystore *store);
+void keystore_check(struct keystore *store);
 /* Continues an operation in progress. True: it still uses the memory. */
 bool keystore_busy(struct keystore *store);
 /* Begins the next operation; false: there is none. */
@@ -56,7 +56,7 @@ bool keystore_writing(const struct keystore *store);
 /* Stages a word of a new key. */
 void keystore_word(struct keystore *store, const uint8_t *payload, size_t length);
 /* Executes key-set and key-clear. MR_OK: begun; keystore_answer returns the result later. */
-enum mr_status keystore_obey(struct keystore *store, const struct mr_command *command);
+enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command);
 /* Returns the result of a finished key-set or key-clear, once. */
 bool keystore_answer(struct keystore *store, struct mr_ack *answer);
 

@@ -50,8 +50,8 @@ void landinglink_state(struct telemetry *telemetry, const struct landing *landin
          .block = landing->changed_block);
 }
 
-static void tell_pushback(struct telemetry *telemetry, const struct landing *landing,
-                          uint32_t index)
+static void report_pushback(struct telemetry *telemetry, const struct landing *landing,
+                            uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
     TELL(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks,
@@ -106,7 +106,7 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
     for (unsigned i = 0; i < news->events; i++)
         TELL_THIS(telemetry, TO_RECORD, switch_event, SWITCH_EVENT, &landing->event[i]);
     if (news->pushed)
-        tell_pushback(telemetry, landing, index);
+        report_pushback(telemetry, landing, index);
     if (news->motion)
         landinglink_motion(telemetry, &landing->motion, index);
     if (news->summary)

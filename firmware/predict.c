@@ -48,7 +48,7 @@ void predict_configure(struct predict *p, const float *slack_in)
 
 /* --- messages --- */
 
-static void say_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
+static void report_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     struct predict_said said;
     predict_statement(&p->predictor, &p->zone, p->warning, index, &said);
@@ -72,7 +72,7 @@ static uint32_t doubts_of(const struct mr_predictor *predictor)
     return doubts;
 }
 
-static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
+static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
     TELL(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts,
@@ -83,12 +83,12 @@ static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t i
 }
 
 /* Looks, moves the lamp, and sends what is due. */
-static void look(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
-                 uint32_t index)
+static void predict_and_report(struct predict *p, struct telemetry *telemetry,
+                               const struct landing *landing, uint32_t index)
 {
     struct mr_predictor_zone was = p->zone;
     mr_predictor_zone(&p->predictor, &p->zone);
-    mr_risk_say(&p->risk, &p->predictor, &p->zone, &p->risk_said);
+    mr_risk_report(&p->risk, &p->predictor, &p->zone, &p->risk_said);
     bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_said) &&
                    landing_may_warn(landing, index);
     bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
@@ -97,21 +97,21 @@ static void look(struct predict *p, struct telemetry *telemetry, const struct la
     p->warning = warning;
     board_warn(warning);
     if (changed || DUE(SAY, index))
-        say_zone(p, telemetry, index);
+        report_zone(p, telemetry, index);
     if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
-        say_trust(p, telemetry, index);
+        report_trust(p, telemetry, index);
     }
 }
 
-static void say_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
+static void report_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
 {
     TELL(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings,
          .resistance = p->state.scale);
 }
 
-static void say_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
-                      const uint8_t *copy)
+static void report_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                         const uint8_t *copy)
 {
     TELL(telemetry, sinks, runway_store, RUNWAY_STORE,
          .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
@@ -124,20 +124,20 @@ void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8
     if (p->status == MR_NOT_NOW || !(p->store_due || DUE(RUNWAY_STORE, index)))
         return;
     p->store_due = false;
-    say_store(p, telemetry, TO_LINKS, copy);
+    report_store(p, telemetry, TO_LINKS, copy);
 }
 
-static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
-                       unsigned n)
+static void report_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                          unsigned n)
 {
     struct mr_runway_joints message = mr_runway_message(&p->state, n);
     TELL_THIS(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
 }
 
 /* On the links: this now, the joints in the blocks that follow. */
-static void begin_saying(struct predict *p, struct telemetry *telemetry)
+static void begin_report(struct predict *p, struct telemetry *telemetry)
 {
-    say_runway(p, telemetry, TO_LINKS);
+    report_runway(p, telemetry, TO_LINKS);
     p->telling = 0;
 }
 
@@ -148,8 +148,8 @@ static float risk_item(const struct predict *p, unsigned n)
 }
 
 /* A missing chart is reported for the first two rows only. False: nothing is missing. */
-static bool say_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
-                          unsigned n)
+static bool report_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                             unsigned n)
 {
     float value = risk_item(p, n);
     if (n >= 2 && __builtin_isnan(value))
@@ -159,25 +159,25 @@ static bool say_risk_item(const struct predict *p, struct telemetry *telemetry, 
     return true;
 }
 
-static void go_on_saying_risk(struct predict *p, struct telemetry *telemetry)
+static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
 {
     if (p->telling != TOLD) /* one after the other */
         return;
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
-        i += say_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
+        i += report_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
         /* the limit is that of a landing */
         if (p->telling_risk >= (p->predictor.armed ? MR_RISK_TOLD : MR_RISK_ITEMS))
             p->telling_risk = TOLD;
     }
 }
 
-static void go_on_saying(struct predict *p, struct telemetry *telemetry)
+static void continue_report(struct predict *p, struct telemetry *telemetry)
 {
     if (!telemetry_may_burst(telemetry))
         return;
-    go_on_saying_risk(p, telemetry);
+    continue_risk_report(p, telemetry);
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
-        say_joints(p, telemetry, TO_LINKS, p->telling++);
+        report_joints(p, telemetry, TO_LINKS, p->telling++);
         if (p->telling >= mr_runway_messages(&p->state))
             p->telling = TOLD;
     }
@@ -207,7 +207,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
     p->risk_said = (struct mr_risk_report){.risk = MR_NAN};
-    begin_saying(p, telemetry);
+    begin_report(p, telemetry);
     p->telling_risk = 0;
 }
 
@@ -215,19 +215,19 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
 {
     if (p->status != MR_OK || !telemetry_has_box(telemetry))
         return;
-    say_store(p, telemetry, TO_CONFIGURATION, copy);
+    report_store(p, telemetry, TO_CONFIGURATION, copy);
     p->store_due = true; /* on the links too */
-    say_runway(p, telemetry, TO_CONFIGURATION);
+    report_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
-        say_joints(p, telemetry, TO_CONFIGURATION, n);
+        report_joints(p, telemetry, TO_CONFIGURATION, n);
     for (unsigned n = 0; n < MR_RISK_TOLD; n++)
-        (void)say_risk_item(p, telemetry, TO_CONFIGURATION, n);
+        (void)report_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
 /* A backlog is met once in a look: what it costs to catch up is over by then, or there is
  * another. */
-static void mind_backlog(struct predict *p, struct telemetry *telemetry,
-                         const struct predict_block *block)
+static void follow_backlog(struct predict *p, struct telemetry *telemetry,
+                           const struct predict_block *block)
 {
     unsigned waiting = block->waiting >= PREDICT_BACKLOG_BLOCKS ? block->waiting : p->backlog_given;
     bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_LOOK_BLOCKS;
@@ -245,15 +245,15 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
                    const struct predict_block *block)
 {
     struct mr_predictor_input input;
-    go_on_saying(p, telemetry);
+    continue_report(p, telemetry);
     if (p->status != MR_OK || !p->predictor.armed)
         return;
-    mind_backlog(p, telemetry, block);
+    follow_backlog(p, telemetry, block);
     predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
     mr_risk_block(&p->risk, &p->predictor, &input);
     if (DUE(LOOK, block->index))
-        look(p, telemetry, landing, block->index);
+        predict_and_report(p, telemetry, landing, block->index);
 }
 
 static void changed(struct predict *p, enum mr_runway_source source, uint32_t index)
@@ -289,7 +289,7 @@ void predict_kept(struct predict *p, uint32_t crc)
     p->store_due = true;
 }
 
-static void forget_plan(struct predict *p)
+static void discard_plan(struct predict *p)
 {
     mr_risk_plan_clear(&p->plan);
     p->has_plan = false;
@@ -316,7 +316,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                                .failure_s = MR_NAN,
                                                .failure_ft = MR_NAN,
                                                .reason = MR_RISK_NOT_KNOWN};
-        say_zone(p, telemetry, index);
+        report_zone(p, telemetry, index);
     }
     if (folded) {
         p->given_whole = true;
@@ -325,7 +325,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     }
     p->predictor.armed = false;
     if (moved) /* it was for this landing */
-        forget_plan(p);
+        discard_plan(p);
     return folded;
 }
 
@@ -351,7 +351,7 @@ static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
     return status;
 }
 
-static void forget(struct predict *p, uint32_t index)
+static void discard_runway(struct predict *p, uint32_t index)
 {
     struct mr_predictor_config started = p->predictor.config;
     p->status = mr_predictor_start(&p->predictor, &started);
@@ -377,7 +377,7 @@ static enum mr_status take_chart(struct predict *p, uint32_t crc)
     return status;
 }
 
-static enum mr_status obey_chart(struct predict *p, const struct mr_command *command)
+static enum mr_status execute_chart(struct predict *p, const struct mr_command *command)
 {
     float value;
     switch (command->code) {
@@ -386,7 +386,7 @@ static enum mr_status obey_chart(struct predict *p, const struct mr_command *com
         return mr_risk_item_set(&p->plan_given, command->index, value) ? MR_OK : MR_USAGE;
     case MR_COMMAND_CHART_FORGET: /* and words of one that was begun */
         mr_risk_plan_clear(&p->plan_given);
-        forget_plan(p);
+        discard_plan(p);
         p->telling_risk = 0;
         return MR_OK;
     default: return take_chart(p, (uint32_t)command->argument);
@@ -403,22 +403,22 @@ enum mr_status predict_backlog(struct predict *p, int32_t waiting)
     return MR_OK;
 }
 
-enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
-                            const struct mr_command *command, uint32_t index, bool *forgotten)
+enum mr_status predict_execute(struct predict *p, struct telemetry *telemetry,
+                               const struct mr_command *command, uint32_t index, bool *forgotten)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;
     switch (command->code) {
     case MR_COMMAND_CHART_WORD:
     case MR_COMMAND_CHART_TAKE:
-    case MR_COMMAND_CHART_FORGET: return obey_chart(p, command);
+    case MR_COMMAND_CHART_FORGET: return execute_chart(p, command);
     case MR_COMMAND_RUNWAY_FORGET:
-        forget(p, index);
+        discard_runway(p, index);
         *forgotten = true;
         return p->status;
     case MR_COMMAND_RUNWAY_READ:
         refresh(p);
-        begin_saying(p, telemetry);
+        begin_report(p, telemetry);
         return MR_OK;
     case MR_COMMAND_RUNWAY_JOINTS:
         mr_runway_joints_take(&p->given, command->index, command->argument);

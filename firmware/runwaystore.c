@@ -56,7 +56,7 @@ static unsigned newest(const struct runwaystore *store)
 
 /* A copy has been read; one that is damaged is read again: a mistake in reading is not taken for
  * one in the memory. */
-static void look_at_copy(struct runwaystore *store, struct predict *predict)
+static void check_copy(struct runwaystore *store, struct predict *predict)
 {
     struct mr_predictor_state *state = &predict->state; /* nothing is armed before it is loaded */
     enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
@@ -135,7 +135,7 @@ static void take_page(struct runwaystore *store, struct predict *predict, const 
     if (store->step == STEP_VERIFY)
         writing_ends(store, predict, true);
     else if (store->step == STEP_READ)
-        look_at_copy(store, predict);
+        check_copy(store, predict);
     else
         load(store, predict, slack_in);
 }

@@ -7,7 +7,7 @@
 
 #define COUNT_LEAST 2u /* readings that make a mean */
 
-void slowlog_forget(struct slowlog *log)
+void slowlog_reset(struct slowlog *log)
 {
     log->blocks = 0;
     memset(log->sum, 0, sizeof log->sum);
@@ -59,7 +59,7 @@ void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t in
     if (!is_since(index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!quiet) { /* as soon as the landing is over */
-        slowlog_forget(log);
+        slowlog_reset(log);
         log->due = index + SLOWLOG_MEAN_BLOCKS;
         return;
     }
@@ -73,6 +73,6 @@ void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t in
     if (!is_since(index, log->due))
         return;
     make_row(log, telemetry, index, temperature_c);
-    slowlog_forget(log);
+    slowlog_reset(log);
     log->due = next_row(index);
 }

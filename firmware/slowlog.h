@@ -28,6 +28,6 @@ struct slowlog {
 void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                    const float *tension_lb, float temperature_c, bool quiet);
 /* Call when a zero or the configuration has changed: restarts the means. */
-void slowlog_forget(struct slowlog *log);
+void slowlog_reset(struct slowlog *log);
 
 #endif

@@ -26,7 +26,7 @@ float thermometer_celsius(const uint8_t bytes[2])
     return (float)(word / 16) * C_PER_COUNT; /* the lower four bits are 0 */
 }
 
-static void forget(struct thermometer *t)
+static void discard_reading(struct thermometer *t)
 {
     t->temperature_c = MR_NAN;
     t->error_c = MR_NAN;
@@ -35,7 +35,7 @@ static void forget(struct thermometer *t)
 void thermometer_start(struct thermometer *t)
 {
     *t = (struct thermometer){.step = WAIT};
-    forget(t);
+    discard_reading(t);
     t->last_c = MR_NAN;
 }
 
@@ -81,13 +81,13 @@ static void take_reading(struct thermometer *t)
     t->step = WAIT;
 }
 
-static void go_on(struct thermometer *t, uint32_t index)
+static void continue_transfer(struct thermometer *t, uint32_t index)
 {
     switch ((enum step)t->step) {
     case WAIT:
         if (!DUE(THERMOMETER, index))
             break;
-        forget(t);
+        discard_reading(t);
         if (t->shut_down)
             write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         else
@@ -138,7 +138,7 @@ bool thermometer_block(struct thermometer *t, uint32_t index, bool fitted)
     else if (in_transfer && status == I2C_STUCK)
         fail(t, THERMOMETER_BUS_STUCK);
     else if (status != I2C_BUSY)
-        go_on(t, index);
+        continue_transfer(t, index);
     bool tells = DUE(THERMOMETER_TELL, index);
     if (tells)
         t->last_c = t->temperature_c;

@@ -514,7 +514,7 @@ static enum mr_status check_paths(const struct arguments *a)
                 return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
-        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_precious(given[i].path))
+        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_protected(given[i].path))
             return refuse("%s would overwrite a database or a program: %s; give a different file",
                           given[i].option, given[i].path);
     }
@@ -548,7 +548,7 @@ struct session {
 static volatile int stop_asked;
 
 /* Prints the reason, if there is one. */
-static enum mr_status told(enum mr_status status, const char *why)
+static enum mr_status reported(enum mr_status status, const char *why)
 {
     if (status != MR_OK)
         complain("%s", why);
@@ -575,7 +575,7 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
                                            sizeof error);
     if (status == MR_OK)
         status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
-    return status == MR_CLOSED ? MR_OK : told(status, error);
+    return status == MR_CLOSED ? MR_OK : reported(status, error);
 }
 
 /* At full speed the board waits for the next program that opens the other end of its pty, once it
@@ -591,7 +591,7 @@ static bool host_is_there(struct session *session, uint64_t t_ps)
         return true;
     enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
                                             sizeof error);
-    return stop_asked ? status == MR_OK : told(status, error) == MR_OK;
+    return stop_asked ? status == MR_OK : reported(status, error) == MR_OK;
 }
 
 /* Run to t_ps or to where a debugger holds the board. */
@@ -715,7 +715,7 @@ static enum mr_status session_open(struct session *session)
         complain("the wall-clock limit was reached while links were being opened; check that a "
                  "host is running, or raise the limit with --wall-limit S");
     else if (!stop_asked)
-        told(status, error);
+        reported(status, error);
     return status;
 }
 
@@ -736,7 +736,7 @@ static void on_signal(int number)
     stop_asked = 1;
 }
 
-static void tell_rules(const struct session *session)
+static void print_rules(const struct session *session)
 {
     uint64_t times;
     unsigned broken = hil_rules_counted(&session->board->mcu.rules, &times);
@@ -779,7 +779,7 @@ static enum mr_status save_memories(struct hil_board *board, const struct argume
         saved = hil_board_save_flash(board, a->flash);
     if (a->nor && saved == MR_OK)
         saved = hil_board_save_nor(board, a->nor);
-    told(saved, hil_board_reason(board));
+    reported(saved, hil_board_reason(board));
     return status == MR_OK ? saved : status;
 }
 
@@ -789,7 +789,7 @@ static enum mr_status order_faults(const struct session *session)
     const struct arguments *a = session->a;
     char error[512];
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
-    if (told(status, error) != MR_OK)
+    if (reported(status, error) != MR_OK)
         return status;
     status = hil_faults_add_all(&session->board->faults, &script);
     if (status != MR_OK)
@@ -836,15 +836,16 @@ static enum mr_status open_records(struct session *session, const struct argumen
         return status;
     if (a->profile)
         hil_profile_begin(board);
-    return a->vcd ? told(hil_vcd_open(board, a->vcd, &session->symbols, error, sizeof error), error)
-                  : MR_OK;
+    return a->vcd
+             ? reported(hil_vcd_open(board, a->vcd, &session->symbols, error, sizeof error), error)
+             : MR_OK;
 }
 
 static enum mr_status close_records(struct session *session, const struct arguments *a)
 {
     struct hil_board *board = session->board;
     char error[512];
-    enum mr_status status = told(hil_vcd_close(board, error, sizeof error), error), closed;
+    enum mr_status status = reported(hil_vcd_close(board, error, sizeof error), error), closed;
     if (session->margins) {
         hil_rules_print(&board->mcu.rules, session->margins);
         closed = close_record("--margins", a->margins, session->margins, false);
@@ -864,9 +865,9 @@ static enum mr_status prepare(struct session *session)
     const struct arguments *a = session->a;
     struct hil_board *board = session->board;
     char error[512];
-    enum mr_status status = told(load_memories(board, a), hil_board_reason(board));
+    enum mr_status status = reported(load_memories(board, a), hil_board_reason(board));
     if (status == MR_OK && a->elf)
-        status = told(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
+        status = reported(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
     if (status != MR_OK)
         return status;
     hil_board_attach_rig(board, a->rig ? &session->rig : NULL);
@@ -897,8 +898,8 @@ static enum mr_status run(struct session *session)
     status = session_play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
-    hil_faults_tell_rest(&session->board->faults);
-    tell_rules(session);
+    hil_faults_report_rest(&session->board->faults);
+    print_rules(session);
     session_summarise(session, took_s);
     if (status == MR_OK)
         status = closed;
@@ -912,9 +913,9 @@ static enum mr_status read_files(struct session *session, struct arguments *a)
     char error[512];
     enum mr_status status = MR_OK;
     if (a->rig)
-        status = told(hil_run_read(a->rig, &session->rig, error, sizeof error), error);
+        status = reported(hil_run_read(a->rig, &session->rig, error, sizeof error), error);
     else if (a->replay)
-        status = told(hil_replay_read(a->replay, &session->replay, error, sizeof error), error);
+        status = reported(hil_replay_read(a->replay, &session->replay, error, sizeof error), error);
     return status;
 }
 
@@ -922,7 +923,7 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
 {
     char error[512];
     if (!a->board_given &&
-        told(hil_which_files(a->elf, a->flash, &a->options.type, error, sizeof error), error) !=
+        reported(hil_which_files(a->elf, a->flash, &a->options.type, error, sizeof error), error) !=
             MR_OK)
         return MR_VERSION;
     enum mr_status status = check_board(a);

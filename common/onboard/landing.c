@@ -19,7 +19,7 @@ void landing_start(struct landing *landing)
     mr_passage_start(&landing->passage);
 }
 
-static void forget_passage(struct landing *landing)
+static void reset_passage(struct landing *landing)
 {
     mr_switches_close(&landing->switches);
     mr_passage_clear(&landing->passage);
@@ -32,7 +32,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
         return MR_NOT_NOW;
     landing->live = false;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
-    forget_passage(landing);
+    reset_passage(landing);
     landing->edges = 0;
     landing->opened = 0;
     landing->gates_before_touchdown = 0;
@@ -45,12 +45,12 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
 
 void landing_reconfigure(struct landing *landing)
 {
-    forget_passage(landing);
+    reset_passage(landing);
 }
 
 void landing_disarm(struct landing *landing, uint32_t block)
 {
-    forget_passage(landing);
+    reset_passage(landing);
     change(landing, MR_LANDING_IDLE, MR_LANDING_BY_COMMAND, block);
 }
 
@@ -70,7 +70,7 @@ bool landing_may_warn(const struct landing *landing, uint32_t block)
     return landing_recording(landing) && !mr_passage_unclear(&landing->passage, block);
 }
 
-static bool tells_edges(const struct landing *landing)
+static bool reports_edges(const struct landing *landing)
 {
     return landing->live || landing_recording(landing);
 }
@@ -78,7 +78,7 @@ static bool tells_edges(const struct landing *landing)
 static void put_event(struct landing *landing, uint8_t count, uint8_t position,
                       enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
-    if (tells_edges(landing) && landing->news.events < LANDING_EVENTS)
+    if (reports_edges(landing) && landing->news.events < LANDING_EVENTS)
         landing->event[landing->news.events++] =
             (struct mr_switch_event){.count = count,
                                      .position = position,
@@ -159,7 +159,7 @@ static void take_answer(struct landing *landing, const struct mr_config *config,
     if (landing->edges < UINT8_MAX)
         landing->edges++;
     uint8_t number = (uint8_t)landing->edges;
-    if (tells_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING)
+    if (reports_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING)
         landing->edge[landing->news.edges++] =
             (struct mr_edge){.tick = edge->tick,
                              .position = counts ? edge->position : 0,
@@ -216,7 +216,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
 }
 
 /* One step of the final fit, and what it found when it is over. */
-static void go_on_fitting(struct landing *landing, uint32_t index)
+static void continue_fit(struct landing *landing, uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
     if (mr_final_fit_step(&landing->fit))
@@ -261,11 +261,11 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
         /* it rolled past a board that was not armed, or back onto a landing that is done */
-        forget_passage(landing);
+        reset_passage(landing);
     }
     if (landing->fitting && landing->state == MR_LANDING_SETTLING &&
         index % LANDING_FIT_BLOCKS == 0)
-        go_on_fitting(landing, index);
+        continue_fit(landing, index);
     landing->news.state = landing->state != before;
     return landing->news;
 }

@@ -33,8 +33,8 @@ static void follow_motion(struct predict_motion *motion, const struct landing *l
                        : NEVER_S;
 }
 
-static void tell_motion(const struct predict_motion *motion, float touchdown_ft, uint32_t tick,
-                        struct mr_predictor_input *input)
+static void set_motion(const struct predict_motion *motion, float touchdown_ft, uint32_t tick,
+                       struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = MR_NAN;
     if (!motion->rolling)
@@ -63,7 +63,7 @@ void predict_feed(struct predict_motion *motion, const struct landing *landing, 
 {
     *input = (struct mr_predictor_input){0};
     follow_motion(motion, landing);
-    tell_motion(motion, touchdown_ft, block->tick, input);
+    set_motion(motion, touchdown_ft, block->tick, input);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input->displacement_in[i] = block->displacement_in[i] - block->baseline_in[i];
 }

@@ -11,7 +11,7 @@
 #include "common/fault.h"
 #include "common/predictor.h"
 #include "common/wire.h"
-#include "firmware/bringup/say.h"
+#include "firmware/bringup/print.h"
 #include "firmware/config.h"
 #include "firmware/f407/drivers.h"
 
@@ -41,34 +41,34 @@ static void hex_digits(char *out, uint32_t value)
         out[i] = "0123456789ABCDEF"[value >> (28u - 4u * i) & 15u];
 }
 
-static void say_identity(void)
+static void print_identity(void)
 {
     struct board_identity identity;
     char digits[25] = "";
     board_identify(&identity);
     for (unsigned i = 0; i < 3; i++)
         hex_digits(digits + 8u * i, identity.uid[i]);
-    say_word("uid", digits, "id");
-    say_word("board", mr_board_of(identity.board)->name, "name");
-    say_hex("image_crc", identity.image_crc, "crc");
-    say_word("image", image_word(identity.image_state), "state");
+    print_word("uid", digits, "id");
+    print_word("board", mr_board_of(identity.board)->name, "name");
+    print_hex("image_crc", identity.image_crc, "crc");
+    print_word("image", image_word(identity.image_state), "state");
 }
 
-static void say_chip(void)
+static void print_chip(void)
 {
     struct board_identity identity;
     board_identify(&identity);
-    say_hex("chip", DBGMCU_IDCODE & 0xfffu, "id");
-    say_hex("revision", DBGMCU_IDCODE >> 16, "id");
+    print_hex("chip", DBGMCU_IDCODE & 0xfffu, "id");
+    print_hex("revision", DBGMCU_IDCODE >> 16, "id");
     /* ES0182: of revision A of the F405 and F407 it does not */
     bool broken = (DBGMCU_IDCODE & 0xfffu) == 0x413u && DBGMCU_IDCODE >> 16 == 0x1000u;
-    say_word("prefetch", broken ? "broken" : "works", "state");
-    say_hex("core", SCB_CPUID, "id");
-    say_none("package", "id");
-    say_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
-    say_hex("reset_cause", identity.reset_cause, "bits");
-    say_word("clock", identity.clock_source == MR_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
-             "source");
+    print_word("prefetch", broken ? "broken" : "works", "state");
+    print_hex("core", SCB_CPUID, "id");
+    print_none("package", "id");
+    print_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
+    print_hex("reset_cause", identity.reset_cause, "bits");
+    print_word("clock", identity.clock_source == MR_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
+               "source");
 }
 
 static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
@@ -77,18 +77,18 @@ static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
     return (half ^ word >> 16) == 0xffffu && (half & mask) == (register_half & mask);
 }
 
-static void say_options(void)
+static void print_options(void)
 {
     uint32_t optcr = FLASH_OPTCR;
     bool same = agrees(OPTIONS_LOW, optcr, 0xffecu) && agrees(OPTIONS_HIGH, optcr >> 16, 0xfffu);
-    say_hex("read_protection", optcr >> 8 & 0xffu, "byte");
-    say_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
-    say_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
-    say_number("stop_resets", !(optcr & OPTCR_NRST_STOP) + !(optcr & OPTCR_NRST_STDBY), "modes");
+    print_hex("read_protection", optcr >> 8 & 0xffu, "byte");
+    print_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
+    print_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
+    print_number("stop_resets", !(optcr & OPTCR_NRST_STOP) + !(optcr & OPTCR_NRST_STDBY), "modes");
     /* of 512 KiB the other bits are reserved; RM0390 3.8.7 */
     uint32_t sectors = FLASH_SIZE_WORD >> 16 > 512u ? 0xfffu : 0xffu;
-    say_hex("write_protected", ~(optcr >> 16) & sectors, "sectors");
-    say_word("options_stored", same ? "as_loaded" : "differ", "state");
+    print_hex("write_protected", ~(optcr >> 16) & sectors, "sectors");
+    print_word("options_stored", same ? "as_loaded" : "differ", "state");
 }
 
 /* ---- clocks ---- */
@@ -105,17 +105,17 @@ static void say_options(void)
 #define NEWEST_US     100000u /* for one to come */
 #define ADC1_STREAM   4u
 
-static void say_crystal(void)
+static void print_crystal(void)
 {
     uint32_t khz = clock_crystal_khz();
     if (!khz) {
-        say_none("crystal", "kHz");
-        say_none("internal", "kHz");
+        print_none("crystal", "kHz");
+        print_none("internal", "kHz");
         return;
     }
     /* each by the other, as if that were right */
-    say_number("crystal", (int32_t)khz, "kHz");
-    say_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
+    print_number("crystal", (int32_t)khz, "kHz");
+    print_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
 }
 
 static uint32_t systick_since(uint32_t value)
@@ -124,7 +124,7 @@ static uint32_t systick_since(uint32_t value)
     return value >= now ? value - now : value + SYST_RVR + 1u - now;
 }
 
-static void say_rates(void)
+static void print_rates(void)
 {
     uint32_t mask = irq_mask();
     uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_begin();
@@ -133,12 +133,12 @@ static void say_rates(void)
              cycles = pace_cycles(begun);
     irq_restore(mask);
     if (ticks == 0) {
-        say_none("cycles_per_tick", "ratio");
-        say_none("systick_per_tick", "ratio");
+        print_none("cycles_per_tick", "ratio");
+        print_none("systick_per_tick", "ratio");
         return;
     }
-    say_milli("cycles_per_tick", (int32_t)((uint64_t)cycles * 1000u / ticks), "ratio");
-    say_milli("systick_per_tick", (int32_t)((uint64_t)systicks * 1000u / ticks), "ratio");
+    print_milli("cycles_per_tick", (int32_t)((uint64_t)cycles * 1000u / ticks), "ratio");
+    print_milli("systick_per_tick", (int32_t)((uint64_t)systicks * 1000u / ticks), "ratio");
 }
 
 /* One that has just come: what has waited is left out. */
@@ -156,7 +156,7 @@ static bool take_newest_block(struct mr_block *block)
 
 /* TIM2 minus TIM4 within a scan: TIM2 is read between two looks at TIM4. It wraps after 51 s, and
  * that is no whole number of scans: a block gives its ticks since the start. */
-static void say_timers(void)
+static void print_timers(void)
 {
     struct mr_block block;
     bool come = take_newest_block(&block);
@@ -164,15 +164,15 @@ static void say_timers(void)
     uint32_t before = TIM4->CNT, between = TIM2->CNT, after = TIM4->CNT;
     irq_restore(mask);
     if (!come || between == 0) {
-        say_none("timer_offset", "ticks");
+        print_none("timer_offset", "ticks");
         return;
     }
     uint32_t width = (after + SCAN_TICKS - before) % SCAN_TICKS;
     uint32_t middle = (before + width / 2u) % SCAN_TICKS;
     uint64_t ticks = (uint64_t)mr_boardtime_ticks(0, block.index, between);
     int32_t offset = (int32_t)((ticks + SCAN_TICKS - middle) % SCAN_TICKS);
-    say_number("timer_offset",
-               offset > (int32_t)SCAN_TICKS / 2 ? offset - (int32_t)SCAN_TICKS : offset, "ticks");
+    print_number("timer_offset",
+                 offset > (int32_t)SCAN_TICKS / 2 ? offset - (int32_t)SCAN_TICKS : offset, "ticks");
 }
 
 /* TIM4's count when the stream of converter 1 has moved on. */
@@ -187,7 +187,7 @@ static bool wait_for_conversion(uint32_t *tick)
     return true;
 }
 
-static void say_conversions(void)
+static void print_conversions(void)
 {
     uint32_t first = SCAN_TICKS, last = 0, tick;
     uint32_t mask = irq_mask();
@@ -201,20 +201,20 @@ static void say_conversions(void)
     }
     irq_restore(mask);
     if (!come) {
-        say_none("conversion_first", "ticks");
-        say_none("conversion_last", "ticks");
+        print_none("conversion_first", "ticks");
+        print_none("conversion_last", "ticks");
         return;
     }
-    say_number("conversion_first", (int32_t)first, "ticks");
-    say_number("conversion_last", (int32_t)last, "ticks");
+    print_number("conversion_first", (int32_t)first, "ticks");
+    print_number("conversion_last", (int32_t)last, "ticks");
 }
 
-static void say_clocks(void)
+static void print_clocks(void)
 {
-    say_crystal();
-    say_rates();
-    say_timers();
-    say_conversions();
+    print_crystal();
+    print_rates();
+    print_timers();
+    print_conversions();
 }
 
 /* ---- noise ---- */
@@ -303,22 +303,22 @@ static int32_t level_milli(unsigned sum, unsigned codes)
     return (int32_t)((uint64_t)seen.sums[sum] * 1000u / (codes * seen.count));
 }
 
-static void say_channel(const char *what, unsigned channel, const char *signal, bool level)
+static void print_channel(const char *what, unsigned channel, const char *signal, bool level)
 {
     bool transducer = channel < MR_TRANSDUCERS;
     /* of a transducer the sums with forward excitation */
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
-        say_milli_of(what, signal, level_milli(sum, codes), "codes");
+        print_milli_of(what, signal, level_milli(sum, codes), "codes");
     else
-        say_milli_of(what, signal, noise_milli(sum, codes), "codes");
+        print_milli_of(what, signal, noise_milli(sum, codes), "codes");
 }
 
-static void say_channels(const char *what, bool level)
+static void print_channels(const char *what, bool level)
 {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
-    say_channel(what, BOARD_##SIGNAL, #SIGNAL, level);
+    print_channel(what, BOARD_##SIGNAL, #SIGNAL, level);
 #include "firmware/boards/pins.def"
 }
 
@@ -334,27 +334,27 @@ static uint32_t supply_mv(void)
 
 /* And how far it is from what the board's should be: the staircase is read relative to the one, its
  * wires to the other. */
-static void say_supply(void)
+static void print_supply(void)
 {
     uint32_t mv = supply_mv();
     if (mv == 0) {
-        say_none("supply", "V");
-        say_none("supply_error", "ratio");
+        print_none("supply", "V");
+        print_none("supply_error", "ratio");
         return;
     }
-    say_milli("supply", (int32_t)mv, "V");
-    say_milli("supply_error", ((int32_t)mv - BOARD_SUPPLY_MV) * 1000 / BOARD_SUPPLY_MV, "ratio");
+    print_milli("supply", (int32_t)mv, "V");
+    print_milli("supply_error", ((int32_t)mv - BOARD_SUPPLY_MV) * 1000 / BOARD_SUPPLY_MV, "ratio");
 }
 
-static void say_noise(void)
+static void print_noise(void)
 {
     if (!measure()) {
-        say_none("noise", "codes");
+        print_none("noise", "codes");
         return;
     }
-    say_supply();
-    say_channels("level_", true);
-    say_channels("noise_", false);
+    print_supply();
+    print_channels("level_", true);
+    print_channels("noise_", false);
 }
 
 /* ---- cost ---- */
@@ -370,8 +370,8 @@ static void say_noise(void)
 #define BRAKING      8.0f /* ft/s2 */
 #define START_FT     3.0f /* on the runway from the first round on */
 
-static void look_ahead(const struct mr_predictor_config *started, uint32_t round,
-                       struct mr_predictor_input *input)
+static void predictor_input(const struct mr_predictor_config *started, uint32_t round,
+                            struct mr_predictor_input *input)
 {
     *input = (struct mr_predictor_input){.wheel_ft = START_FT + SPEED_FT_S * 1e-3f * (float)round,
                                          .speed_ft_s = SPEED_FT_S - BRAKING * 1e-3f * (float)round,
@@ -384,7 +384,7 @@ static void look_ahead(const struct mr_predictor_config *started, uint32_t round
     }
 }
 
-static void say_cost(void)
+static void print_cost(void)
 {
     static struct mr_predictor predictor;
     struct mr_predictor_config started;
@@ -394,12 +394,12 @@ static void say_cost(void)
     mr_config_predictor(&config, &started);
     started.updates_per_block = 1u << 20; /* every mat, whatever it costs */
     if (mr_predictor_start(&predictor, &started) != MR_OK) {
-        say_none("cycles_predict", "cycles");
+        print_none("cycles_predict", "cycles");
         return;
     }
     mr_predictor_arm(&predictor);
     for (uint32_t round = 0; round < COST_ROUNDS; round++) {
-        look_ahead(&started, round, &input);
+        predictor_input(&started, round, &input);
         watchdog_feed();
         uint32_t mask = irq_mask(), begun = pace_begin();
         mr_predictor_block(&predictor, &input);
@@ -407,10 +407,10 @@ static void say_cost(void)
         irq_restore(mask);
     }
     uint32_t cycles = (uint32_t)(spent / COST_ROUNDS), updates = predictor.updates;
-    say_number("cycles_predict", (int32_t)cycles, "cycles");
-    say_milli("of_budget_predict", (int32_t)((uint64_t)cycles * 1000u / assumed), "ratio");
-    say_number("mat_updates", (int32_t)(updates / COST_ROUNDS), "in_a_block");
-    say_milli("cycles_update", (int32_t)(updates ? spent * 1000u / updates : 0), "cycles");
+    print_number("cycles_predict", (int32_t)cycles, "cycles");
+    print_milli("of_budget_predict", (int32_t)((uint64_t)cycles * 1000u / assumed), "ratio");
+    print_number("mat_updates", (int32_t)(updates / COST_ROUNDS), "in_a_block");
+    print_milli("cycles_update", (int32_t)(updates ? spent * 1000u / updates : 0), "cycles");
 }
 
 /* ---- can ---- */
@@ -438,7 +438,7 @@ static bool set_mode(uint32_t bits)
     return polls < MODE_POLLS;
 }
 
-static bool comes_back(const struct board_can_frame *sent)
+static bool is_received_back(const struct board_can_frame *sent)
 {
     struct board_can_frame got = {0};
     uint32_t begun = pace_begin();
@@ -454,7 +454,7 @@ static bool comes_back(const struct board_can_frame *sent)
     return same;
 }
 
-static void say_can(void)
+static void print_can(void)
 {
     struct board_can_errors errors;
     /* alternating bits: no stuff bit among the data. Of an id that the driver's filter lets in. */
@@ -462,8 +462,8 @@ static void say_can(void)
     board_can_state(&errors);
     board_can_move(0);
     if (errors.missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
-        say_none("can_frames", "frames");
-        say_none("can_frame", "us");
+        print_none("can_frames", "frames");
+        print_none("can_frame", "us");
         return;
     }
     uint32_t good = 0, cycles = 0;
@@ -471,13 +471,13 @@ static void say_can(void)
         for (unsigned i = 0; i < 8; i++)
             frame.data[i] = n & 1u ? 0x55u : 0xaau;
         uint32_t begun = pace_begin();
-        good += comes_back(&frame);
+        good += is_received_back(&frame);
         cycles += pace_cycles(begun);
     }
     board_can_state(&errors);
-    say_number("can_frames", (int32_t)good, "frames");
-    say_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * PACE_MHZ)), "us");
-    say_number("can_errors", errors.tec + errors.rec, "count");
+    print_number("can_frames", (int32_t)good, "frames");
+    print_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * PACE_MHZ)), "us");
+    print_number("can_errors", errors.tec + errors.rec, "count");
 }
 
 /* ---- memory ---- */
@@ -501,7 +501,7 @@ struct outcome {
 
 /* Asleep between two looks: each block of the scan wakes, or each supervision tick. By TIM2, which
  * goes on meanwhile, as the core's cycle counter does not. */
-static void doze(void)
+static void sleep_until_interrupt(void)
 {
     struct mr_block block;
     watchdog_feed();
@@ -516,7 +516,7 @@ static bool ends(uint32_t *us)
     uint32_t begun = TIM2->CNT;
     enum nor_status status = nor_poll();
     for (unsigned n = 0; status == NOR_BUSY && n < LOOKS; n++) {
-        doze();
+        sleep_until_interrupt();
         status = nor_poll();
     }
     *us = (TIM2->CNT - begun) / TICKS_PER_US;
@@ -601,18 +601,18 @@ static void test_sector(uint32_t sector, struct outcome *o)
     o->wrong += !is_blank(sector);
 }
 
-static void say_outcome(uint32_t sector, const struct outcome *o)
+static void print_outcome(uint32_t sector, const struct outcome *o)
 {
-    say_number("memory_sector", (int32_t)sector, "sector");
-    say_number("memory_rounds", (int32_t)o->rounds, "rounds");
-    say_number("memory_rounds_missing", (int32_t)(ROUNDS - o->rounds), "rounds");
-    say_number("memory_wrong", (int32_t)o->wrong, "pages");
-    say_number("memory_failed", (int32_t)o->failed, "operations");
+    print_number("memory_sector", (int32_t)sector, "sector");
+    print_number("memory_rounds", (int32_t)o->rounds, "rounds");
+    print_number("memory_rounds_missing", (int32_t)(ROUNDS - o->rounds), "rounds");
+    print_number("memory_wrong", (int32_t)o->wrong, "pages");
+    print_number("memory_failed", (int32_t)o->failed, "operations");
     uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
-    say_number("memory_erase", (int32_t)(o->erase_us / (o->rounds + 1u)), "us");
-    say_number("memory_erase_most", (int32_t)o->erase_most_us, "us");
-    say_number("memory_program", (int32_t)(pages ? o->program_us / pages : 0), "us");
-    say_number("memory_program_most", (int32_t)o->program_most_us, "us");
+    print_number("memory_erase", (int32_t)(o->erase_us / (o->rounds + 1u)), "us");
+    print_number("memory_erase_most", (int32_t)o->erase_most_us, "us");
+    print_number("memory_program", (int32_t)(pages ? o->program_us / pages : 0), "us");
+    print_number("memory_program_most", (int32_t)o->program_most_us, "us");
 }
 
 /* It may still be busy with what it did before a reset. */
@@ -622,22 +622,22 @@ static bool memory_is_there(void)
     return ends(&us) && nor_identify() == NOR_IDLE;
 }
 
-static void say_memory(void)
+static void print_memory(void)
 {
     struct outcome outcome = {0};
     uint32_t sector = NO_SECTOR;
     if (!memory_is_there()) {
-        say_none("memory_id", "id");
+        print_none("memory_id", "id");
         return;
     }
-    say_hex("memory_id", nor_jedec(), "id");
+    print_hex("memory_id", nor_jedec(), "id");
     sector = find_blank_sector();
     if (sector == NO_SECTOR) {
-        say_none("memory_sector", "sector");
+        print_none("memory_sector", "sector");
         return;
     }
     test_sector(sector, &outcome);
-    say_outcome(sector, &outcome);
+    print_outcome(sector, &outcome);
 }
 
 /* ---- brown-out ---- */
@@ -697,28 +697,28 @@ static void set_level(uint32_t level)
     uint32_t wanted = (before & ~OPTCR_BOR) | (3u - level) << OPTCR_BOR_SHIFT;
     /* Anything else than level 0 of the read protection: an error here could lock the chip. */
     if ((before & OPTCR_RDP) != RDP_LEVEL_0)
-        say_word("brown_out_set", "protected", "result");
+        print_word("brown_out_set", "protected", "result");
     else if (before == wanted)
-        say_word("brown_out_set", "was_so", "result");
+        print_word("brown_out_set", "was_so", "result");
     else
-        say_word("brown_out_set", write_options(wanted) ? "written" : "failed", "result");
+        print_word("brown_out_set", write_options(wanted) ? "written" : "failed", "result");
 }
 
 static void set_brown_out(void)
 {
     uint32_t mv = measure() ? supply_mv() : 0;
     if (mv)
-        say_milli("supply", (int32_t)mv, "V");
+        print_milli("supply", (int32_t)mv, "V");
     else
-        say_none("supply", "V");
+        print_none("supply", "V");
     uint32_t level = mv >= LEVEL_3_MV ? 3u : mv >= LEVEL_2_MV ? 2u : 0u;
     if (mv && !is_the_boards(mv))
-        say_word("brown_out_set", "supply_not_the_boards", "result");
+        print_word("brown_out_set", "supply_not_the_boards", "result");
     else if (level)
         set_level(level);
     else
-        say_word("brown_out_set", mv ? "supply_too_low" : "supply_not_known", "result");
-    say_number("brown_out", (int32_t)(3u - (FLASH_OPTCR >> OPTCR_BOR_SHIFT & 3u)), "level");
+        print_word("brown_out_set", mv ? "supply_too_low" : "supply_not_known", "result");
+    print_number("brown_out", (int32_t)(3u - (FLASH_OPTCR >> OPTCR_BOR_SHIFT & 3u)), "level");
 }
 
 /* ---- falls ---- */
@@ -759,24 +759,24 @@ static const char *caught_word(const struct board_restart *restart)
                                                                        : "other_fault";
 }
 
-static void say_overflow(void)
+static void print_overflow(void)
 {
     struct board_restart restart;
     board_restarted(&restart);
     const uint32_t *crash = restart.crash;
-    say_word("stack_overflow", caught_word(&restart), "caught_by");
+    print_word("stack_overflow", caught_word(&restart), "caught_by");
     if (!crash || restart.crash_age != 0) {
-        say_none("stack_status", "cfsr");
-        say_none("stack_address", "address");
+        print_none("stack_status", "cfsr");
+        print_none("stack_address", "address");
         return;
     }
     uint32_t cfsr = crash[MR_CRASH_CFSR];
-    say_hex("stack_status", cfsr, "cfsr");
+    print_hex("stack_status", cfsr, "cfsr");
     if (cfsr & CFSR_BFARVALID)
-        say_hex("stack_address", crash[MR_CRASH_BFAR], "address");
+        print_hex("stack_address", crash[MR_CRASH_BFAR], "address");
     else
-        say_word("stack_address", cfsr & (CFSR_STKERR | CFSR_IMPRECISE) ? "imprecise" : "none",
-                 "address");
+        print_word("stack_address", cfsr & (CFSR_STKERR | CFSR_IMPRECISE) ? "imprecise" : "none",
+                   "address");
 }
 
 static void starve_watchdog(void)
@@ -789,16 +789,16 @@ static void starve_watchdog(void)
         starved_cycles = pace_cycles(begun);
 }
 
-static void say_watchdog(void)
+static void print_watchdog(void)
 {
     uint32_t us = starved_cycles / PACE_MHZ;
     if (!(reset_cause() & CAUSE_WATCHDOG) || us == 0) {
-        say_none("watchdog", "ms");
-        say_none("low_speed", "kHz");
+        print_none("watchdog", "ms");
+        print_none("low_speed", "kHz");
         return;
     }
-    say_milli("watchdog", (int32_t)us, "ms");
-    say_milli("low_speed", (int32_t)((uint64_t)COUNTS * LSI_DIVIDER * 1000000u / us), "kHz");
+    print_milli("watchdog", (int32_t)us, "ms");
+    print_milli("low_speed", (int32_t)((uint64_t)COUNTS * LSI_DIVIDER * 1000000u / us), "kHz");
 }
 
 /* ---- report and commands ---- */
@@ -829,50 +829,50 @@ static enum stage take_stage(void)
 
 static void begin(const char *section)
 {
-    say_begin(section);
-    say_identity();
+    print_begin(section);
+    print_identity();
 }
 
 static void end_report(void)
 {
-    say_end();
-    say_text("ready: report, brown-out, rom");
+    print_end();
+    print_text("ready: report, brown-out, rom");
 }
 
-static void go_on_with_watchdog(void)
+static void continue_with_watchdog(void)
 {
-    say_overflow();
-    say_flush();
+    print_overflow();
+    print_flush();
     keep_stage(STAGE_WATCHDOG);
     starve_watchdog();
-    say_watchdog(); /* the watchdog did not act: report that */
+    print_watchdog(); /* the watchdog did not act: report that */
     end_report();
 }
 
 static void report(void)
 {
     begin("report");
-    say_chip();
-    say_options();
-    say_clocks();
-    say_noise();
-    say_cost();
-    say_can();
-    say_memory();
-    say_flush();
+    print_chip();
+    print_options();
+    print_clocks();
+    print_noise();
+    print_cost();
+    print_can();
+    print_memory();
+    print_flush();
     keep_stage(STAGE_STACK);
     overflow_stack();
 }
 
-static void go_on(enum stage stage)
+static void start_next_round(enum stage stage)
 {
     if (stage == STAGE_STACK) {
-        go_on_with_watchdog();
+        continue_with_watchdog();
     } else if (stage == STAGE_WATCHDOG) {
-        say_watchdog();
+        print_watchdog();
         end_report();
     } else {
-        say_text("matrig bring-up");
+        print_text("matrig bring-up");
         report();
     }
 }
@@ -881,26 +881,26 @@ static void go_on(enum stage stage)
 static void enter_rom(void)
 {
     if (!BOARD_ROM_HEARS_SERIAL) {
-        say_text("the boot ROM does not listen here");
+        print_text("the boot ROM does not listen here");
         return;
     }
-    say_text("to the boot ROM");
-    say_flush();
+    print_text("to the boot ROM");
+    print_flush();
     board_enter_rom();
 }
 
-static void obey(const char *word)
+static void execute(const char *word)
 {
     if (strcmp(word, "report") == 0) {
         report();
     } else if (strcmp(word, "brown-out") == 0) {
         begin("brown-out");
         set_brown_out();
-        say_end();
+        print_end();
     } else if (strcmp(word, "rom") == 0) {
         enter_rom();
     } else if (*word) {
-        say_text("not report, brown-out or rom");
+        print_text("not report, brown-out or rom");
     }
 }
 
@@ -932,15 +932,15 @@ int main(void)
     board_note_good(); /* resets are what it is for: no row of them */
     board_identify(&identity);
     pace_start();
-    uart_rate(SAY_BAUD);
+    uart_rate(PRINT_BAUD);
     board_scans_configure(board_inputs());
-    go_on(take_stage());
+    start_next_round(take_stage());
     for (;;) {
         watchdog_feed();
         while (board_block_take(&block)) { /* or there is no sleep */
         }
         (void)board_sleep();
         if (take_word(word))
-            obey(word);
+            execute(word);
     }
 }

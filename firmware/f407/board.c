@@ -41,7 +41,7 @@ __attribute__((section(".header"), used)) static const struct {
 };
 _Static_assert(sizeof header == MR_IMAGE_BYTES, "common/image.h says where what is");
 
-static uint8_t look_at_image(struct mr_image *image, uint32_t *crc)
+static uint8_t check_image(struct mr_image *image, uint32_t *crc)
 {
     enum mr_status status = mr_image_get(image, (const uint8_t *)MR_FLASH);
     *crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
@@ -56,7 +56,7 @@ bool board_image_check(bool *good)
 {
     struct mr_image image;
     uint32_t crc;
-    uint8_t state = look_at_image(&image, &crc);
+    uint8_t state = check_image(&image, &crc);
     *good = state == MR_IMAGE_GOOD;
     return state != MR_IMAGE_NONE;
 }
@@ -94,7 +94,7 @@ void board_start(void)
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;
-    identity.image_state = look_at_image(&identity.image, &identity.image_crc);
+    identity.image_state = check_image(&identity.image, &identity.image_crc);
 
     fault_set_image_crc(identity.image_crc);
     memory_set_image_crc(identity.image_crc);
@@ -247,7 +247,7 @@ bool board_jumper(void)
     return !pin_read(PIN_MAINTENANCE);
 }
 
-bool board_rom_hears(void)
+bool board_rom_ready(void)
 {
     return BOARD_ROM_HEARS_SERIAL;
 }
@@ -263,7 +263,7 @@ void board_enter_rom(void)
 }
 
 /* What a reset starts is what stands at address 0: with BOOT0 high that is the boot ROM itself. */
-static bool rom_came_first(const uint32_t *vectors)
+static bool rom_ran_first(const uint32_t *vectors)
 {
     uintptr_t at = 4;
     __asm volatile("" : "+r"(at)); /* or the compiler takes it for a null pointer's neighbour */
@@ -276,7 +276,7 @@ void rom_if_asked(void)
     if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)
         return;
     note.valid = 0;
-    if (rom_came_first(vectors)) /* and is through: it has started us */
+    if (rom_ran_first(vectors)) /* and is through: it has started us */
         return;
     /* Its interrupts (USB, CAN) take their vectors from address 0: VTOR is 0 after a reset. */
     RCC->APB2ENR |= RCC_APB2ENR_SYSCFG;

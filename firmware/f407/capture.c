@@ -61,8 +61,8 @@ static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned 
 }
 
 /* Too old to be placed: it would pass for one to come, and hold up all behind it. */
-static void forget_old(unsigned stream, const volatile uint32_t *captured, unsigned size,
-                       unsigned *taken, uint8_t detail)
+static void drop_old(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                     unsigned *taken, uint8_t detail)
 {
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
     while (*taken != head && TIM2->CNT - captured[*taken] > OLD_TICKS) {
@@ -71,11 +71,11 @@ static void forget_old(unsigned stream, const volatile uint32_t *captured, unsig
     }
 }
 
-void capture_forget_old(void)
+void capture_drop_old(void)
 {
-    forget_old(EDGE_STREAM, edge_tick, EDGES, &edge_taken, TOO_OLD);
+    drop_old(EDGE_STREAM, edge_tick, EDGES, &edge_taken, TOO_OLD);
     if (TIM2->DIER & TIM_DIER_CC2DE)
-        forget_old(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, PULSES);
+        drop_old(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, PULSES);
 }
 
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)

@@ -28,7 +28,7 @@ bool scan_ready(void); /* a block is ready */
 /* capture.c: TIM2 and its DMA. Call before the scans start, because their timer starts both. */
 void capture_start(void);
 /* Counts captures from before a stop of the blocks as lost, before their ticks wrap. */
-void capture_forget_old(void);
+void capture_drop_old(void);
 void can_start(void);
 /* nor.c: SPI2 and the memory of the black box, which is missing before this call. */
 void nor_start(void);

@@ -25,7 +25,7 @@ const uint8_t *flash_copy(unsigned copy)
 
 /* What was read of the sectors before they changed must not be read from the cache. RM0090 3.5.2:
  * reset it while it is off. */
-static void forget_data_cache(void)
+static void reset_data_cache(void)
 {
     FLASH_ACR &= ~FLASH_ACR_DCEN;
     FLASH_ACR |= FLASH_ACR_DCRST;
@@ -48,7 +48,7 @@ void flash_begin(void)
 void flash_end(void)
 {
     FLASH_CR = FLASH_CR_LOCK;
-    forget_data_cache();
+    reset_data_cache();
     watchdog_patience(WATCHDOG_USUAL);
     board_scans_restart();
     nor_extend_timeout(TIM2->CNT - begun_tick);
@@ -72,7 +72,7 @@ bool flash_erase(unsigned copy)
     FLASH_CR |= FLASH_CR_STRT;
     bool done = is_done();
     FLASH_CR = FLASH_CR_PSIZE_32;
-    forget_data_cache();
+    reset_data_cache();
     return done;
 }
 

@@ -88,7 +88,7 @@ static void begin_clocking(void)
 
 /* Nine clocks at most, none more once the line is free; then SDA low and high while SCL is high: a
  * stop. */
-static void clock_an_edge(void)
+static void toggle_clock(void)
 {
     bool is_free = pin_read(PIN_THERMOMETER_DATA);
     if (edge && edge < CLOCK_EDGES && edge % 2 == 0 && is_free)
@@ -204,7 +204,7 @@ enum i2c_status i2c_poll(void)
     if (phase == IDLE || phase == OFF)
         return result;
     if (phase == CLOCKING) {
-        clock_an_edge();
+        toggle_clock();
         return phase == IDLE ? result : I2C_BUSY;
     }
     uint32_t sr1 = I2C1->SR1;

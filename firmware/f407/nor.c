@@ -207,7 +207,7 @@ enum nor_status nor_identify(void)
 }
 
 /* The chip may still be busy with what it did before a reset; nothing there reads as ones. */
-static void look_for_chip(void)
+static void detect_chip(void)
 {
     uint8_t status = read_status();
     if (status == 0xff || takes_longer_than(ERASE_MS))
@@ -226,11 +226,11 @@ void nor_start(void)
     select(false);
     wait_cycles(CYCLES_OF_NS(WAKE_NS));
     begin_phase(STARTING);
-    look_for_chip();
+    detect_chip();
 }
 
 /* A transfer that never ends is no fault of the chip. */
-static void give_up_transfer(void)
+static void abort_transfer(void)
 {
     uint32_t mask = irq_mask();
     dma_stream_stop(DMA1, RX_STREAM);
@@ -246,7 +246,7 @@ enum nor_status nor_poll(void)
     polls++;
     switch (phase) {
     case ABSENT: return NOR_MISSING;
-    case STARTING: look_for_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
+    case STARTING: detect_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
     case IDLE:
         memory_fence(); /* what was read is the caller's from here on */
         return failed ? NOR_FAILED : NOR_IDLE;
@@ -259,7 +259,7 @@ enum nor_status nor_poll(void)
     default:
         /* A page at most is under way; beyond that only a page that is being programmed */
         if (takes_longer_than(PROGRAM_MS + TRANSFER_MS) || polls > POLLS_MAX)
-            give_up_transfer();
+            abort_transfer();
         return NOR_BUSY;
     }
 }

@@ -297,7 +297,7 @@ static void begin_again(const struct mr_scan *with)
         }
         irq_restore(mask);
         if (now) {
-            capture_forget_old();
+            capture_drop_old();
             return;
         }
     }

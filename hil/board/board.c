@@ -204,7 +204,7 @@ enum mr_status hil_which_files(const char *elf, const char *flash,
 /* ---- the board ---- */
 
 /* RAM after a power cut: neither what was there nor zero. */
-static void forget_ram(struct hil_board *board)
+static void scramble_ram(struct hil_board *board)
 {
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
     for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
@@ -213,7 +213,7 @@ static void forget_ram(struct hil_board *board)
                                  : board->core.memory->ccm + (i - HIL_SRAM_SIZE),
                &noise, 8);
     }
-    hil_cpu_forget_code(&board->core);
+    hil_cpu_discard_code(&board->core);
 }
 
 /* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its
@@ -229,7 +229,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     if (core->reset.power_lost) {
         core->reset.power_lost = false;
         board->state.mcu.rcc.csr = 0;
-        forget_ram(board);
+        scramble_ram(board);
     }
     hil_mcu_reset(&board->mcu, csr_flags);
     hil_cpu_reset(core);
@@ -306,7 +306,7 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
 /* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
 static enum mr_status restart(struct hil_board *board)
 {
-    hil_cpu_forget_code(&board->core);
+    hil_cpu_discard_code(&board->core);
     board->core.stopped = false;
     board->core.reason[0] = '\0';
     reset_chip(board, HIL_CSR_POWER_ON);
@@ -524,7 +524,7 @@ static enum mr_status fail(struct hil_board *board, enum mr_status status, const
     return status;
 }
 
-bool hil_is_precious(const char *path)
+bool hil_is_protected(const char *path)
 {
     char begins[16] = {0};
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -541,7 +541,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
                                 size_t room, size_t *n)
 {
     *n = 0;
-    if (hil_is_precious(path))
+    if (hil_is_protected(path))
         return fail(board, MR_MALFORMED, path,
                     "a database or a program would be overwritten; give a different file");
     FILE *file = fopen(path, "rb");

@@ -148,7 +148,7 @@ enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
 enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path);
 
 /* True for a file that must not be overwritten: a campaign (SQLite) or a program (ELF). */
-bool hil_is_precious(const char *path);
+bool hil_is_protected(const char *path);
 
 /* Resets the chip now, for a debugger. */
 void hil_board_reset(struct hil_board *board);

@@ -109,7 +109,7 @@ static bool take_byte(void *device, uint8_t byte)
     return true;
 }
 
-static uint8_t give_byte(void *device)
+static uint8_t next_byte(void *device)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
@@ -133,7 +133,7 @@ static void stop(void *device)
     dev->state->addressed = false;
 }
 
-static bool speaks(const void *device)
+static bool drives_bus(const void *device)
 {
     const struct hil_tmp112_device *dev = device;
     return dev->state->addressed && !dev->state->dead;
@@ -145,9 +145,9 @@ struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
         .who = dev,
         .address = take_address,
         .write = take_byte,
-        .read = give_byte,
+        .read = next_byte,
         .stop = stop,
-        .speaks = speaks,
+        .drives = drives_bus,
         .hold = &dev->state->hold,
     };
 }

@@ -160,7 +160,7 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
 }
 
 /* Is the command accepted in the chip's present state? */
-static bool hears(const struct hil_w25q *w)
+static bool accepts(const struct hil_w25q *w)
 {
     if (w->dead)
         return false;
@@ -211,7 +211,7 @@ static bool drives(uint8_t command, uint32_t n)
     return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);
 }
 
-static bool speaks(const void *device)
+static bool drives_output(const void *device)
 {
     const struct hil_w25q_device *dev = device;
     return dev->state->spoke;
@@ -298,8 +298,8 @@ static uint8_t exchange(void *device, uint8_t in, uint64_t at)
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
-    w->spoke = hears(w) && drives(w->command, n);
-    return hears(w) ? answer(dev, n, in) : 0xff;
+    w->spoke = accepts(w) && drives(w->command, n);
+    return accepts(w) ? answer(dev, n, in) : 0xff;
 }
 
 static void end_command(void *device, uint64_t at, bool in_byte)
@@ -308,14 +308,14 @@ static void end_command(void *device, uint64_t at, bool in_byte)
     struct hil_w25q *w = dev->state;
     uint64_t t_ps = hil_clock_ps(&dev->core->state.clock, at);
     settle(dev, t_ps);
-    if (w->selected && w->count && !in_byte && hears(w))
+    if (w->selected && w->count && !in_byte && accepts(w))
         act(dev, t_ps);
     w->selected = false;
 }
 
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev)
 {
-    return (struct hil_spi_slave){dev, begin_command, end_command, exchange, speaks};
+    return (struct hil_spi_slave){dev, begin_command, end_command, exchange, drives_output};
 }
 
 void hil_w25q_power_lost(struct hil_w25q_device *dev)

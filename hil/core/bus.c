@@ -15,8 +15,8 @@ void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripher
     bus->peripheral[bus->count++] = *peripheral;
 }
 
-static bool may_go_on(struct hil_core *core, const struct hil_register *r, bool write,
-                      uint32_t value)
+static bool is_allowed(struct hil_core *core, const struct hil_register *r, bool write,
+                       uint32_t value)
 {
     if (!r) {
         hil_bus_no_register(core);
@@ -37,15 +37,15 @@ static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, u
         &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
     if (!*r)
         *r = hil_register_at(core->bus.registers_of[p - core->bus.peripheral], offset);
-    return may_go_on(core, *r, write, value);
+    return is_allowed(core, *r, write, value);
 }
 
 static bool is_core_modelled(struct hil_core *core, uint32_t offset, bool write, uint32_t value)
 {
-    return may_go_on(core, hil_register_at(hil_registers_of(0xe000e000u), offset), write, value);
+    return is_allowed(core, hil_register_at(hil_registers_of(0xe000e000u), offset), write, value);
 }
 
-static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
+static uint32_t addressed_bytes(uint32_t value, uint32_t address, unsigned size)
 {
     value >>= 8u * (address & 3u);
     return size == 1 ? value & 0xffu : size == 2 ? value & 0xffffu : value;
@@ -65,7 +65,7 @@ static bool clock_is_on(struct hil_core *core, const struct hil_peripheral *p)
 uint32_t hil_bus_bits_read(const struct hil_core *core)
 {
     const struct hil_access *access = &core->bus.access;
-    return lane(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
+    return addressed_bytes(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
 }
 
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
@@ -77,7 +77,8 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
             return hil_bus_no_register(core);
         if (!clock_is_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
             return 0;
-        return lane(p->read(p->device, p->unit, (address - p->base) & ~3u), address, size);
+        return addressed_bytes(p->read(p->device, p->unit, (address - p->base) & ~3u), address,
+                               size);
     }
     if ((address & ~0xfffu) == 0xe000e000u && !is_core_modelled(core, address & 0xffcu, false, 0))
         return 0;
@@ -85,8 +86,9 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
         return hil_scb_read(core, address, size);
     if (address - 0x1fff0000u < 0x00010000u)
         return core->bus.system_memory.read
-                 ? lane(core->bus.system_memory.read(core->bus.system_memory.device, address),
-                        address, size)
+                 ? addressed_bytes(
+                       core->bus.system_memory.read(core->bus.system_memory.device, address),
+                       address, size)
                  : hil_bus_no_register(core);
     return hil_bus_no_register(core);
 }

@@ -239,7 +239,7 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     }
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
-        hil_translator_meet_code(&core->engine.translator);
+        hil_translator_warm_code(&core->engine.translator);
     return info;
 }
 
@@ -296,8 +296,8 @@ static bool must_stop(struct hil_core *core, uint32_t address)
     return false;
 }
 
-static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t address, uint32_t size,
-                                                  struct hil_core *core)
+static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t address, uint32_t size,
+                                                   struct hil_core *core)
 {
     const struct hil_onlookers *lookers = &core->onlookers;
     struct hil_core_state *state = &core->state;
@@ -343,7 +343,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
         info->size != size || core->onlookers.debugger || core->onlookers.profiler ||
         core->engine.single) {
-        treat_block(uc, address, size, core);
+        handle_block(uc, address, size, core);
         return;
     }
     state->clock.now_cycle = now_cycle;
@@ -407,7 +407,7 @@ void hil_cpu_destroy(struct hil_core *core)
         uc_close(core->uc);
 }
 
-void hil_cpu_forget_code(struct hil_core *core)
+void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
     hil_whatif_destroy(core); /* its processor has translated the old code, and judged it */
@@ -417,10 +417,10 @@ void hil_cpu_forget_code(struct hil_core *core)
     uc_ctl_remove_cache(core->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
 }
 
-void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
+void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
 {
     if (n >= HIL_BLOCK_CACHE) {
-        hil_cpu_forget_code(core);
+        hil_cpu_discard_code(core);
         return;
     }
     /* A block that holds a changed byte begins at most its own length before it; aliases of flash
@@ -469,7 +469,7 @@ static void fault_at(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t
 
 /* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an
  * undefined one. */
-static void treat_invalid(struct hil_core *core)
+static void handle_invalid(struct hil_core *core)
 {
     uint32_t pc = read_pc(core) & ~1u;
     const uint8_t *before = hil_memory_at(core, pc - 2, 2, false);
@@ -493,7 +493,7 @@ static void treat_invalid(struct hil_core *core)
              pc, 0);
 }
 
-static void treat_bad_memory(struct hil_core *core, uc_err err)
+static void handle_bad_memory(struct hil_core *core, uc_err err)
 {
     uint32_t address = core->engine.bad_address;
     const struct hil_place place = core->engine.bad_place;
@@ -523,17 +523,17 @@ static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
 
 /* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing
  * else. */
-static void treat_return(struct hil_core *core, uc_err err, bool slept)
+static void handle_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
     case UC_ERR_OK: break;
-    case UC_ERR_INSN_INVALID: treat_invalid(core); return;
+    case UC_ERR_INSN_INVALID: handle_invalid(core); return;
     case UC_ERR_READ_UNMAPPED:
     case UC_ERR_WRITE_UNMAPPED:
     case UC_ERR_FETCH_UNMAPPED:
     case UC_ERR_WRITE_PROT:
     case UC_ERR_READ_PROT:
-    case UC_ERR_FETCH_PROT: treat_bad_memory(core, err); return;
+    case UC_ERR_FETCH_PROT: handle_bad_memory(core, err); return;
     default:
         hil_core_stop(core, MR_HALTED, "the CPU emulator failed at PC 0x%08x: %s",
                       (unsigned)read_pc(core), uc_strerror(err));
@@ -576,7 +576,7 @@ static uint32_t instruction_bytes(const struct hil_core *core, uint32_t pc, uint
     return *opcode >= 0xe800u ? 4 : 2;
 }
 
-static void forget_block(struct hil_core *core)
+static void discard_block(struct hil_core *core)
 {
     uint32_t start = core->state.cpu.block_address;
     uc_check(uc_ctl_remove_cache(core->uc, (uint64_t)start,
@@ -608,20 +608,20 @@ static void walk(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
     const struct hil_onlookers *lookers = &core->onlookers;
-    forget_block(core);
+    discard_block(core);
     for (;;) {
         uint16_t opcode;
         uint32_t pc = read_pc(core) & ~1u;
         uint32_t next = pc + instruction_bytes(core, pc, &opcode);
         bool last = next >= cpu->block_address + cpu->block_size;
         if (lookers->debugger && lookers->debugger->stops_before(lookers->debugger_who, pc)) {
-            forget_block(core);
+            discard_block(core);
             return;
         }
         uint32_t cfsr = fault_of(core, pc);
         if (cfsr) {
             cpu->walking = false;
-            forget_block(core);
+            discard_block(core);
             fault_at(core, cfsr, pc, 0);
             return;
         }
@@ -632,8 +632,8 @@ static void walk(struct hil_core *core)
         if (err != UC_ERR_OK || core->engine.came_back != CAME_BACK_PLAIN ||
             core->engine.left_inside || last) {
             cpu->walking = false;
-            forget_block(core);
-            treat_return(core, err, opcode == OPCODE_WFI);
+            discard_block(core);
+            handle_return(core, err, opcode == OPCODE_WFI);
             return;
         }
     }
@@ -669,7 +669,7 @@ void hil_cpu_run(struct hil_core *core)
     if (core->state.cpu.walking)
         return; /* at the block's start */
     /* Nobody asked it to stop and it is at no block's start: WFI. */
-    treat_return(core, err, core->state.cpu.block_instructions != 0);
+    handle_return(core, err, core->state.cpu.block_instructions != 0);
 }
 
 enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n)
@@ -678,7 +678,7 @@ enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void 
     if (!memory)
         return MR_UNKNOWN;
     memcpy(memory, bytes, n);
-    hil_cpu_forget_range(core, address, (uint32_t)n);
+    hil_cpu_discard_range(core, address, (uint32_t)n);
     return MR_OK;
 }
 
@@ -689,7 +689,7 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
-    hil_whatif_forget(core);
+    hil_whatif_reset(core);
     hil_map_follow_boot_pin(core);
     /* From any state to privileged thread mode on MSP, then everything, then the mode. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
@@ -758,7 +758,7 @@ static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, 
     }
 }
 
-void hil_stuck_look(struct hil_core *core)
+void hil_stuck_check(struct hil_core *core)
 {
     uc_hook hook;
     if (!core->state.stuck.count || core->engine.looks_at_loads)
@@ -766,7 +766,7 @@ void hil_stuck_look(struct hil_core *core)
     core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
                                               (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
                                               HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
-    hil_cpu_forget_code(core); /* translated code does not look */
+    hil_cpu_discard_code(core); /* translated code does not look */
 }
 
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)
@@ -778,6 +778,6 @@ bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool l
     stuck->bit[stuck->count].mask = (uint8_t)(1u << bit % 8u);
     stuck->bit[stuck->count].level = level;
     hold(core, stuck->count++);
-    hil_stuck_look(core);
+    hil_stuck_check(core);
     return true;
 }

@@ -16,9 +16,9 @@ struct hil_core;
 void hil_cpu_create(struct hil_core *core);
 void hil_cpu_destroy(struct hil_core *core);
 /* Discards the translated code and the block cache after memory was written from outside. */
-void hil_cpu_forget_code(struct hil_core *core);
-/* As hil_cpu_forget_code, for n bytes at an address. */
-void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n);
+void hil_cpu_discard_code(struct hil_core *core);
+/* As hil_cpu_discard_code, for n bytes at an address. */
+void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n);
 /* Runs instructions until an event, an exception or a stop is due. */
 void hil_cpu_run(struct hil_core *core);
 /* Call from Unicorn's hook of an access: the block is executed instruction by instruction from the
@@ -57,6 +57,6 @@ void hil_map_follow_boot_pin(struct hil_core *core);
 /* Adds a stuck bit. False: no more room. */
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* Call after a snapshot was restored: enables the check of loads if there are stuck cells. */
-void hil_stuck_look(struct hil_core *core);
+void hil_stuck_check(struct hil_core *core);
 
 #endif

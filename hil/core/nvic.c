@@ -228,7 +228,7 @@ static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basep
     *basepri &= 0xf0u; /* the STM32 has four bits; Unicorn keeps eight */
 }
 
-static bool beats(struct hil_core *core, bool use_primask)
+static bool is_pending_higher(struct hil_core *core, bool use_primask)
 {
     const struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
@@ -244,12 +244,12 @@ static bool beats(struct hil_core *core, bool use_primask)
 
 unsigned hil_exception_due(struct hil_core *core)
 {
-    return beats(core, true) ? core->state.nvic.best : 0;
+    return is_pending_higher(core, true) ? core->state.nvic.best : 0;
 }
 
 bool hil_exception_wakes(struct hil_core *core)
 {
-    return beats(core, false);
+    return is_pending_higher(core, false);
 }
 
 /* Unicorn keeps flags of the translator's view of the core (handler mode among them) and renews

@@ -109,7 +109,7 @@ struct hil_translator *hil_translator_run(struct hil_translator *translator)
     return before;
 }
 
-void hil_translator_meet_code(struct hil_translator *translator)
+void hil_translator_warm_code(struct hil_translator *translator)
 {
     if (translator->code_in_ram)
         return;

@@ -23,7 +23,7 @@ void hil_translator_start(struct hil_translator *translator);
 /* Sets the processor that runs in this thread (NULL: none). Returns the previous one. */
 struct hil_translator *hil_translator_run(struct hil_translator *translator);
 /* Call when the processor runs code from RAM. */
-void hil_translator_meet_code(struct hil_translator *translator);
+void hil_translator_warm_code(struct hil_translator *translator);
 /* An instruction, and ITSTATE at its beginning. */
 struct hil_place {
     uint32_t pc, itstate;

@@ -159,7 +159,7 @@ void hil_whatif_destroy(struct hil_core *core)
     core->engine.whatif = NULL;
 }
 
-void hil_whatif_forget(struct hil_core *core)
+void hil_whatif_reset(struct hil_core *core)
 {
     if (core->engine.whatif)
         memset(core->engine.whatif->judged, 0, sizeof core->engine.whatif->judged);

@@ -40,7 +40,7 @@ struct hil_difference {
 bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
                         struct hil_difference *difference);
 /* Call after a change of time or state: discards all results so far. */
-void hil_whatif_forget(struct hil_core *core);
+void hil_whatif_reset(struct hil_core *core);
 /* Call when the code has changed or the core is destroyed. */
 void hil_whatif_destroy(struct hil_core *core);
 

@@ -56,7 +56,7 @@ bool hil_debug_holds(const struct hil_board *board)
     return d && d->hold != HIL_HOLD_NONE;
 }
 
-static void go_on(struct hil_board *board)
+static void resume(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
@@ -70,14 +70,14 @@ static void go_on(struct hil_board *board)
 
 void hil_debug_run(struct hil_board *board)
 {
-    go_on(board);
+    resume(board);
     debugger_of(board)->stepping = false;
 }
 
 void hil_debug_step(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
-    go_on(board);
+    resume(board);
     d->stepping = true;
     d->stepped = false;
     d->step_depth = depth(board);
@@ -192,7 +192,7 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
         uc_hook_del(board->core.uc, there->hook);
         there->size = 0;
     }
-    hil_cpu_forget_code(&board->core); /* translated code has the look-out built in, or has not */
+    hil_cpu_discard_code(&board->core); /* translated code has the look-out built in, or has not */
     return MR_OK;
 }
 

@@ -296,7 +296,7 @@ static void read_description(const char *text, char *answer)
 
 /* --- monitor --- */
 
-static void tell_time(const struct hil_board *board, char *text, size_t size)
+static void print_time(const struct hil_board *board, char *text, size_t size)
 {
     uint64_t now_ps = hil_board_now_ps(board);
     snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
@@ -317,7 +317,7 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
         snprintf(text, sizeof text, "reset; PC 0x%08x\n",
                  (unsigned)hil_cpu_register(&gdb->board->core, 15));
     else if (strcmp(command, "time") == 0)
-        tell_time(gdb->board, text, sizeof text);
+        print_time(gdb->board, text, sizeof text);
     else
         snprintf(text, sizeof text,
                  "time   virtual time, cycles, instructions\n"
@@ -380,7 +380,7 @@ static bool vcont(struct hil_gdb *gdb, const char *action)
 }
 
 /* Treat a packet while the board is held. True: the board goes on. */
-static bool treat(struct hil_gdb *gdb, const char *packet, enum mr_status status)
+static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_status status)
 {
     char answer[2 * HIL_GDB_PACKET] = "";
     unsigned number;
@@ -440,7 +440,7 @@ static bool treat(struct hil_gdb *gdb, const char *packet, enum mr_status status
 }
 
 /* Serve the debugger until it lets the board go on. */
-static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
+static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
 {
     char packet[2 * HIL_GDB_PACKET + 1];
     double seen_s = hil_wall_s();
@@ -456,7 +456,7 @@ static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int 
                 return;
             continue;
         }
-        if (treat(gdb, packet, status)) {
+        if (handle_packet(gdb, packet, status)) {
             gdb->reported = false;
             return;
         }
@@ -529,7 +529,7 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
         explain(gdb, status);
         report(gdb, status);
     }
-    talk(gdb, status, stop);
+    serve_client(gdb, status, stop);
     return !gdb->killed;
 }
 

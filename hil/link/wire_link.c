@@ -168,7 +168,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
-        if (hil_is_precious(link->path)) {
+        if (hil_is_protected(link->path)) {
             snprintf(error, size,
                      "would overwrite a database or a program: %s; give a different file",
                      link->path);
@@ -188,7 +188,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
 }
 
 /* One look for a host, of at most POLL_MS. */
-static bool host_came(struct hil_link *link)
+static bool host_connected(struct hil_link *link)
 {
     if (link->type == HIL_LINK_PTY) {
         bool there = pty_in_use(link->fd);
@@ -212,7 +212,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
     if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
         return MR_OK;
     while (!*stop && hil_wall_ms() < until) {
-        if (host_came(link))
+        if (host_connected(link))
             return MR_OK;
     }
     snprintf(error, size,
@@ -282,7 +282,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
     hil_link_put_bytes(link, bytes, sizeof bytes);
 }
 
-static void hang_up(struct hil_link *link)
+static void close_host(struct hil_link *link)
 {
     link->hung_up = true;
     discard(link, link->end - link->start);
@@ -319,7 +319,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
             (link->type == HIL_LINK_PTY && !pty_in_use(link->fd))) {
-            hang_up(link);
+            close_host(link);
             return MR_OK;
         }
         if (!stall_ms)
@@ -364,7 +364,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     uint32_t baud = pty_baud(link->fd);
     link->hung_up = !pty_in_use(link->fd);
     if (link->hung_up) {
-        hang_up(link);
+        close_host(link);
         return;
     }
     if (baud && baud != link->baud) {
@@ -390,7 +390,7 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
     for (;;) {
         ssize_t n = recv(link->fd, bytes, sizeof bytes, MSG_DONTWAIT);
         if (n == 0)
-            hang_up(link);
+            close_host(link);
         if (n <= 0)
             return;
         if (link->kind == HIL_LINK_SERIAL) {

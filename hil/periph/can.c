@@ -136,7 +136,7 @@ static bool on_bus(const struct hil_can *c)
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
 
-static void forget_other(struct hil_can *c)
+static void drop_other(struct hil_can *c)
 {
     c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
     c->queue_count--;
@@ -178,7 +178,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     }
     while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame",
                                                c->queue[c->queue_head].id))
-        forget_other(c);
+        drop_other(c);
     if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame",
                                               c->queue[c->queue_head].id))
         return c->queue_count != 0;
@@ -386,7 +386,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         c->repeated = !c->repeated &&
                       dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
         if (!c->repeated)
-            forget_other(c);
+            drop_other(c);
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;

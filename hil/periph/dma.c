@@ -179,7 +179,7 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
     account(dev, controller, stream, 1);
 }
 
-static void tell_enabled(const struct hil_dma_device *dev, unsigned unit)
+static void notify_enabled(const struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
         const struct hil_dma_client *client = &dev->client[unit][i];
@@ -196,7 +196,7 @@ void hil_dma_flash_ready(void *device)
         if (!dma[unit].waits_for_flash)
             continue;
         dma[unit].waits_for_flash = false;
-        tell_enabled(dev, unit);
+        notify_enabled(dev, unit);
     }
 }
 
@@ -243,7 +243,7 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
     }
     s->cr |= CR_EN;
     s->reload = s->ndtr;
-    tell_enabled(dev, unit);
+    notify_enabled(dev, unit);
 }
 
 static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t value)

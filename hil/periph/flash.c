@@ -191,9 +191,9 @@ static void change_cells(struct hil_flash_device *dev, unsigned permille)
     case HIL_FLASH_IDLE: return;
     }
     if (flash->operation == HIL_FLASH_PROGRAM)
-        hil_cpu_forget_range(dev->core, HIL_FLASH_BASE + flash->address, flash->size);
+        hil_cpu_discard_range(dev->core, HIL_FLASH_BASE + flash->address, flash->size);
     else
-        hil_cpu_forget_code(dev->core);
+        hil_cpu_discard_code(dev->core);
 }
 
 static void stop_operation(struct hil_flash_device *dev)

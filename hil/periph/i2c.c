@@ -291,7 +291,7 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
 static void abandon(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.speaks(dev->slave.who)) {
+    if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.drives(dev->slave.who)) {
         uint64_t bit = (hil_now(dev->core) - i2c->begin_cycle) / period_cycles(dev);
         uint8_t byte = dev->slave.read(dev->slave.who);
         if (bit < 8 && !(byte >> (7u - bit) & 1u))

@@ -62,7 +62,7 @@ struct hil_i2c_slave {
     /* the next byte; 0xff if the slave is not being read */
     uint8_t (*read)(void *who);
     void (*stop)(void *who);
-    bool (*speaks)(const void *who); /* the slave is addressed and responds */
+    bool (*drives)(const void *who); /* the slave is addressed and responds */
     struct hil_i2c_hold *hold;
 };
 

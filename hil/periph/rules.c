@@ -58,7 +58,7 @@ double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, un
 }
 
 /* Who did it, in words. */
-static void tell_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
+static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
 {
     const char *name = pc && dev->function ? dev->function(dev->who, pc) : NULL;
     if (!pc)
@@ -78,8 +78,8 @@ static void stop(struct hil_rules_device *dev, enum hil_rule rule)
     char from[80], to[80], slew[48] = "";
     if (only_counts(dev, rule))
         return;
-    tell_place(dev, tally->from_pc, from, sizeof from);
-    tell_place(dev, tally->to_pc, to, sizeof to);
+    print_place(dev, tally->from_pc, from, sizeof from);
+    print_place(dev, tally->to_pc, to, sizeof to);
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
@@ -142,7 +142,7 @@ void hil_rules_broken(struct hil_rules_device *dev, enum hil_rule rule, uint32_t
     va_start(arguments, format);
     vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
-    tell_place(dev, pc, place, sizeof place);
+    print_place(dev, pc, place, sizeof place);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rules[rule].name,
                   rules[rule].what, words, place, rules[rule].source);
 }
@@ -279,8 +279,8 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
     for (unsigned i = 0; i < HIL_RULES; i++) {
         const struct hil_tally *tally = &dev->state->tally[i];
         char from[80], to[80], times[40] = "";
-        tell_place(dev, tally->from_pc, from, sizeof from);
-        tell_place(dev, tally->to_pc, to, sizeof to);
+        print_place(dev, tally->from_pc, from, sizeof from);
+        print_place(dev, tally->to_pc, to, sizeof to);
         if (rules[i].kind == LEAST && tally->judged)
             snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->least_ns, tally->worst_ns,
                      tally->slew_ns);

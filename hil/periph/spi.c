@@ -84,7 +84,7 @@ static void shift(struct hil_spi_device *dev, uint64_t at)
 static void receive(struct hil_spi_device *dev, uint8_t byte)
 {
     struct hil_spi *spi = dev->state;
-    bool driven = spi->selected && is_connected(dev) && dev->slave.speaks(dev->slave.who);
+    bool driven = spi->selected && is_connected(dev) && dev->slave.drives(dev->slave.who);
     if (spi->sr & SR_RXNE) { /* the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->dr_was_read = false;

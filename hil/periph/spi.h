@@ -34,7 +34,7 @@ struct hil_spi_slave {
     void (*select)(void *who, uint64_t at);
     void (*deselect)(void *who, uint64_t at, bool in_byte);
     uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);
-    bool (*speaks)(const void *who); /* the chip drove MISO in the last byte */
+    bool (*drives)(const void *who); /* the chip drove MISO in the last byte */
 };
 
 struct hil_spi_device {

@@ -150,8 +150,8 @@ static struct levels output_levels(const struct hil_tim *t)
 }
 
 /* Outputs may have changed since `before`: pins and converters see it, all channels at once. */
-static void tell_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
-                         uint64_t at)
+static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
+                           uint64_t at)
 {
     struct levels after = output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
@@ -259,7 +259,7 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
                 t->sr |= 2u << i;
             t->reference[i] = next_reference(t, i, (uint32_t)count, match);
         }
-        tell_outputs(dev, unit, before, at);
+        notify_outputs(dev, unit, before, at);
     }
     update_irq(dev, unit);
     schedule(dev, unit, at);
@@ -328,7 +328,7 @@ void hil_tim_reset(void *device, unsigned unit)
     t->arr = t->arr_now = counter_mask(unit);
     hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
     update_irq(dev, unit);
-    tell_outputs(dev, unit, before, hil_now(dev->core));
+    notify_outputs(dev, unit, before, hil_now(dev->core));
 }
 
 uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
@@ -448,7 +448,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
             hold_inputs(dev);
         break;
     }
-    tell_outputs(dev, unit, before, now);
+    notify_outputs(dev, unit, before, now);
     update_irq(dev, unit);
     schedule(dev, unit, now);
 }

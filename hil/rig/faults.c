@@ -28,9 +28,9 @@
 /* Reports a fault that fired, or a frame or byte that suffered one: a line with its virtual time to
  * the log and to the trace, and a count. `log` NULL: not written. `file_line`: its line in the
  * fault file; 0: none. */
-__attribute__((format(printf, 4, 5))) static void fault_tell(struct hil_core *core, FILE *log,
-                                                             unsigned file_line, const char *format,
-                                                             ...)
+__attribute__((format(printf, 4, 5))) static void fault_report(struct hil_core *core, FILE *log,
+                                                               unsigned file_line,
+                                                               const char *format, ...)
 {
     char text[160];
     va_list arguments;
@@ -84,8 +84,8 @@ static bool suffers(void *device, enum hil_line line, enum hil_line_fault kind, 
         return false;
     if (effect->left != HIL_FAULT_ALL)
         effect->left--;
-    fault_tell(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s",
-               line_names[line], what, (unsigned)number, kind_names[kind]);
+    fault_report(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s",
+                 line_names[line], what, (unsigned)number, kind_names[kind]);
     return true;
 }
 
@@ -95,8 +95,8 @@ static uint64_t delay_ps(const void *device, enum hil_line line)
     return dev->state->effect[line][HIL_DELAY].duration_ps;
 }
 
-static void give_frame(struct hil_lines_device *dev, uint64_t t_ps,
-                       const struct hil_can_frame *frame)
+static void deliver_frame(struct hil_lines_device *dev, uint64_t t_ps,
+                          const struct hil_can_frame *frame)
 {
     if (dev->callbacks.on_can_frame)
         dev->callbacks.on_can_frame(dev->callbacks.ctx, t_ps, frame);
@@ -118,9 +118,9 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
         schedule_late(dev);
         return;
     }
-    give_frame(dev, t_ps, frame);
+    deliver_frame(dev, t_ps, frame);
     if (suffers(dev, HIL_CAN_OUT, HIL_REPEAT, "frame", frame->id))
-        give_frame(dev, t_ps, frame);
+        deliver_frame(dev, t_ps, frame);
 }
 
 static void send_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes, size_t n)
@@ -137,7 +137,8 @@ static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
     lines->bytes_count = 0;
 }
 
-static void give_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes, size_t n)
+static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes,
+                          size_t n)
 {
     struct hil_lines *lines = dev->state;
     if (lines->bytes_count + n > HIL_FAULT_BYTES)
@@ -162,13 +163,13 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
         any |= lines->effect[HIL_SERIAL_OUT][kind].left != 0;
     for (size_t i = 0; any && i < n; i++) {
         if (suffers(dev, HIL_SERIAL_OUT, HIL_DROP, "byte", bytes[i])) {
-            give_bytes(dev, t_ps, bytes + from, i - from);
+            deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i + 1;
             continue;
         }
         if (lines->bytes_due_ps == HIL_NEVER &&
             suffers(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
-            give_bytes(dev, t_ps, bytes + from, i - from);
+            deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
             lines->bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
             schedule_late(dev);
@@ -176,11 +177,11 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
         if (suffers(dev, HIL_SERIAL_OUT, HIL_CORRUPT, "byte", bytes[i]))
             bytes[i] = (uint8_t)(bytes[i] ^ 1u << random_below(dev, 8));
         if (suffers(dev, HIL_SERIAL_OUT, HIL_REPEAT, "byte", bytes[i])) {
-            give_bytes(dev, t_ps, bytes + from, i + 1 - from);
+            deliver_bytes(dev, t_ps, bytes + from, i + 1 - from);
             from = i;
         }
     }
-    give_bytes(dev, t_ps, bytes + from, n - from);
+    deliver_bytes(dev, t_ps, bytes + from, n - from);
 }
 
 static void on_late(void *device, uint64_t at)
@@ -200,7 +201,7 @@ static void on_late(void *device, uint64_t at)
                 (lines->held_count - i) * sizeof lines->held_ps[0]);
         memmove(&lines->held_frame[i], &lines->held_frame[i + 1],
                 (lines->held_count - i) * sizeof lines->held_frame[0]);
-        give_frame(dev, now_ps, &frame);
+        deliver_frame(dev, now_ps, &frame);
     }
     if (lines->bytes_due_ps <= now_ps)
         release_bytes(dev, now_ps);
@@ -413,7 +414,7 @@ static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fa
 
 static void act(struct hil_faults_device *dev, const struct hil_fault *f)
 {
-    fault_tell(dev->core, dev->options->log, f->file_line, "%s", f->text);
+    fault_report(dev->core, dev->options->log, f->file_line, "%s", f->text);
     switch (f->action) {
     case HIL_FAULT_POWER_CUT: supply_off(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: supply_dip(dev->supply, f->volts, f->duration_ps); break;
@@ -519,7 +520,7 @@ enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
     return status;
 }
 
-void hil_faults_tell_rest(const struct hil_faults_device *dev)
+void hil_faults_report_rest(const struct hil_faults_device *dev)
 {
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->log; i++) {

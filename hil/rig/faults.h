@@ -204,7 +204,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
                                   const struct hil_fault_script *script);
 /* Call at the end of a run: reports each fault that did not occur in a line to hil_options.log. */
-void hil_faults_tell_rest(const struct hil_faults_device *dev);
+void hil_faults_report_rest(const struct hil_faults_device *dev);
 
 /* Call when a counted event has occurred; `device` is a struct hil_faults_device. */
 void hil_faults_flash_operation(void *device);

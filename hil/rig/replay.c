@@ -82,7 +82,8 @@ static void schedule(struct hil_replay_device *dev)
     hil_event_set_cycle(dev->core, HIL_EVENT_REPLAY, next);
 }
 
-static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
+static void apply_command(struct hil_replay_device *dev, const struct mr_command *message,
+                          bool serial)
 {
     if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL,
@@ -100,12 +101,12 @@ static void begin(struct hil_replay_device *dev)
         .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(dev),
         .resets = dev->core->state.counters.resets,
     };
-    give(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
+    apply_command(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
     schedule(dev);
 }
 
 /* All commands of the next block at once. The application takes those from CAN first. */
-static void give_block(struct hil_replay_device *dev)
+static void apply_block(struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
     struct hil_replay_state *state = dev->state;
@@ -114,7 +115,7 @@ static void give_block(struct hil_replay_device *dev)
            replay->commands[end].block == replay->commands[first].block)
         end++;
     for (uint32_t i = first; i < end; i++)
-        give(dev, &replay->commands[i].message, end - i <= SERIAL_COMMANDS);
+        apply_command(dev, &replay->commands[i].message, end - i <= SERIAL_COMMANDS);
     state->next_command = end;
 }
 
@@ -152,7 +153,7 @@ static void on_event(void *device, uint64_t at)
         move_frame_pin(dev, at);
     if (state->next_command < dev->replay->command_count &&
         cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
-        give_block(dev);
+        apply_block(dev);
     schedule(dev);
 }
 

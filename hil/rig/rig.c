@@ -362,20 +362,20 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 
 /* --- what it is connected to --- */
 
-static void look_at_excitation(void *device, uint64_t at)
+static void update_excitation(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
     hil_rig_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12),
                        hil_gpio_level(dev->gpio, PORT_D, 13), at);
 }
 
-static void look_at_shunts(void *device, uint64_t at)
+static void update_shunts(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
     switch_shunts(dev, level(dev, dev->type->shunts), at);
 }
 
-static void look_at_lamp(void *device, uint64_t at)
+static void update_lamp(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
     if (!dev->electronics->lamp_sense_ps)
@@ -390,7 +390,7 @@ static void look_at_lamp(void *device, uint64_t at)
 void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
 {
     dev->state->lamp = (uint8_t)lamp;
-    look_at_lamp(dev, hil_now(dev->core));
+    update_lamp(dev, hil_now(dev->core));
 }
 
 /* Low while the lamp draws current, by its amplifier's threshold, and a little later. */
@@ -421,10 +421,10 @@ void hil_rig_create(struct hil_rig_device *dev)
     dev->state->shunt_next_ps = HIL_NEVER;
     dev->lamp = (struct hil_pin){.who = dev, .function = -1, .level = lamp_sense};
     gpio->outside[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
-    gpio->timer_listener = (struct hil_pin_listener){dev, look_at_excitation};
-    hil_gpio_listen(gpio, look_at_excitation, dev);
-    hil_gpio_listen(gpio, look_at_shunts, dev);
-    hil_gpio_listen(gpio, look_at_lamp, dev);
+    gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
+    hil_gpio_listen(gpio, update_excitation, dev);
+    hil_gpio_listen(gpio, update_shunts, dev);
+    hil_gpio_listen(gpio, update_lamp, dev);
     dev->adc->outside = (struct hil_analogue){.who = dev,
                                               .source = hil_rig_channel,
                                               .volts = hil_rig_channel_volts,
@@ -465,7 +465,7 @@ void hil_script_start(struct hil_script_device *dev)
     script_schedule(dev);
 }
 
-static void give_command(struct hil_script_device *dev, const struct hil_run_command *command)
+static void apply_command(struct hil_script_device *dev, const struct hil_run_command *command)
 {
     if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message,
                        command->serial) != MR_OK)
@@ -482,7 +482,7 @@ static void on_command(void *device, uint64_t at)
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     while (dev->rig->run && script->next < dev->rig->run->command_count &&
            dev->rig->run->commands[script->next].t_ps <= now_ps)
-        give_command(dev, &dev->rig->run->commands[script->next++]);
+        apply_command(dev, &dev->rig->run->commands[script->next++]);
     script_schedule(dev);
 }
 
@@ -518,7 +518,7 @@ static void camera_schedule(struct hil_camera_device *dev)
     hil_event_set_ps(dev->core, HIL_EVENT_CAMERA, next);
 }
 
-static void look_at_trigger(void *device, uint64_t at)
+static void update_trigger(void *device, uint64_t at)
 {
     struct hil_camera_device *dev = device;
     struct hil_camera *camera = dev->state;
@@ -568,6 +568,6 @@ void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
 
 void hil_camera_create(struct hil_camera_device *dev)
 {
-    hil_gpio_listen(dev->gpio, look_at_trigger, dev);
+    hil_gpio_listen(dev->gpio, update_trigger, dev);
     hil_event_wire(dev->core, HIL_EVENT_CAMERA, on_film, dev);
 }

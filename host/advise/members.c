@@ -43,7 +43,7 @@ static const struct {
 
 /* --- drawing --- */
 
-static double told(const struct advise_runway *runway, enum advise_parameter unknown)
+static double stated_value(const struct advise_runway *runway, enum advise_parameter unknown)
 {
     switch (unknown) {
     case ADVISE_SHARE: return runway->share > 0.0 ? runway->share : 1.0;
@@ -67,7 +67,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
     u[ADVISE_STIFFNESS] = -0.5 + 0.9 * chance_uniform(chance);
     u[ADVISE_DAMPING] = -0.9 + 1.6 * chance_uniform(chance);
     for (int k = 0; k < ADVISE_UNKNOWNS; k++)
-        u[k] += log(told(runway, (enum advise_parameter)k));
+        u[k] += log(stated_value(runway, (enum advise_parameter)k));
 }
 
 static void draw_gaps(struct advise_members *members, struct advise_member *member)
@@ -124,7 +124,7 @@ void advise_relay(struct advise_members *members)
 }
 
 /* Ten openings get a sum: all smaller by a factor, or all nearer to the slack by one. */
-static void give_sum(float *gap_ft, double sum_ft, double slack_ft)
+static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
 {
     double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
     double sum = fmin(fmax(sum_ft, 0.0), most_ft);
@@ -156,8 +156,8 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
         for (unsigned s = 0; s < segments_of(members); s++) {
             double off_in = error_in * chance_normal(&members->chance);
             if (isfinite(sum_in[s]))
-                give_sum(members->member[m].gap_ft + MR_MATS_PER_SEGMENT * s,
-                         (sum_in[s] + off_in) / 12.0, slack_ft);
+                scale_to_sum(members->member[m].gap_ft + MR_MATS_PER_SEGMENT * s,
+                             (sum_in[s] + off_in) / 12.0, slack_ft);
         }
     }
 }
@@ -264,7 +264,7 @@ static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *
     gear->speed_ft_s -= a * b->step_s;
 }
 
-static void look(struct batch *b, const struct chains *chains, unsigned k)
+static void record_closure(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct mr_chain_params *chain = &b->members->runway.chain;
     const struct gear *gear = &b->gear[k];
@@ -348,7 +348,7 @@ static bool play_batch(struct batch *b)
             rest_s = rolling(b) ? 0.0 : rest_s + SETTLE_S;
         }
         for (unsigned k = 0; step % each_look == 0 && k < CHAINS_LANES; k++)
-            look(b, chains, k);
+            record_closure(b, chains, k);
     }
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         b->met[k].ran_away = away >> k & 1u;
@@ -654,7 +654,7 @@ static void from_state(struct advise_members *members, const struct assimilation
         struct advise_member *member = &members->member[m];
         const double *state = l->state + m * STATES;
         for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
-            double by = told(runway, (enum advise_parameter)k);
+            double by = stated_value(runway, (enum advise_parameter)k);
             member->unknown[k] = fmin(fmax(state[k], log(bounds[k].low * by)),
                                       log(bounds[k].high * by));
         }
@@ -733,7 +733,7 @@ void advise_widen(struct advise_members *members, double times)
         advise_parameter(members, (enum advise_parameter)k, &mean, &spread);
         for (size_t m = 0; m < members->count; m++) {
             double *u = &members->member[m].unknown[k],
-                   by = told(&members->runway, (enum advise_parameter)k);
+                   by = stated_value(&members->runway, (enum advise_parameter)k);
             *u = log(mean) + times * (*u - log(mean));
             *u = fmin(fmax(*u, log(bounds[k].low * by)), log(bounds[k].high * by));
         }

@@ -40,8 +40,9 @@ static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t 
 
 /* What the board was told before the landing; a sum that is the same to the last digit as before
  * the landing before is that one, not read again. */
-static enum mr_status told_survey(struct store *store, int64_t run, float last_in[MR_SEGMENTS],
-                                  double sum_in[MR_SEGMENTS], struct error *error)
+static enum mr_status surveyed_segments(struct store *store, int64_t run,
+                                        float last_in[MR_SEGMENTS], double sum_in[MR_SEGMENTS],
+                                        struct error *error)
 {
     struct zones_closure closure;
     enum mr_status status = zones_load_survey(store, run, &closure, error);
@@ -237,7 +238,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
         blank(landing->seen.before_in);
         blank(landing->seen.after_in);
         status = take_landing(store, past, landing, error) ?:
-                 told_survey(store, row[i].id, last_in, landing->seen.before_in, error) ?:
+                 surveyed_segments(store, row[i].id, last_in, landing->seen.before_in, error) ?:
                  gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
                              landing->seen.before_in, &landing->seen.survey_error_in, error) ?:
                  take_plan(store, i ? row[i - 1].id : 0, landing, error);
@@ -246,7 +247,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
     if (status == MR_OK)
         status = take_series(store, row, count, past, end_us, error);
     if (status == MR_OK && before)
-        status = told_survey(store, before, last_in, past->sum_in, error);
+        status = surveyed_segments(store, before, last_in, past->sum_in, error);
     if (status == MR_OK)
         status = gage_survey(store, row[count - 1].armed_us, end_us, past->sum_in,
                              &past->survey_error_in, error);

@@ -128,7 +128,7 @@ static unsigned find_silent(const struct measured *measured)
 }
 
 /* The last that the board said: the gear is awaited, or moves. */
-static bool last_said_to_move(const struct measured *measured)
+static bool was_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
            measured->landing.state == MR_LANDING_LANDING;
@@ -139,7 +139,7 @@ static bool last_said_to_move(const struct measured *measured)
 static bool ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
-    double surely_s = stop_t_s->value + (last_said_to_move(measured) ? 2.0 * stop_t_s->error : 0.0);
+    double surely_s = stop_t_s->value + (was_moving_at_end(measured) ? 2.0 * stop_t_s->error : 0.0);
     return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
@@ -184,7 +184,7 @@ bool measured_ends_early(const struct measured *measured)
     if (measured->samples == 0)
         return false;
     if (measured->fit_status == MR_TOO_FEW) /* too soon for a stop, even */
-        return measured->gates > 0 && !measured->torn && last_said_to_move(measured);
+        return measured->gates > 0 && !measured->torn && was_moving_at_end(measured);
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
 
@@ -646,7 +646,7 @@ char measured_source_letter(enum measured_source source)
 }
 
 /* What was set aside because of its time; false: nothing. */
-static bool aside_text(const struct measured *measured, char *out, size_t size)
+static bool excluded_text(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_aside *aside = &measured->aside;
     const struct {
@@ -694,18 +694,18 @@ void measured_source_text(const struct measured *measured, char out[MEASURED_SOU
                              "; the %lld ms before these are stored in the campaign but not shown",
                              (long long)measured->skipped_blocks);
     if (used < MEASURED_SOURCE_TEXT &&
-        aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+        excluded_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
         memcpy(out + used, "; ", 2);
 }
 
-void measured_aside_note(const struct measured *measured, const struct cli *cli)
+void measured_excluded_note(const struct measured *measured, const struct cli *cli)
 {
     char text[MEASURED_SOURCE_TEXT];
-    if (aside_text(measured, text, sizeof text))
+    if (excluded_text(measured, text, sizeof text))
         cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
 }
 
-json_t *measured_aside_json(const struct measured *measured)
+json_t *measured_excluded_json(const struct measured *measured)
 {
     const struct measured_aside *aside = &measured->aside;
     if (aside->blocks + aside->messages + aside->edges == 0)

@@ -215,8 +215,8 @@ char measured_source_letter(enum measured_source source);
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
 /* Prints the records that were set aside as a note, for output without measured_source_text, which
  * also contains them. */
-void measured_aside_note(const struct measured *measured, const struct cli *cli);
+void measured_excluded_note(const struct measured *measured, const struct cli *cli);
 /* The records set aside as JSON numbers; null if there are none. */
-json_t *measured_aside_json(const struct measured *measured);
+json_t *measured_excluded_json(const struct measured *measured);
 
 #endif

@@ -142,7 +142,7 @@ struct record {
     int64_t first, last; /* block, of all; last < first: there is none */
 };
 
-static void set_aside(struct measured_aside *aside, size_t *count, int64_t block)
+static void exclude(struct measured_aside *aside, size_t *count, int64_t block)
 {
     if (aside->blocks + aside->messages + aside->edges == 0)
         aside->block = block;
@@ -165,7 +165,7 @@ static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t len
     if (status != MR_OK)
         return status;
     if (!moments_hold(&record->moments, block.index / BLOCKS_PER_S)) {
-        set_aside(aside, &aside->blocks, block.index);
+        exclude(aside, &aside->blocks, block.index);
         return MR_OK;
     }
     if ((int64_t)block.index < record->from) {
@@ -209,7 +209,7 @@ static enum mr_status keep_message(void *context, const struct store_frame *fram
         return MR_OK;
     int64_t newest = frame->board_us / 1000;
     if (!moments_hold(&record->moments, newest / BLOCKS_PER_S)) {
-        set_aside(aside, &aside->messages, newest);
+        exclude(aside, &aside->messages, newest);
         return MR_OK;
     }
     if (newest - mr_series_at(pack->series)->blocks + 1 < record->from)
@@ -394,8 +394,8 @@ static void judge_moments(struct measured *measured, struct moments *moments)
         if (moments_hold(moments, edge_second(measured->gate[g].t_s)))
             measured->gate[kept++] = measured->gate[g];
         else
-            set_aside(&measured->aside, &measured->aside.edges,
-                      edge_second(1000.0 * measured->gate[g].t_s));
+            exclude(&measured->aside, &measured->aside.edges,
+                    edge_second(1000.0 * measured->gate[g].t_s));
     }
     measured->gates = kept;
 }
@@ -522,7 +522,7 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
     return status;
 }
 
-static enum mr_status count_unheard_edges(struct store *store, int64_t run,
+static enum mr_status count_missing_edges(struct store *store, int64_t run,
                                           struct measured *measured, struct error *error)
 {
     struct store_result result;
@@ -571,7 +571,7 @@ static enum mr_status load_facts(struct store *store, int64_t run, struct measur
     return store_landing_get(store, run, &measured->landing, error) ?:
            find_calibration(store, run, measured, error) ?:
            load_gates(store, run, measured, error) ?:
-           count_unheard_edges(store, run, measured, error);
+           count_missing_edges(store, run, measured, error);
 }
 
 static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,

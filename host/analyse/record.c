@@ -42,8 +42,8 @@ static void take_warning(const struct measured *measured, const struct zones *zo
     } else if (measured->source == MEASURED_IMPORT)
         row->warned = RECORD_UNWATCHED;
     else
-        row->warned = zones_heard_doubt(&zones->heard, (double)INFINITY, doubt) ? RECORD_UNHEARD
-                                                                                : RECORD_QUIET;
+        row->warned = zones_received_doubt(&zones->heard, (double)INFINITY, doubt) ? RECORD_UNHEARD
+                                                                                   : RECORD_QUIET;
 }
 
 /* Whether it was the landing that the advice was of. */
@@ -118,8 +118,8 @@ const char *outcome_basis_text(enum outcome_basis basis)
 /* A board tells its survey with each landing, also one that is old. A survey was read anew where
  * at least half of its sums are others than before; of fewer, those alone are new: two readings of
  * a closed segment may be the same to the last digit. */
-static enum mr_status told_survey(struct store *store, int64_t run, int64_t run_before,
-                                  struct zones_closure *told, struct error *error)
+static enum mr_status board_survey(struct store *store, int64_t run, int64_t run_before,
+                                   struct zones_closure *told, struct error *error)
 {
     struct zones_closure last;
     size_t changed = 0;
@@ -320,11 +320,11 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
     *outcome = (struct outcome){
         .mats = STORE_NONE, .left_mats = STORE_NONE, .start_ft = (double)NAN, .t_s = (double)NAN};
     enum mr_status status =
-        told_survey(store, landing->id, between->before ? between->before->id : 0, &before, error)
+        board_survey(store, landing->id, between->before ? between->before->id : 0, &before, error)
             ?: gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
                            landing->armed_us, &before, error);
     if (status == MR_OK && between->after)
-        status = told_survey(store, between->after->id, landing->id, &after, error);
+        status = board_survey(store, between->after->id, landing->id, &after, error);
     if (status == MR_OK)
         status = gage_survey(store, landing->armed_us,
                              between->after ? between->after->armed_us : INT64_MAX, &after, error);

@@ -810,7 +810,7 @@ static void source_answer(const struct measured *measured, struct answer *answer
         answer_count(answer, "to_block", NULL, measured->stretch[i].to_block);
     }
     answer_close(answer);
-    answer_json_value(answer, "set_aside", measured_aside_json(measured));
+    answer_json_value(answer, "set_aside", measured_excluded_json(measured));
 }
 
 static const char *or_unknown(const char *text)

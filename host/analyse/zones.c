@@ -112,16 +112,16 @@ static void find_warning(const struct measured *measured, struct zones *zones)
 #define PAUSE_BLOCKS 100 /* two statements: a frame that is lost alone hides no warning for long */
 
 /* `row`: in order of time. */
-static struct zones_heard zones_heard(const struct measured *measured, const struct store_zone *row,
-                                      size_t count)
+static struct zones_received zones_received(const struct measured *measured,
+                                            const struct store_zone *row, size_t count)
 {
     const struct store_landing *landing = &measured->landing;
-    struct zones_heard heard = {.any = count > 0,
-                                .ended = landing->state == MR_LANDING_DONE ||
-                                         landing->state == MR_LANDING_IDLE,
-                                .pause_from_s = (double)NAN,
-                                .pause_to_s = (double)NAN,
-                                .since_touchdown = measured->t0_is_touchdown};
+    struct zones_received heard = {.any = count > 0,
+                                   .ended = landing->state == MR_LANDING_DONE ||
+                                            landing->state == MR_LANDING_IDLE,
+                                   .pause_from_s = (double)NAN,
+                                   .pause_to_s = (double)NAN,
+                                   .since_touchdown = measured->t0_is_touchdown};
     int64_t longest = PAUSE_BLOCKS;
     if (count == 0)
         return heard;
@@ -147,7 +147,7 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                                         error);
     if (status != MR_OK)
         return status;
-    zones->heard = zones_heard(measured, zones->row, zones->count);
+    zones->heard = zones_received(measured, zones->row, zones->count);
     find_warning(measured, zones);
     return find_reason(store, measured, zones, error);
 }
@@ -286,7 +286,7 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
 static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 {
     char doubt[ZONES_HEARD_TEXT];
-    if (zones_heard_doubt(&zones->heard, (double)INFINITY, doubt))
+    if (zones_received_doubt(&zones->heard, (double)INFINITY, doubt))
         snprintf(out, ZONES_QUIET, "no warning was received, but one may have been sent: %s",
                  doubt);
     else
@@ -296,7 +296,7 @@ static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT])
 {
     const struct zone_warning *w = &zones->warning;
-    return w->warned && zones_heard_doubt(&zones->heard, w->t_s, out);
+    return w->warned && zones_received_doubt(&zones->heard, w->t_s, out);
 }
 
 /* In words whether and when; and whether the record can know that. */
@@ -310,7 +310,7 @@ static void warned_answer(const struct zones *zones, struct answer *answer)
         answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
     else
         answer_words(answer, NULL, "zone", "%s", quiet)->warn =
-            zones_heard_doubt(&zones->heard, (double)INFINITY, doubt);
+            zones_received_doubt(&zones->heard, (double)INFINITY, doubt);
     if (zones_earlier_text(zones, doubt))
         answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
             ->warn = true;
@@ -328,7 +328,7 @@ void zones_warned_answer(const struct zones *zones, bool watched, struct answer 
 void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    const struct zones_heard *heard = &zones->heard;
+    const struct zones_received *heard = &zones->heard;
     char doubt[ZONES_HEARD_TEXT];
     zones_warned_answer(zones, watched, answer);
     bool first = !zones_earlier_text(zones, doubt);
@@ -338,7 +338,7 @@ void zones_answer(const struct zones *zones, bool watched, struct answer *answer
                            : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->warned);
     answer_flag(answer, "all_heard", NULL,
-                watched && !zones_heard_doubt(heard, (double)INFINITY, doubt));
+                watched && !zones_received_doubt(heard, (double)INFINITY, doubt));
     answer_value(answer, "unheard_from", NULL, UNIT_TIME, heard->pause_from_s, 3)->digits = 9;
     answer_value(answer, "unheard_to", NULL, UNIT_TIME, heard->pause_to_s, 3)->digits = 9;
     if (w->warned)
@@ -352,7 +352,8 @@ static void add(char out[ZONES_HEARD_TEXT], const char *text)
     snprintf(out + used, ZONES_HEARD_TEXT - used, "%s%s", used ? "; " : "", text);
 }
 
-bool zones_heard_doubt(const struct zones_heard *heard, double before_s, char out[ZONES_HEARD_TEXT])
+bool zones_received_doubt(const struct zones_received *heard, double before_s,
+                          char out[ZONES_HEARD_TEXT])
 {
     const char *since = heard->since_touchdown ? "touchdown" : "the first switch or arming";
     char text[160];
@@ -395,7 +396,7 @@ static void stretch(struct foresight_span *span, double t_s)
 
 /* No motion is a lack only where something moves: before the first switches nobody expects one, and
  * then the level is not kinematic. */
-static void look(struct foresight *foresight, const struct store_prediction *row, double t_s)
+static void count_lacks(struct foresight *foresight, const struct store_prediction *row, double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
@@ -476,7 +477,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)
-                look(foresight, &rows[i], measured_block_s(measured, rows[i].block));
+                count_lacks(foresight, &rows[i], measured_block_s(measured, rows[i].block));
         }
         for (size_t i = 0; i < trust_count; i++) {
             if (trusts[i].block >= settled)

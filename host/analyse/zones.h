@@ -12,7 +12,7 @@
  * until the end of the landing; a warning may have been sent during a longer gap. */
 
 /* Times are t_s of the landing. */
-struct zones_heard {
+struct zones_received {
     bool any;   /* at least one zone message was received */
     bool late;  /* the first message was received late: the record begins after arming */
     bool ended; /* the board reported the end of the landing */
@@ -24,8 +24,8 @@ struct zones_heard {
 #define ZONES_HEARD_TEXT 300
 /* Gives the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
-bool zones_heard_doubt(const struct zones_heard *heard, double before_s,
-                       char out[ZONES_HEARD_TEXT]);
+bool zones_received_doubt(const struct zones_received *heard, double before_s,
+                          char out[ZONES_HEARD_TEXT]);
 
 struct zone_warning {
     bool warned;
@@ -70,7 +70,7 @@ struct zones {
     struct store_zone *row;
     size_t count;
     struct zone_warning warning;
-    struct zones_heard heard;
+    struct zones_received heard;
 };
 
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,

@@ -83,7 +83,7 @@ struct answer *answer_new(bool si)
     return answer;
 }
 
-void answer_as_given(struct answer *answer)
+void answer_as_stored(struct answer *answer)
 {
     answer->as_given = true;
 }

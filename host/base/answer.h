@@ -37,7 +37,7 @@ struct answer_fact {
 struct answer *answer_new(bool si);
 /* JSON values keep the unit in which they are passed, in SI answers too. Call before the first
  * value. */
-void answer_as_given(struct answer *answer);
+void answer_as_stored(struct answer *answer);
 void answer_free(struct answer *answer);
 /* True for SI units; for texts that contain units. */
 bool answer_in_si(const struct answer *answer);

@@ -224,7 +224,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
 }
 
 /* Bytes without a begin are no report: they make room. */
-static void forget_noise(struct listening *l)
+static void discard_noise(struct listening *l)
 {
     if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
         l->length = l->ready_at = 0;
@@ -235,8 +235,8 @@ static void forget_noise(struct listening *l)
 /* A word is lost while the board resets itself, or before it runs: it is said again when the board
  * says that it is ready, and when nothing comes; not once it is obeyed, for each copy would be
  * obeyed as well. */
-static enum mr_status say_again(struct listening *l, struct link *link, const char *section,
-                                struct error *error)
+static enum mr_status send_again(struct listening *l, struct link *link, const char *section,
+                                 struct error *error)
 {
     char word[32];
     /* what stood in its line before is no word */
@@ -289,10 +289,10 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
             return error_set(error, MR_CLOSED, "the board has closed the link: %s",
                              link_spec(link));
         if (status == MR_OK)
-            status = say_again(l, link, asked, error);
+            status = send_again(l, link, asked, error);
         if (status != MR_OK)
             return status;
-        forget_noise(l);
+        discard_noise(l);
         if (takes_too_long(l))
             return nobody(l, link, asked, error);
     }
@@ -427,7 +427,8 @@ static void judge(struct bringup_judged *j, const struct mr_board *board)
                                : j->limit->beyond;
 }
 
-static bool is_said(const struct bringup *now, unsigned section, const struct bringup_limit *limit)
+static bool is_reported(const struct bringup *now, unsigned section,
+                        const struct bringup_limit *limit)
 {
     for (size_t i = 0; i < now->lines; i++) {
         if (limit_of(section, &now->line[i]) == limit)
@@ -451,7 +452,7 @@ size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRI
     for (size_t i = 0; i < LIMITS; i++) {
         const struct bringup_limit *limit = &limits[i];
         if (!(limit->sections & section) || limit->none == BRINGUP_OK ||
-            is_said(now, section, limit))
+            is_reported(now, section, limit))
             continue;
         judged[count++] =
             (struct bringup_judged){.name = limit->name, .limit = limit, .verdict = limit->none};

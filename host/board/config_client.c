@@ -171,13 +171,13 @@ enum mr_status config_client_get(struct config_client *talk, struct mr_config *c
                          mr_status_text(status), dialogue_spec(talk->dialogue));
 }
 
-enum mr_status config_client_meet(struct config_client *talk, struct dialogue *dialogue,
-                                  struct mr_config *config, uint32_t *crc, struct error *error)
+enum mr_status config_client_identify(struct config_client *talk, struct dialogue *dialogue,
+                                      struct mr_config *config, uint32_t *crc, struct error *error)
 {
     enum mr_status status = config_client_begin(talk, dialogue, error);
     /* a landing that is done is kept: nothing ends but its state */
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
-        status = dialogue_obey(
+        status = dialogue_execute(
             dialogue,
             &(struct dialogue_order){.code = MR_COMMAND_DISARM, .answer_s = DIALOGUE_ANSWER_S},
             NULL, error);
@@ -186,11 +186,11 @@ enum mr_status config_client_meet(struct config_client *talk, struct dialogue *d
 
 enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error)
 {
-    return dialogue_obey(dialogue,
-                         &(struct dialogue_order){.code = MR_COMMAND_LIVE,
-                                                  .argument = seconds,
-                                                  .answer_s = DIALOGUE_ANSWER_S},
-                         "the board must be idle", error);
+    return dialogue_execute(dialogue,
+                            &(struct dialogue_order){.code = MR_COMMAND_LIVE,
+                                                     .argument = seconds,
+                                                     .answer_s = DIALOGUE_ANSWER_S},
+                            "the board must be idle", error);
 }
 
 /* A window of words from `from` on, to the end of the board's next answer. */

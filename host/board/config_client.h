@@ -55,8 +55,8 @@ enum mr_status config_client_get(struct config_client *talk, struct mr_config *c
                                  uint32_t *crc, struct error *error);
 /* Calls config_client_begin, sets a board that has finished a landing to idle, and reads its
  * configuration. */
-enum mr_status config_client_meet(struct config_client *talk, struct dialogue *dialogue,
-                                  struct mr_config *config, uint32_t *crc, struct error *error);
+enum mr_status config_client_identify(struct config_client *talk, struct dialogue *dialogue,
+                                      struct mr_config *config, uint32_t *crc, struct error *error);
 /* Makes an idle board send edges and block records for `seconds`; 0: stops them. */
 enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error);
 /* Sends a configuration. MR_OK: it is active and stored in flash; on CAN the dialogue continues at

@@ -72,8 +72,8 @@ void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes,
     }
 }
 
-enum mr_status identity_speaks(const struct identity *identity, const char *spec,
-                               struct error *error)
+enum mr_status identity_check_layout(const struct identity *identity, const char *spec,
+                                     struct error *error)
 {
     if (identity->hello.layout == MR_LAYOUT)
         return MR_OK;
@@ -188,7 +188,7 @@ void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *co
     dialogue->subscriber[dialogue->subscribers++].context = context;
 }
 
-void dialogue_forget(struct dialogue *dialogue)
+void dialogue_reset(struct dialogue *dialogue)
 {
     dialogue->identity = (struct identity){.hello_known = false};
     mr_deframer_init(&dialogue->deframer);
@@ -213,7 +213,7 @@ static enum mr_status take(struct dialogue *dialogue, const struct dialogue_mess
     if (message->kind == dialogue->kind) {
         identity_take(&dialogue->identity, message->id, message->payload, message->length);
         if (message->id == MR_ID_HELLO && !dialogue->any_layout && dialogue->identity.hello_known)
-            status = identity_speaks(&dialogue->identity, dialogue_spec(dialogue), error);
+            status = identity_check_layout(&dialogue->identity, dialogue_spec(dialogue), error);
         if (message->id == MR_ID_ACK)
             take_answer(dialogue, message);
     }
@@ -443,8 +443,8 @@ static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, d
 }
 
 /* Gives the command and waits for the answer, which is in `dialogue` then. */
-static enum mr_status give(struct dialogue *dialogue, const uint8_t *payload, size_t length,
-                           double answer_s, struct error *error)
+static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payload, size_t length,
+                                  double answer_s, struct error *error)
 {
     uint8_t nonce[MR_PROOF_BYTES];
     bool proven = false, again = true;
@@ -491,7 +491,7 @@ enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_o
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
     dialogue->asking = true;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
-        status = give(dialogue, payload, length, order->answer_s, error);
+        status = send_proven(dialogue, payload, length, order->answer_s, error);
     dialogue->asking = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&
         order->taken(order->context))
@@ -522,8 +522,8 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
                      now ? not_now : mr_status_text(why));
 }
 
-enum mr_status dialogue_obey(struct dialogue *dialogue, const struct dialogue_order *order,
-                             const char *not_now, struct error *error)
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_order *order,
+                                const char *not_now, struct error *error)
 {
     struct mr_ack answer;
     enum mr_status status = dialogue_order(dialogue, order, &answer, error);

@@ -67,8 +67,8 @@ struct identity {
 void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
 /* Returns MR_OK if the board uses this matrig's layout, otherwise MR_VERSION. `spec`: its link, for
  * the error. */
-enum mr_status identity_speaks(const struct identity *identity, const char *spec,
-                               struct error *error);
+enum mr_status identity_check_layout(const struct identity *identity, const char *spec,
+                                     struct error *error);
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
 /* Returns true if the board runs this image and the image is complete. Otherwise `why` describes
  * the difference. */
@@ -95,7 +95,7 @@ typedef enum mr_status dialogue_take(void *context, const struct dialogue_messag
 typedef bool dialogue_done(const void *context);
 
 struct dialogue {
-    /* From the board's messages about itself since the beginning, or since dialogue_forget. */
+    /* From the board's messages about itself since the beginning, or since dialogue_reset. */
     struct identity identity;
     bool any_layout;       /* set for flashing: a board with another layout is accepted too */
     double (*now_s)(void); /* the monotonic clock; a test may replace it */
@@ -138,7 +138,7 @@ double dialogue_now_s(const struct dialogue *dialogue);
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context);
 /* Resets the identity, because the board restarts or another board is expected. The board must send
  * its identity again. */
-void dialogue_forget(struct dialogue *dialogue);
+void dialogue_reset(struct dialogue *dialogue);
 
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */
 void dialogue_move(struct dialogue *dialogue, uint16_t base);
@@ -210,7 +210,7 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
                                 const char *not_now, struct error *error);
 /* Sends a command and sets one of the standard error messages if it fails. MR_OK: the board
  * executed the command. */
-enum mr_status dialogue_obey(struct dialogue *dialogue, const struct dialogue_order *order,
-                             const char *not_now, struct error *error);
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_order *order,
+                                const char *not_now, struct error *error);
 
 #endif

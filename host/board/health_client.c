@@ -76,7 +76,7 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
     break
 
 /* The board has begun again, or is asked anew: what it said before is over. */
-static void forget(struct health_client *talk)
+static void discard(struct health_client *talk)
 {
     talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known =
         talk->health_known = false;
@@ -101,7 +101,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
             break;
         talk->hellos++;
         if (message->seq == 0)
-            forget(talk);
+            discard(talk);
         break;
     case MR_ID_FAULT:
         if (mr_fault_get(&fault, bytes, length) == MR_OK && fault.code < MR_FAULT_COUNT)
@@ -143,8 +143,8 @@ static void until_hello(struct health_client *talk, unsigned hellos)
 
 static void order(struct health_client *talk, uint8_t code)
 {
-    dialogue_obey(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
-                  "a landing is armed or in progress", fatal);
+    dialogue_execute(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
+                     "a landing is armed or in progress", fatal);
 }
 
 static bool all_known(const void *context)
@@ -155,9 +155,9 @@ static bool all_known(const void *context)
 }
 
 /* Hears everything that the board says each second, and what a processor fault left behind. */
-static void health_client_hear(struct health_client *talk)
+static void health_client_receive(struct health_client *talk)
 {
-    forget(talk);
+    discard(talk);
     order(talk, MR_COMMAND_STATE);
     /* a whole second of the board, whatever its speed: from one regular hello to the next */
     until_hello(talk, talk->hellos + 2);
@@ -281,7 +281,7 @@ static void test_answer(const struct mr_self_test *test, struct answer *answer)
 }
 
 /* Exit 1: the board found a fault in itself. */
-static int tell(const char *verb, const struct health_client *talk, const struct cli *cli)
+static int print_checks(const char *verb, const struct health_client *talk, const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);
     bool fault = false;
@@ -303,10 +303,10 @@ int board_health(struct dialogue *dialogue, const char *verb, const struct cli *
     dialogue_subscribe(dialogue, take, &talk);
     dialogue_hello(dialogue, NULL, NULL, fatal);
     if (strcmp(verb, "health") == 0)
-        health_client_hear(&talk);
+        health_client_receive(&talk);
     else if (strcmp(verb, "self-test") == 0)
         health_client_self_test(&talk);
     else
         health_client_reset(&talk);
-    return tell(verb, &talk, cli);
+    return print_checks(verb, &talk, cli);
 }

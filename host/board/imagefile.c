@@ -43,8 +43,8 @@ static enum mr_status read_all(struct source *source, struct error *error)
 }
 
 /* One byte of the image. `place` names where in the file it stands. */
-static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t byte,
-                           const char *place, struct error *error)
+static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_t byte,
+                               const char *place, struct error *error)
 {
     uint64_t at = address - MR_FLASH;
     if (address < MR_FLASH || at >= IMAGEFILE_BYTES)
@@ -71,8 +71,8 @@ static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t by
 
 /* ---- ELF ---- */
 
-static enum mr_status give_segment(struct imagefile *image, const struct source *source,
-                                   const Elf32_Phdr *part, unsigned number, struct error *error)
+static enum mr_status add_segment(struct imagefile *image, const struct source *source,
+                                  const Elf32_Phdr *part, unsigned number, struct error *error)
 {
     char place[40];
     enum mr_status status = MR_OK;
@@ -81,8 +81,8 @@ static enum mr_status give_segment(struct imagefile *image, const struct source 
         return error_set(error, MR_TRUNCATED, "the file ends inside %s: %s; build the image again",
                          place, source->path);
     for (uint32_t i = 0; status == MR_OK && i < part->p_filesz; i++)
-        status = give(image, (uint64_t)part->p_paddr + i, source->bytes[part->p_offset + i], place,
-                      error);
+        status = add_byte(image, (uint64_t)part->p_paddr + i, source->bytes[part->p_offset + i],
+                          place, error);
     return status;
 }
 
@@ -115,7 +115,7 @@ static enum mr_status read_elf(struct imagefile *image, const struct source *sou
         Elf32_Phdr part;
         memcpy(&part, source->bytes + head.e_phoff + i * sizeof part, sizeof part);
         if (part.p_type == PT_LOAD)
-            status = give_segment(image, source, &part, i, error);
+            status = add_segment(image, source, &part, i, error);
     }
     return status;
 }
@@ -137,7 +137,7 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
     for (size_t i = 0; status == MR_OK && i < source->length; i++) {
         bool spared = i >= low && i < IMAGEFILE_CONFIGURATION_END && source->bytes[i] == 0xff;
         if (!spared)
-            status = give(image, MR_FLASH + i, source->bytes[i], "a byte", error);
+            status = add_byte(image, MR_FLASH + i, source->bytes[i], "a byte", error);
     }
     return status;
 }

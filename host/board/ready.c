@@ -987,8 +987,8 @@ enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready
     if (dialogue->link[LINK_CAN])
         facts->can_base = link_base(dialogue->link[LINK_CAN]);
     dialogue_subscribe(dialogue, take, a);
-    enum mr_status status = config_client_meet(&a->config, dialogue, &facts->config,
-                                               &facts->config_crc, error);
+    enum mr_status status = config_client_identify(&a->config, dialogue, &facts->config,
+                                                   &facts->config_crc, error);
     if (status == MR_OK) {
         wait_for(a, dialogue_flag, &dialogue->identity.key_known, ANSWER_S);
         ask(a);

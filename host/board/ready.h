@@ -150,7 +150,7 @@ json_t *ready_json(const struct ready_report *report);
 /* Fills the board's part of `facts` within `limit_s`: sets a board that has finished a landing to
  * idle, reads its configuration and requests the other facts. Facts that do not arrive stay
  * unknown. Its CAN messages are read meanwhile if the dialogue has a CAN link. Statuses as
- * config_client_meet. */
+ * config_client_identify. */
 enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready_facts *facts,
                          struct error *error);
 

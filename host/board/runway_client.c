@@ -124,7 +124,7 @@ static enum mr_status wait_until_kept(struct runway_client *talk, struct error *
     return status;
 }
 
-enum mr_status runway_client_give(struct runway_client *talk,
+enum mr_status runway_client_load(struct runway_client *talk,
                                   const struct mr_predictor_state *state, struct error *error)
 {
     enum mr_status status = runway_client_read(talk, error);
@@ -145,7 +145,7 @@ enum mr_status runway_client_give(struct runway_client *talk,
     return status ?: wait_until_kept(talk, error);
 }
 
-enum mr_status runway_client_forget(struct runway_client *talk, struct error *error)
+enum mr_status runway_client_discard(struct runway_client *talk, struct error *error)
 {
     return order(talk->dialogue, MR_COMMAND_RUNWAY_FORGET, 0, 0, error)
              ?: wait_until_kept(talk, error);

@@ -25,11 +25,11 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
 /* Sends a runway state. MR_OK: the board has accepted and stored it. MR_LIMIT: the board has a
  * different number of mats. MR_MALFORMED: the board refused it. MR_NOT_NOW: the board is armed or
  * in a landing. */
-enum mr_status runway_client_give(struct runway_client *talk,
+enum mr_status runway_client_load(struct runway_client *talk,
                                   const struct mr_predictor_state *state, struct error *error);
 /* Resets the runway state to that of an unmeasured runway. MR_OK: the board has stored it.
  * MR_NOT_NOW: the board is armed or in a landing. */
-enum mr_status runway_client_forget(struct runway_client *talk, struct error *error);
+enum mr_status runway_client_discard(struct runway_client *talk, struct error *error);
 
 /* Sending a board the chart and the plan for the next landing (common/risk.h). */
 /* Call after the board's hello. MR_NOT_NOW: the board is armed or has no predictor. MR_VERSION: the

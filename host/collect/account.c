@@ -37,7 +37,7 @@ void account_message(struct account *account, unsigned place)
         account->received_of[place]++;
 }
 
-void account_goes_on(struct account *account)
+void account_settle(struct account *account)
 {
     account->doubtful = false;
 }

@@ -107,7 +107,7 @@ void account_break(struct account *account);
 void account_message(struct account *account, unsigned place); /* enum mr_message_place */
 bool account_message_count(struct account *account, const struct mr_message_count *count);
 /* A board time arrived that continues from the previous ones: the board has not restarted. */
-void account_goes_on(struct account *account);
+void account_settle(struct account *account);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
  * none. Call it before the content of the frame is accounted. */

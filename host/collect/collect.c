@@ -126,7 +126,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
 
 /* A port that came back goes on wherever the board is: nothing joins on to a frame it went away
  * in. */
-static void forget_torn_frame(struct side *side)
+static void discard_torn_frame(struct side *side)
 {
     if (side->deframer.length > 0)
         side->account.counts.bad++;
@@ -155,7 +155,7 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
         side->told[i] = counters->trouble[i];
         side->pending[i] += more;
         if (i == LINK_BACK)
-            forget_torn_frame(side);
+            discard_torn_frame(side);
         account_trouble(&side->account, (enum link_event)i, (int64_t)more);
     }
     return status;
@@ -174,7 +174,7 @@ enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
         struct side *side = &collector->side[kind];
         if (side->current)
             event.run = side->current->row.id;
-        collect_forget_time(side);
+        collect_discard_time(side);
     }
     return store_event_put(collector->store, &event, error);
 }
@@ -269,8 +269,8 @@ int64_t collector_take_finished(struct collector *collector)
     return run;
 }
 
-static void tell_other_on_can(const struct collector *collector,
-                              struct collector_progress *progress)
+static void report_other_on_can(const struct collector *collector,
+                                struct collector_progress *progress)
 {
     const struct side *can = &collector->side[LINK_CAN];
     progress->other_on_can = collector->told.uid_vouched && !can->own_heard &&
@@ -294,7 +294,7 @@ void collector_progress(const struct collector *collector, struct collector_prog
                                     .nonce = told->nonce_known ? told->nonce : NULL,
                                     .uid = told->uid,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
-    tell_other_on_can(collector, progress);
+    report_other_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
@@ -335,9 +335,9 @@ void collector_back_to_mark(struct collector *collector)
         *collector = *mark;
 }
 
-void collector_forget_time(struct collector *collector, enum link_kind kind)
+void collector_discard_time(struct collector *collector, enum link_kind kind)
 {
-    collect_forget_time(&collector->side[kind]);
+    collect_discard_time(&collector->side[kind]);
 }
 
 void collector_move(struct collector *collector, struct store *store)

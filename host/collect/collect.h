@@ -56,7 +56,7 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
                                   struct error *error);
 /* Discards the estimated clock offset of one link between board and computer; it is estimated again
  * from later data. */
-void collector_forget_time(struct collector *collector, enum link_kind kind);
+void collector_discard_time(struct collector *collector, enum link_kind kind);
 
 /* collector_mark saves the state at the start of a transaction. collector_back_to_mark restores it
  * after the store has rolled the transaction back, so that the same data can be passed in again. */

@@ -45,7 +45,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     side->boot++;
     side->time = (struct timebase){0};
     side->clock_block = side->first_clock = 0;
-    collect_forget_time(side);
+    collect_discard_time(side);
     account_restart(&side->account, hello != NULL);
     side->shunt.number = 0;
     memset(collector->fault_count, 0, sizeof collector->fault_count);
@@ -144,7 +144,7 @@ static bool serial_is_record(const struct collector *collector)
 /* Each link counts the starts of the board for itself. One that missed a short one, or took a
  * stranger's for one, joins the other when both have been at the same time for longer than one can
  * be behind. */
-static void count_starts_alike(const struct collector *collector, struct side *can)
+static void count_same_starts(const struct collector *collector, struct side *can)
 {
     const struct side *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
@@ -232,8 +232,8 @@ static void note_identity(struct collector *collector, struct side *can,
 }
 
 /* Tells who listens, and does what the message says. */
-static enum mr_status hear(struct collector *collector, struct side *side,
-                           const struct collector_event *event, struct error *error)
+static enum mr_status receive(struct collector *collector, struct side *side,
+                              const struct collector_event *event, struct error *error)
 {
     if (collector->listener)
         collector->listener->message(collector->listener->context, event);
@@ -280,8 +280,8 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
         if (side->kind == LINK_CAN)
-            count_starts_alike(collector, side);
-        account_goes_on(&side->account);
+            count_same_starts(collector, side);
+        account_settle(&side->account);
     }
     account_message(&side->account, message->place);
 
@@ -298,7 +298,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
-        meaning = hear(collector, side, &event, error);
+        meaning = receive(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side,
                            lost_in_time    ? NULL
@@ -362,7 +362,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    account_goes_on(&side->account);
+    account_settle(&side->account);
     account_message(&side->account, MR_PLACE_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
@@ -582,7 +582,7 @@ void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t hos
                     (int64_t)host_us);
 }
 
-void collect_forget_time(struct side *side)
+void collect_discard_time(struct side *side)
 {
     side->map.count = 0;
     side->sync_host_us = 0;

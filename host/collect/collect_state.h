@@ -215,7 +215,7 @@ void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_u
 void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
 void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
 /* Discards the pairs, because this computer's clock was set. */
-void collect_forget_time(struct side *side);
+void collect_discard_time(struct side *side);
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
                                     const struct slot *slot, struct error *error);
 enum mr_status collect_film_frame(struct collector *collector, struct side *side,

@@ -245,8 +245,8 @@ static int list(const struct request *request, const struct box_client *talk)
     return answer_show(request->cli, answer, 0);
 }
 
-static int tell_read(const struct request *request, const struct box_client_record *r,
-                     size_t absent, const struct boxfill *filled)
+static int report_read(const struct request *request, const struct box_client_record *r,
+                       size_t absent, const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
@@ -322,7 +322,7 @@ static int read_record(const struct request *request, struct box_client *talk)
     keep_configuration(request, talk, store, filled.run);
     free(pages);
     free(present);
-    return tell_read(request, r, absent, &filled);
+    return report_read(request, r, absent, &filled);
 }
 
 static int box(const struct request *request, struct dialogue *dialogue)
@@ -382,7 +382,7 @@ static int print_identity(const struct request *request, const struct identity *
     return answer_show(request->cli, answer, exit_code);
 }
 
-static int tell_identity(const struct request *request, struct dialogue *dialogue)
+static int report_identity(const struct request *request, struct dialogue *dialogue)
 {
     struct imagefile image = {0};
     if (request->image)
@@ -656,9 +656,9 @@ static int runway(const struct request *request, struct dialogue *dialogue)
     static struct runway_client talk;
     runway_client_begin(&talk, dialogue, fatal);
     if (request->words[2])
-        runway_client_give(&talk, &request->runway, fatal);
+        runway_client_load(&talk, &request->runway, fatal);
     else if (request->words[1] && strcmp(request->words[1], "forget") == 0)
-        runway_client_forget(&talk, fatal);
+        runway_client_discard(&talk, fatal);
     runway_client_read(&talk, fatal);
     if (request->out)
         write_runway(request->out, &talk.state);
@@ -708,7 +708,8 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     do {
         error = (struct error){0};
         status = dialogue_turn(dialogue, DIALOGUE_TURN_S, &error)
-                   ?: dialogue_obey(dialogue, &order, "a landing is armed or in progress", &error);
+                   ?: dialogue_execute(dialogue, &order, "a landing is armed or in progress",
+                                       &error);
     } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
     if (status != MR_OK) {
         keyfile_drop(uid);
@@ -745,7 +746,7 @@ static const struct verb {
     double least, most; /* least 1: it is needed */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
-    {.name = "", .options = IMAGE, .run = tell_identity},
+    {.name = "", .options = IMAGE, .run = report_identity},
     {.name = "list", .run = box},
     {"read", DB, 1, "the record", 1.0, 65535.0, box},
     {"free", 0, 1, "the record", 1.0, 65535.0, box},

@@ -164,7 +164,7 @@ static int go_to_rom(const struct request *request, struct link *link, struct er
     return 0;
 }
 
-static int talk(const struct request *request, const char *section)
+static int run_sections(const struct request *request, const char *section)
 {
     struct error error = {0};
     struct link *link = NULL;
@@ -209,7 +209,7 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
                   "no link: matrig board needs --serial LINK; see matrig board --help");
     if (strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
         error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board", r.serial);
-    return talk(&r, section);
+    return run_sections(&r, section);
 }
 
 #define VALUES struct request

@@ -54,8 +54,9 @@ static const char *unit_text(const struct request *r)
 
 /* ---- the result ---- */
 
-static int tell(const struct request *r, const struct calibrate_points *points,
-                const struct calibrate_fit *fit, const struct mr_channel_config *channel, int code)
+static int show_fit(const struct request *r, const struct calibrate_points *points,
+                    const struct calibrate_fit *fit, const struct mr_channel_config *channel,
+                    int code)
 {
     const char *unit = unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
@@ -194,8 +195,8 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
     r->output = NULL;
     if (r->cli->json) /* into the object */
-        exit(tell(r, points, fit, channel, cli_fail(&error)));
-    int shown = tell(r, points, fit, channel, 0);
+        exit(show_fit(r, points, fit, channel, cli_fail(&error)));
+    int shown = show_fit(r, points, fit, channel, 0);
     exit(shown != 0 ? shown : cli_fail(&error));
 }
 
@@ -332,7 +333,7 @@ static void read_board(const struct request *r, struct mr_config *config,
     static struct config_client talk;
     struct dialogue *dialogue = dialogue_of_command(NULL, r->serial);
     uint32_t crc;
-    config_client_meet(&talk, dialogue, config, &crc, fatal);
+    config_client_identify(&talk, dialogue, config, &crc, fatal);
     if (!mr_channel_measures(&config->channel[r->channel]))
         error_set(fatal, MR_USAGE,
                   "%s is not fitted: the configuration of %s; see matrig board config", r->word,
@@ -369,7 +370,7 @@ static int calibrate(struct request *r)
     check_fit(r, &points, &fit, channel);
     if (r->output)
         write_config(r, &config);
-    return tell(r, &points, &fit, channel, 0);
+    return show_fit(r, &points, &fit, channel, 0);
 }
 
 /* ---- certificates ---- */

@@ -149,7 +149,7 @@ static void hold_gains(const struct request *request, const struct mr_config *ol
 /* ---- another base on CAN ---- */
 
 /* Whether a board says hello at this base. */
-static bool speaks_at(struct link *link, uint16_t base)
+static bool responds_at(struct link *link, uint16_t base)
 {
     const double until_s = monotonic_s() + LISTEN_S;
     struct link_frame frame;
@@ -171,7 +171,7 @@ static bool speaks_at(struct link *link, uint16_t base)
 }
 
 /* Listens to the bus before the board is given this base. */
-static void look_for_base(const struct request *request, struct session *session, uint16_t base)
+static void find_base(const struct request *request, struct session *session, uint16_t base)
 {
     struct link *own = NULL;
     if (!request->can)
@@ -181,7 +181,7 @@ static void look_for_base(const struct request *request, struct session *session
     struct link *link = own ? own : dialogue_link(session->dialogue);
     uint16_t before = link_base(link);
     link_set_base(link, base);
-    bool taken = speaks_at(link, base);
+    bool taken = responds_at(link, base);
     link_set_base(link, before);
     link_close(own);
     if (taken)
@@ -226,7 +226,7 @@ static int set(const struct request *request)
     if (count)
         hold_gains(request, &session.config, &wanted);
     if (moves)
-        look_for_base(request, &session, base);
+        find_base(request, &session, base);
     if (count) {
         wanted.site[0].revision = revision + 1;
         if (!request->cli->json)

@@ -427,7 +427,7 @@ struct line {
     size_t count;
 };
 
-static void look_around(struct day *day)
+static void read_all_facts(struct day *day)
 {
     day_facts_read(day->store, (int64_t)link_now_us(), &day->facts);
     day_plan_make(&day->facts, &day->plan);
@@ -830,13 +830,13 @@ static void print_list(const struct day *day)
 static int guide(struct day *day)
 {
     char key[8];
-    for (;; look_around(day)) {
+    for (;; read_all_facts(day)) {
         print_list(day);
         if (!ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
                  sizeof key) ||
             key[0] == 'q')
             break;
-        look_around(day); /* it may have waited for an hour */
+        read_all_facts(day); /* it may have waited for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             take_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
@@ -900,7 +900,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
         take_link(&day, day.r.can, LINK_CAN, day.facts.can);
     if (day.error.status != MR_OK)
         return cli_fail(&day.error);
-    look_around(&day);
+    read_all_facts(&day);
     return cli->json ? show(&day) : guide(&day);
 }
 

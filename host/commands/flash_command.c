@@ -245,9 +245,9 @@ static void order_into_rom(struct session *session)
 }
 
 /* Who runs. False: nobody says. */
-static bool hear_firmware(struct session *session, double within_s)
+static bool receive_firmware(struct session *session, double within_s)
 {
-    dialogue_forget(session->dialogue);
+    dialogue_reset(session->dialogue);
     bool heard = dialogue_who(session->dialogue, within_s, fatal) != MR_TIMEOUT;
     if (!heard && link_fd(dialogue_link(session->dialogue)) < 0)
         error_set(fatal, MR_IO, "the device was disconnected: %s; plug it in again", session->spec);
@@ -275,10 +275,10 @@ static void check_board(struct session *session)
 }
 
 /* The firmware that runs, if any, is asked who it is and to give way. */
-static void meet_firmware(struct session *session)
+static void identify_firmware(struct session *session)
 {
     char why[200];
-    if (!hear_firmware(session, HELLO_S)) {
+    if (!receive_firmware(session, HELLO_S)) {
         cli_note(session->cli,
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return;
@@ -299,7 +299,7 @@ static void meet_firmware(struct session *session)
 static void compare(struct session *session)
 {
     char why[200];
-    if (!hear_firmware(session, HELLO_ASKED_S))
+    if (!receive_firmware(session, HELLO_ASKED_S))
         error_set(fatal, MR_TIMEOUT,
                   "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
                   "and reset the board",
@@ -391,7 +391,7 @@ static int flash(struct session *session)
     take_port(session, tty);
     session->dialogue = dialogue_of_command(NULL, session->spec);
     session->dialogue->any_layout = true;
-    meet_firmware(session);
+    identify_firmware(session);
     dialogue_close(session->dialogue);
     bool already = session->same && !session->force;
     if (!already && program(session, tty, &error) != MR_OK)

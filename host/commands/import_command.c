@@ -197,7 +197,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            store_run_find(store, &request->like, &error) == MR_OK &&
            import(store, &file, request, &mapping, &row, r.again, &result, &error));
     if (is_new && store)
-        program_tell_new(cli, words[0]);
+        program_note_new(cli, words[0]);
     enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);

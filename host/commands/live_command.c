@@ -53,7 +53,7 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
 }
 
 /* What has come since the last look. */
-static enum mr_status look(struct watch *watch, struct error *error)
+static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 {
     const struct store_follower follower = {take_frame, take_record, watch};
     int64_t session = 0;
@@ -90,7 +90,7 @@ static enum mr_status run(struct watch *watch, struct error *error)
                              .events = POLLIN};
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
-        status = look(watch, error);
+        status = poll_campaign(watch, error);
         if (status == MR_OK && poll(&signals, 1, LOOK_MS) > 0)
             break;
     }
@@ -116,7 +116,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
 
 static int print_snapshot(struct watch *watch, struct error *error)
 {
-    if (look(watch, error) != MR_OK)
+    if (poll_campaign(watch, error) != MR_OK)
         return cli_fail(error);
     char *text = live_hub_snapshot(watch->hub);
     json_t *snapshot = text ? json_loads(text, 0, NULL) : NULL;

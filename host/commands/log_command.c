@@ -148,10 +148,10 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         typed_turn(logger);
         logger_note_health(logger);
         logger_note_exchanged(logger);
-        logger_note_unheard(logger);
+        logger_note_missing(logger);
         logger_note_board(logger);
         logger_show_progress(logger, false);
-        logger_say_rest(logger);
+        logger_report_rest(logger);
         if (signalled)
             logger->ended_by = "signal";
         else if (!any_open(logger))
@@ -230,7 +230,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
         logger->ended_by = "error";
     bool finished = logger_finish(logger, signals, &late) == MR_OK;
     logger_hasty(logger, false);
-    logger_say_rest(logger);
+    logger_report_rest(logger);
     if (finished)
         logger_show_finished(logger, &late);
     logger_show_progress(logger, true);
@@ -246,7 +246,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
-        status = logger_check_heard(logger, error);
+        status = logger_check_received(logger, error);
     if (status == MR_OK && logger->shown == 0)
         cli_note(logger->cli, "no landing was armed; the received data is in %s",
                  store_path(logger->store));
@@ -284,7 +284,7 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
 static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec, int signals,
                                 struct error *error)
 {
-    bool waits = !isnan(logger->wait_s) && link_comes_back(spec), told = false, ends = false;
+    bool waits = !isnan(logger->wait_s) && link_device_returns(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
     enum mr_status status;
     /* who asks for no wait is told at once of a device that is not there: it may be a slip */

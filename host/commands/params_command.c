@@ -78,8 +78,8 @@ static const struct found *find(const struct reader *r, const char *key)
 #define AXLE_LAW_MOST   2.0
 
 /* A value that the scene takes, with its interval cut to what it takes. */
-static void add_told(struct reader *r, const char *key, const char *unit,
-                     const struct push_told *told, double least, double most)
+static void add_value(struct reader *r, const char *key, const char *unit,
+                      const struct push_told *told, double least, double most)
 {
     const struct push_interval *of = &told->of;
     if (isnan(of->value) || find(r, key))
@@ -108,12 +108,12 @@ static void read_push(const struct params_request *request, struct reader *r, st
         .axle_load_lb = request->axle_load_lb,
     };
     push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
-    add_told(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
+    add_value(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.of.value))
         return; /* the other keys mean nothing without it */
-    add_told(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
-    add_told(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
-    add_told(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);
+    add_value(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
+    add_value(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
+    add_value(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);
     add(r, "wheel_load", "lb",
         request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
         (struct estimate){ground->axle_load_lb, 0.0})

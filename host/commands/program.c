@@ -46,7 +46,7 @@ bool program_new(const char *db)
     return true;
 }
 
-void program_tell_new(const struct cli *cli, const char *db)
+void program_note_new(const struct cli *cli, const char *db)
 {
     cli_note(cli, "a new campaign: %s", db);
 }
@@ -56,7 +56,7 @@ struct store *program_campaign_or_new(const struct cli *cli, const char *db)
     bool is_new = program_new(db);
     struct store *store = program_campaign(db, STORE_CREATE);
     if (is_new)
-        program_tell_new(cli, db);
+        program_note_new(cli, db);
     return store;
 }
 

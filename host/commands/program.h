@@ -24,9 +24,9 @@ struct store *program_campaign(const char *db, enum store_mode mode);
  * note is printed. */
 struct store *program_campaign_or_new(const struct cli *cli, const char *db);
 /* The two parts of program_campaign_or_new: program_new asks before a new campaign is opened and
- * returns whether it will be new; program_tell_new prints the note. */
+ * returns whether it will be new; program_note_new prints the note. */
 bool program_new(const char *db);
-void program_tell_new(const struct cli *cli, const char *db);
+void program_note_new(const struct cli *cli, const char *db);
 
 /* Writes the given global options of matrig (--json, --quiet, --si) into `words`, which has room
  * for command_matrig.count, for a program that is started with them. Returns their number. The

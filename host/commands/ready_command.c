@@ -89,7 +89,7 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
 }
 
 /* What this board was at its last landing and its last shunt calibration; its certificates. */
-static void look_back(struct store *store, struct ready_facts *f)
+static void check_recent(struct store *store, struct ready_facts *f)
 {
     char uid[IDENTITY_UID_TEXT];
     struct store_landing *rows = NULL;
@@ -151,7 +151,7 @@ static int ready(const struct request *request, struct ready_facts *f)
     struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
     ready_ask(dialogue, LIMIT_S - (monotonic_s() - begun_s), f, fatal);
     dialogue_close(dialogue);
-    look_back(store, f);
+    check_recent(store, f);
     ready_judge(f, &report);
     if (!f->database[0])
         save(store, &f->identity, "ready", &report, &f->shunts, made_us);
@@ -250,7 +250,7 @@ static int walk(const struct request *request, struct ready_facts *f)
     double begun_s = monotonic_s();
     struct store *store = program_campaign_or_new(request->cli, request->db);
     struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
-    config_client_meet(&talk, dialogue, &f->config, &f->config_crc, fatal);
+    config_client_identify(&talk, dialogue, &f->config, &f->config_crc, fatal);
     walking.request = request;
     walk_start(&walking.walk, &f->config);
     dialogue_subscribe(dialogue, take, &walking);

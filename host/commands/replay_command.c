@@ -79,8 +79,8 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
 /* The configuration that the landing was recorded under goes with it, into copy A of the board's
  * flash. What is built in belongs to the image. Where the database does not hold it, the difference
  * shows in config_crc. */
-static enum mr_status give_configuration(struct replay *replay, struct store *store,
-                                         struct error *error)
+static enum mr_status write_configuration(struct replay *replay, struct store *store,
+                                          struct error *error)
 {
     static struct mr_config config;
     static uint8_t flash[CONFIG_COPY_A + MR_CONFIG_IMAGE];
@@ -141,7 +141,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
           replay_board_check(&replay->board, error) == MR_OK &&
           replay_image_check(replay->board.elf, &replay->recorded, error) == MR_OK &&
           write_input(replay, store, error) == MR_OK &&
-          give_configuration(replay, store, error) == MR_OK &&
+          write_configuration(replay, store, error) == MR_OK &&
           find_losses(store, replay, &options, error) == MR_OK &&
           run_board(replay, cli, error) == MR_OK))
         return error->status;

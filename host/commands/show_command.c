@@ -97,7 +97,8 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     char doubt[ZONES_HEARD_TEXT], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
-    bool all_heard = watched && !zones_heard_doubt(&preview->zones.heard, (double)INFINITY, doubt);
+    bool all_heard = watched &&
+                     !zones_received_doubt(&preview->zones.heard, (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->warned)
         answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->start_ft,
@@ -253,7 +254,7 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
  * report alone adds them up. */
 #define RECORD_MOST 30
 
-static void came_of_it_answer(struct store *store, size_t landings, struct answer *answer)
+static void result_answer(struct store *store, size_t landings, struct answer *answer)
 {
     struct record record;
     if (landings == 0)
@@ -282,7 +283,7 @@ static void list(struct store *store, const char *db, struct answer *answer)
     store_gage_surveys(store, &survey, &surveys, fatal);
     landings_answer(store, row, count, answer);
     holds_answer(db, count, series_count, surveys, answer);
-    came_of_it_answer(store, count, answer);
+    result_answer(store, count, answer);
     free(row);
     free(series);
     free(survey);
@@ -290,8 +291,8 @@ static void list(struct store *store, const char *db, struct answer *answer)
 
 /* ---- one ---- */
 
-static void said_answer(struct store *store, const struct store_landing *landing,
-                        struct answer *answer)
+static void reported_answer(struct store *store, const struct store_landing *landing,
+                            struct answer *answer)
 {
     struct journal journal;
     journal_load(store, landing, &journal, fatal);
@@ -309,7 +310,7 @@ static void show(struct store *store, int64_t run, struct answer *answer)
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
     summary_answer(&summary, answer);
-    said_answer(store, &summary.measured.landing, answer);
+    reported_answer(store, &summary.measured.landing, answer);
     summary_free(&summary);
 }
 

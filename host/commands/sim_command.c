@@ -43,7 +43,7 @@ static void on_interrupt(int number)
     interrupted = 1;
 }
 
-static bool go_on(void *progress, int pass, double part)
+static bool show_progress(void *progress, int pass, double part)
 {
     return sim_progress(progress, pass, part) && !interrupted;
 }
@@ -58,8 +58,8 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                    cli->quiet);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.side_by_side = true;
-    request->options.go_on = go_on;
-    request->options.go_on_ctx = &progress;
+    request->options.may_continue = show_progress;
+    request->options.may_continue_ctx = &progress;
     interrupted = 0;
     sigaction(SIGINT, &action, &before);
     sim_run(scene, &request->options, result, error);

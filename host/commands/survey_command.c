@@ -295,8 +295,8 @@ static void keep(struct typist *typist, size_t item, enum survey_outcome outcome
     store_gage_reading_add(typist->store, typist->survey->row.id, &reading, fatal);
 }
 
-static void tell(const struct typist *typist, enum survey_outcome outcome, size_t item,
-                 const struct survey_entry *entry)
+static void report(const struct typist *typist, enum survey_outcome outcome, size_t item,
+                   const struct survey_entry *entry)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct request *r = typist->request;
@@ -353,7 +353,7 @@ static void take_line(struct typist *typist, const char *line)
     if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
         keep(typist, item, outcome, entry.note);
-    tell(typist, outcome, item, &entry);
+    report(typist, outcome, item, &entry);
 }
 
 /* Bytes until Enter make a line; of one too long nothing is taken. */
@@ -576,20 +576,20 @@ static enum mr_status take_slack(void *context, const struct dialogue_message *m
     return MR_OK;
 }
 
-static bool all_told(const void *context)
+static bool is_every_reading_stored(const void *context)
 {
     return ((const struct loading *)context)->tolds == SURVEY_SPANS;
 }
 
 static void order(struct loading *l, unsigned code, unsigned segment, int32_t argument)
 {
-    dialogue_obey(l->dialogue,
-                  &(struct dialogue_order){.code = (uint8_t)code,
-                                           .index = (uint8_t)segment,
-                                           .argument = argument,
-                                           .answer_s = ANSWER_S,
-                                           .tries = TRIES},
-                  "a landing is armed or in progress; disarm it, or wait", fatal);
+    dialogue_execute(l->dialogue,
+                     &(struct dialogue_order){.code = (uint8_t)code,
+                                              .index = (uint8_t)segment,
+                                              .argument = argument,
+                                              .answer_s = ANSWER_S,
+                                              .tries = TRIES},
+                     "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 
 static void read_back(struct loading *l)
@@ -598,7 +598,7 @@ static void read_back(struct loading *l)
     l->tolds = 0;
     for (int tries = 0; tries < TRIES; tries++) {
         order(l, MR_COMMAND_STATE, 0, 0);
-        if (dialogue_until(l->dialogue, all_told, l, ANSWER_S, fatal) == MR_OK)
+        if (dialogue_until(l->dialogue, is_every_reading_stored, l, ANSWER_S, fatal) == MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
@@ -647,8 +647,8 @@ static void load(const struct request *request, struct store *store, const struc
                         fatal);
 }
 
-static int tell_load(const struct request *request, const struct survey *survey,
-                     const struct loaded *loaded)
+static int report_load(const struct request *request, const struct survey *survey,
+                       const struct loaded *loaded)
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
@@ -720,7 +720,7 @@ static int run(const struct request *request)
     survey_find(store, &survey, &found, fatal);
     if (request->load) {
         load(request, store, &survey, &found, &loaded);
-        return tell_load(request, &survey, &loaded);
+        return report_load(request, &survey, &loaded);
     }
     struct answer *answer = answer_new(request->cli->si);
     survey_answer(&survey, &found, answer);

@@ -282,7 +282,7 @@ static void check(struct request *r)
                   unit);
 }
 
-static void tell(const struct request *r, const struct subject *s, struct answer *answer)
+static void report(const struct request *r, const struct subject *s, struct answer *answer)
 {
     struct one one;
     if (r->channel >= 0 && !make_one(r, s, (unsigned)r->channel, &one))
@@ -306,7 +306,7 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_uncertainty, argc, argv, cli, &r, r.words, fatal);
     check(&r);
     load(&r, &s);
-    tell(&r, &s, answer);
+    report(&r, &s, answer);
     measured_free(&s.measured);
     return answer_show(cli, answer, 0);
 }

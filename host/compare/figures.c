@@ -310,8 +310,8 @@ struct input {
     const struct compare_said *said;
 };
 
-static void look(const struct input *in, const char *what, double t_s,
-                 struct compare_zone_moment *moment)
+static void extend_range(const struct input *in, const char *what, double t_s,
+                         struct compare_zone_moment *moment)
 {
     moment->what = what;
     moment->t_s = t_s;
@@ -332,7 +332,7 @@ static double longest_s(const struct input *in, double stop_s, enum compare_zone
     double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
     for (double t_s = 0.0; t_s < stop_s; t_s += STEP_S) {
         struct compare_zone_moment moment;
-        look(in, "", t_s, &moment);
+        extend_range(in, "", t_s, &moment);
         for (int k = 0; k < COMPARE_SOURCES; k++) {
             if (!moment.zone[k].known || moment.zone[k].mats <= most[k])
                 continue;
@@ -360,8 +360,8 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
     double t_s = longest_s(&in, stop_s, &source);
     zones->count = 0;
     if (!isnan(t_s))
-        look(&in, longest[source], t_s, &zones->moment[zones->count++]);
-    look(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
+        extend_range(&in, longest[source], t_s, &zones->moment[zones->count++]);
+    extend_range(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
 }
 
 const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest)

@@ -168,7 +168,7 @@ void compare_model_free(struct compare_model *model)
 
 /* Openings and resistances as the runways were laid: the same draws as the series'
  * (host/landing_series/ensemble.c). */
-static void lay(struct compare_model *model)
+static void draw_runways(struct compare_model *model)
 {
     size_t all = model->seeds * model->joints;
     model->gap_ft = xcalloc(2 * all, sizeof *model->gap_ft);
@@ -205,7 +205,7 @@ static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft
         gap_ft[j] = sum_ft < now_ft ? gap_ft[j] * less : gap_ft[j] + more * (most_ft - gap_ft[j]);
 }
 
-static bool surveyed_anew(const struct compare_model *model, const struct zones_closure *survey)
+static bool is_survey_new(const struct compare_model *model, const struct zones_closure *survey)
 {
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(survey->slack_in[s]) &&
@@ -217,7 +217,7 @@ static bool surveyed_anew(const struct compare_model *model, const struct zones_
 
 static void take_survey(struct compare_model *model, const struct zones_closure *survey)
 {
-    if (!surveyed_anew(model, survey))
+    if (!is_survey_new(model, survey))
         return;
     for (size_t seed = 0; seed < model->seeds; seed++) {
         for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -334,8 +334,8 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
                                   .single = seed > 0};
     struct progress progress;
     struct sim_result result = {0};
-    options.go_on = sim_progress;
-    options.go_on_ctx = &progress;
+    options.may_continue = sim_progress;
+    options.may_continue_ctx = &progress;
     progress_begin(&progress, "compare", "an earlier tend or fewer mats", false);
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
     sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
@@ -369,7 +369,7 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
     if (make_scene(model, index, measured, &s->scene, error) != MR_OK)
         return error->status;
     if (!model->gap_ft)
-        lay(model);
+        draw_runways(model);
     take_survey(model, survey);
     double *columns = xcalloc(stations + POINTS, sizeof *columns);
     memcpy(columns, station_ft, stations * sizeof *columns);

@@ -46,7 +46,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
     return MR_OK;
 }
 
-static void tell(const struct candump_export *export, bool known, const struct cli *cli)
+static void report(const struct candump_export *export, bool known, const struct cli *cli)
 {
     if (!export->dated)
         cli_note(
@@ -86,7 +86,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)
-        tell(&export, known, cli);
+        report(&export, known, cli);
     *rows = export.frames;
     return status;
 }

@@ -485,7 +485,7 @@ static enum mr_status take_finished(struct collector *collector, struct import_r
     return MR_OK;
 }
 
-static enum mr_status commit_and_go_on(struct store *store, struct collector *collector,
+static enum mr_status commit_and_begin(struct store *store, struct collector *collector,
                                        uint64_t *begun_us, struct error *error)
 {
     enum mr_status status = collector_put_counts(collector, error) ?: store_commit(store, error) ?:
@@ -516,7 +516,7 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
             continue;
         take_finished(collector, result);
         if (link_now_us() - begun_us >= COMMIT_US)
-            status = commit_and_go_on(store, collector, &begun_us, error);
+            status = commit_and_begin(store, collector, &begun_us, error);
     }
 }
 

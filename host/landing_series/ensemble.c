@@ -250,7 +250,7 @@ struct runway {
     struct sim_mods mods;                    /* as the last landing left them; lists are its own */
 };
 
-static void lay(struct runway *r, const struct landing_series *series, uint64_t seed)
+static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
 {
     *r = (struct runway){.series = series, .mats = series->landings[0].scene.mats};
     r->joints = (size_t)r->mats + 1;
@@ -593,7 +593,7 @@ static void play(const struct landing_series *series, uint64_t seed, const struc
     size_t landings = first ? first->played : series->landing_count;
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
-    lay(&runway, series, seed);
+    runway_create(&runway, series, seed);
     for (size_t i = 0; i < landings && run->buckled == 0; i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];

@@ -385,7 +385,7 @@ static void check_lengths(const struct keys *r, const struct landing_series *c)
     }
 }
 
-void series_beside(const char *file, const char *name, char path[PATH_MAX])
+void series_path_beside(const char *file, const char *name, char path[PATH_MAX])
 {
     const char *slash = file ? strrchr(file, '/') : NULL;
     int folder = slash && name[0] != '/' ? (int)(slash - file) + 1 : 0;
@@ -397,7 +397,7 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
     char path[PATH_MAX];
     json_error_t where;
     errno = 0;
-    series_beside(file, name, path);
+    series_path_beside(file, name, path);
     json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
     if (json_is_object(root))
         return root;

@@ -121,7 +121,7 @@ void series_free(struct landing_series *series);
  * MR_TRUNCATED, MR_MALFORMED. */
 json_t *series_json(const char *file, const char *name, const char *what, struct error *error);
 /* Makes the path of `name` relative to the folder of `file`. */
-void series_beside(const char *file, const char *name, char path[PATH_MAX]);
+void series_path_beside(const char *file, const char *name, char path[PATH_MAX]);
 /* The scene of a series that was read from `file`: the object in it, or the content of the file
  * that it names; on elastic ground, with the keys of that ground. The caller owns the reference.
  * NULL: absent, or `error` is set. */

@@ -507,7 +507,7 @@ static void add_buckled(struct answer *answer, const struct landing_series *c,
     answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
 }
 
-static void add_told(struct answer *answer, const char *label, const char *text)
+static void add_reported(struct answer *answer, const char *label, const char *text)
 {
     if (text[0])
         answer_words(answer, NULL, label, "%s", text);
@@ -535,9 +535,9 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     series_ground_text(c, ground, sizeof ground);
     answer_words(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
-    add_told(answer, "observed", c->observed);
-    add_told(answer, "parameters", c->basis);
-    add_told(answer, "added afterwards, so not a prediction", c->afterwards);
+    add_reported(answer, "observed", c->observed);
+    add_reported(answer, "parameters", c->basis);
+    add_reported(answer, "added afterwards, so not a prediction", c->afterwards);
 }
 
 /* Landing by landing. */
@@ -564,7 +564,7 @@ struct answer *series_answer(const struct landing_series *c, const struct series
                              const struct series_summary *s, bool si)
 {
     struct answer *answer = answer_new(si);
-    answer_as_given(answer);
+    answer_as_stored(answer);
     series_answer_outcome(answer, c, runs, s);
     series_answer_landings(answer, c, runs, s);
     return answer;

@@ -46,7 +46,7 @@ static const struct kind *find_kind(const char *spec)
 
 /* "unix:PATH, file:PATH or pty:PATH" */
 #define FORMS_TEXT 200u
-static void say_forms(char out[FORMS_TEXT])
+static void list_forms(char out[FORMS_TEXT])
 {
     size_t n = 0;
     for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
@@ -62,7 +62,7 @@ enum mr_status link_check(const char *spec, struct error *error)
     char forms[FORMS_TEXT];
     if (find_kind(spec))
         return MR_OK;
-    say_forms(forms);
+    list_forms(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }
 
@@ -103,7 +103,7 @@ bool link_is_can(const char *spec)
     return strncmp(spec, "can:", 4) == 0;
 }
 
-bool link_comes_back(const char *spec)
+bool link_device_returns(const char *spec)
 {
     const struct kind *kind = find_kind(spec);
     return kind && kind->ops->comes_back;
@@ -194,7 +194,7 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     made->away_most_us = AWAY_MAX_US;
     pthread_mutex_init(&made->device, NULL);
     pthread_mutex_init(&made->heard, NULL);
-    link_hear_anew(made, 0);
+    link_restart_counting(made, 0);
     enum mr_status status = made->ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
@@ -311,7 +311,7 @@ void link_event(struct link *link, enum link_event trouble, uint64_t count)
     pthread_mutex_unlock(&link->heard);
 }
 
-void link_hear_anew(struct link *link, int baud)
+void link_restart_counting(struct link *link, int baud)
 {
     pthread_mutex_lock(&link->heard);
     link->counters.rx = (struct link_rx){.begun_us = monotonic_us(), .baud = baud};
@@ -319,7 +319,8 @@ void link_hear_anew(struct link *link, int baud)
     pthread_mutex_unlock(&link->heard);
 }
 
-static void link_heard(const struct link *link, struct link_counters *counters, struct error *away)
+static void copy_counters(const struct link *link, struct link_counters *counters,
+                          struct error *away)
 {
     pthread_mutex_t *heard = (pthread_mutex_t *)&link->heard;
     pthread_mutex_lock(heard);
@@ -331,7 +332,7 @@ static void link_heard(const struct link *link, struct link_counters *counters, 
     pthread_mutex_unlock(heard);
 }
 
-static void set_away(struct link *link, const struct error *why)
+static void set_absence(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->heard);
     link->away = *why;
@@ -339,11 +340,11 @@ static void set_away(struct link *link, const struct error *why)
 }
 
 /* The device went away: keep why, give it back, and wait for it. */
-static void go_away(struct link *link, const struct error *why)
+static void close_device(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->device);
     release(link);
-    set_away(link, why);
+    set_absence(link, why);
     pthread_mutex_unlock(&link->device);
     link->away_since_us = monotonic_us();
     link->retry_us = link->away_since_us + RETRY_US;
@@ -351,7 +352,7 @@ static void go_away(struct link *link, const struct error *why)
     link_event(link, LINK_AWAY, 1);
 }
 
-static enum mr_status come_back(struct link *link, uint64_t now_us, struct error *error)
+static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct error *error)
 {
     struct error why = {0};
     if (now_us < link->retry_us)
@@ -360,7 +361,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
     pthread_mutex_lock(&link->device);
     bool back = link->ops->open(link, path_of(link->name), &why) == MR_OK;
     if (back)
-        set_away(link, &(struct error){0});
+        set_absence(link, &(struct error){0});
     else
         release(link);
     pthread_mutex_unlock(&link->device);
@@ -378,7 +379,7 @@ enum mr_status link_service(struct link *link, struct error *error)
 {
     uint64_t now_us = monotonic_us();
     if (link->away.status != MR_OK)
-        return come_back(link, now_us, error);
+        return reopen_device(link, now_us, error);
     /* While something is sent, which may take a second, what comes is read; service is for the next
      * time. */
     if (link->ops->service && now_us >= link->service_us &&
@@ -395,7 +396,7 @@ static enum mr_status received(struct link *link, enum mr_status status, const s
                                struct error *error)
 {
     if (status == MR_IO && link->ops->comes_back) {
-        go_away(link, found);
+        close_device(link, found);
         return MR_TOO_FEW;
     }
     if (status != MR_OK && status != MR_TOO_FEW && status != MR_CLOSED)
@@ -590,7 +591,7 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
 enum mr_status link_line(struct link *link, int baud, struct error *error)
 {
     link->start = link->end = 0;
-    link_hear_anew(link, link->counters.rx.baud ? baud : 0);
+    link_restart_counting(link, link->counters.rx.baud ? baud : 0);
     return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
 }
 
@@ -671,7 +672,7 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
 {
     struct link_counters counters;
     struct error away;
-    link_heard(link, &counters, &away);
+    copy_counters(link, &counters, &away);
     double since_s = (double)(monotonic_us() - counters.rx.begun_us) / 1e6;
     if (away.status != MR_OK) {
         snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);

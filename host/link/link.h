@@ -46,7 +46,7 @@ enum mr_status link_check(const char *spec, struct error *error);
 bool link_is_can(const char *spec);
 
 /* True for a device, which may disappear and return: can:, serial:. */
-bool link_comes_back(const char *spec);
+bool link_device_returns(const char *spec);
 
 /* Opens a link; the caller closes it. Waits at most 5 s for a unix: socket to appear. MR_USAGE: not
  * a LINK, or of a kind that this version or this use does not have. MR_IO, MR_TIMEOUT: it cannot be

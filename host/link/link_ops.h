@@ -90,7 +90,7 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
 /* Counts an error. */
 void link_event(struct link *link, enum link_event trouble, uint64_t count);
 /* Restarts the counting of received data. `baud`: rate of the serial line; 0: the link has none. */
-void link_hear_anew(struct link *link, int baud);
+void link_restart_counting(struct link *link, int baud);
 /* The counters so far, except `sent`, and why the device is away. Any thread may call it. */
 
 #endif

@@ -298,7 +298,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
         remember_adapter(link);
     tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counted) == 0;
     link->fd = tty->fd;
-    link_hear_anew(link, baud);
+    link_restart_counting(link, baud);
     return MR_OK;
 }
 
@@ -385,7 +385,7 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
     bool first = link->away.status == MR_OK; /* one that was there is waited for in link.c */
     for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
-    link_hear_anew(link, TTY_BAUD_DEFAULT);
+    link_restart_counting(link, TTY_BAUD_DEFAULT);
     return pts_open(link, path, TTY_BAUD_DEFAULT, error);
 }
 

@@ -57,7 +57,7 @@ static void close_to(struct live_buckets *b, int64_t last)
     }
 }
 
-bool live_buckets_hear(struct live_buckets *b, enum link_kind link, int64_t block)
+bool live_buckets_receive(struct live_buckets *b, enum link_kind link, int64_t block)
 {
     bool again = block >= 0 && b->newest[link] - block >= RESTART_BLOCKS;
     if (again) {

@@ -55,7 +55,7 @@ void live_buckets_start(struct live_buckets *buckets);
 
 /* Reports the newest block of a link. Returns true if the board has restarted; open buckets are
  * then closed. */
-bool live_buckets_hear(struct live_buckets *buckets, enum link_kind link, int64_t block);
+bool live_buckets_receive(struct live_buckets *buckets, enum link_kind link, int64_t block);
 /* Applies readings on CAN, and messages with calibration or zeros; other messages change
  * nothing. */
 void live_buckets_message(struct live_buckets *buckets, const struct mr_message *message,

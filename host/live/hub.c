@@ -526,7 +526,7 @@ static void keep(struct live_hub *hub, uint32_t key, char *text)
 }
 
 /* A landing is armed, or the board began again. */
-static void forget_landing(struct live_hub *hub, bool faults)
+static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slots; i-- > 0;) {
         unsigned place = hub->slot[i].key >> 16;
@@ -592,8 +592,8 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
     int64_t block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000;
     pthread_mutex_lock(&hub->lock);
     hub->heard_us[event->link] = (int64_t)event->host_us;
-    if (live_buckets_hear(&hub->buckets, event->link, block)) {
-        forget_landing(hub, true);
+    if (live_buckets_receive(&hub->buckets, event->link, block)) {
+        discard_landing(hub, true);
         turn(hub);
     }
     struct mr_config config;
@@ -604,7 +604,7 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
         hub->other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->place == MR_PLACE_LANDING && m->as.landing.state == MR_LANDING_ARMED;
     if (armed && !hub->armed) {
-        forget_landing(hub, false);
+        discard_landing(hub, false);
         live_buckets_arm(&hub->buckets);
     }
     hub->armed = m->place == MR_PLACE_LANDING ? armed : hub->armed;
@@ -628,8 +628,8 @@ void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_
 {
     pthread_mutex_lock(&hub->lock);
     hub->heard_us[LINK_SERIAL] = host_us;
-    if (live_buckets_hear(&hub->buckets, LINK_SERIAL, record->index)) {
-        forget_landing(hub, true);
+    if (live_buckets_receive(&hub->buckets, LINK_SERIAL, record->index)) {
+        discard_landing(hub, true);
         turn(hub);
     }
     live_buckets_record(&hub->buckets, record);

@@ -70,7 +70,7 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code,
     return result;
 }
 
-static enum MHD_Result say(struct MHD_Connection *connection, unsigned code, const char *text)
+static enum MHD_Result respond(struct MHD_Connection *connection, unsigned code, const char *text)
 {
     return answer(connection, code,
                   MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text,
@@ -79,10 +79,10 @@ static enum MHD_Result say(struct MHD_Connection *connection, unsigned code, con
 }
 
 /* Takes `text`. */
-static enum MHD_Result say_json(struct MHD_Connection *connection, unsigned code, char *text)
+static enum MHD_Result respond_json(struct MHD_Connection *connection, unsigned code, char *text)
 {
     if (!text)
-        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+        return respond(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     return answer(connection, code,
                   MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE),
                   "application/json");
@@ -158,7 +158,7 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
 {
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
-        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+        return respond(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     stream->server = server;
     server->streams++;
     stream->hub = server->hub;
@@ -213,19 +213,19 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
     bool elsewhere = origin &&
                      (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
-        return say(connection, MHD_HTTP_FORBIDDEN,
-                   "commands are accepted only from the live page, as JSON\n");
+        return respond(connection, MHD_HTTP_FORBIDDEN,
+                       "commands are accepted only from the live page, as JSON\n");
     if (!token_is(server, header(connection, "X-Matrig-Token")))
-        return say(connection, MHD_HTTP_FORBIDDEN,
-                   "commands need the token: open the address that matrig printed\n");
+        return respond(connection, MHD_HTTP_FORBIDDEN,
+                       "commands need the token: open the address that matrig printed\n");
     if (request->too_long)
-        return say(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
+        return respond(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
     unsigned code = run_order(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
     json_decref(body);
     json_decref(json);
-    return say_json(connection, code, text);
+    return respond_json(connection, code, text);
 }
 
 /* ---- requests ---- */
@@ -243,8 +243,8 @@ static enum MHD_Result get(struct live_server *server, struct MHD_Connection *co
     if (strcmp(url, "/events") == 0)
         return events(server, connection);
     if (strcmp(url, "/state") == 0)
-        return say_json(connection, MHD_HTTP_OK, live_hub_snapshot(server->hub));
-    return say(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
+        return respond_json(connection, MHD_HTTP_OK, live_hub_snapshot(server->hub));
+    return respond(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
 
 static void take_body(struct request *request, const char *data, size_t size)
@@ -273,12 +273,12 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
         return MHD_YES;
     }
     if (!host_is_ours(header(connection, "Host")))
-        return say(
+        return respond(
             connection, MHD_HTTP_FORBIDDEN,
             "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel to it\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
-        return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "use GET, or POST to /command\n");
+        return respond(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "use GET, or POST to /command\n");
     return post ? command(server, connection, request) : get(server, connection, url);
 }
 

@@ -45,7 +45,7 @@ static bool is_gone(enum store_place place)
 }
 
 /* Somebody may have put another content into the campaign, as sqlite3's .restore does. */
-static enum mr_status look_for_session(struct logger *logger, struct error *error)
+static enum mr_status find_session(struct logger *logger, struct error *error)
 {
     bool there = true;
     enum mr_status status = store_session_there(logger->store, &there, error);
@@ -69,7 +69,7 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     logger->in_transaction = status == MR_OK;
     logger->begun_us = monotonic_us();
     if (status == MR_OK && logger->collector)
-        status = look_for_session(logger, error);
+        status = find_session(logger, error);
     if (status == MR_OK && logger->collector)
         status = collector_mark(logger->collector, error);
     return status;
@@ -129,7 +129,7 @@ static void roll_back(struct logger *logger)
     }
 }
 
-static enum mr_status go_on_beside(struct logger *logger, const char *original);
+static enum mr_status continue_beside(struct logger *logger, const char *original);
 
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
@@ -144,7 +144,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
         return MR_OK;
     }
     if (refused == STORE_GROWN && !store_make_room(logger->store) &&
-        go_on_beside(logger, store_path(logger->store)) == MR_OK) {
+        continue_beside(logger, store_path(logger->store)) == MR_OK) {
         *error = (struct error){0};
         return MR_OK;
     }
@@ -197,7 +197,7 @@ static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t j
 {
     if (jump_us != 0)
         return collector_clock_set(logger->collector, jump_us, error);
-    collector_forget_time(logger->collector, (enum link_kind)link);
+    collector_discard_time(logger->collector, (enum link_kind)link);
     return MR_OK;
 }
 
@@ -427,7 +427,7 @@ static bool save_beside(struct logger *logger, const char *beside, char *out, si
     return store_copy_to(logger->store, out, error) == MR_OK;
 }
 
-static void go_on_in(struct logger *logger, struct store *store, const char *path)
+static void continue_in(struct logger *logger, struct store *store, const char *path)
 {
     logger->store = store;
     snprintf(logger->saved, sizeof logger->saved, "%s", path);
@@ -447,12 +447,12 @@ static enum mr_status move_to(struct logger *logger, const char *path, bool shar
     store_watch_file(saved);
     collector_move(logger->collector, saved);
     store_leave(logger->store, !shared);
-    go_on_in(logger, saved, path);
+    continue_in(logger, saved, path);
     return MR_OK;
 }
 
-static void say_what_happened(struct logger *logger, enum store_place place, const char *original,
-                              const char *now)
+static void report_cause(struct logger *logger, enum store_place place, const char *original,
+                         const char *now)
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
@@ -513,7 +513,7 @@ static void leave_to_others(struct store *store, const char *original, char kept
     bool aside = name_beside(folder_of(original, folder), original, "journal", ".wal", kept,
                              PATH_MOST);
     store_leave(store, false);
-    if (!aside || !store_journal_aside(original, kept))
+    if (!aside || !store_journal_set_aside(original, kept))
         kept[0] = '\0';
 }
 
@@ -531,7 +531,7 @@ bool logger_close_store(struct logger *logger)
     return false;
 }
 
-static void forget_landings(struct logger *logger) /* they come again, and have other numbers */
+static void discard_landings(struct logger *logger) /* they come again, and have other numbers */
 {
     json_array_clear(logger->landings);
     logger->shown = 0;
@@ -577,9 +577,9 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
         leave_to_others(logger->store, original, kept);
     else
         store_close(logger->store); /* all that is in it was put there by SQLite */
-    go_on_in(logger, store, saved);
+    continue_in(logger, store, saved);
     if (again)
-        forget_landings(logger);
+        discard_landings(logger);
     localtime_r(&since_s, &local);
     strftime(since, sizeof since, "%H:%M:%S", &local);
     fprintf(
@@ -594,7 +594,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
 
 /* The file may not grow. What is in it stays there, with its journal; into another one goes what
  * the queues keep, where that is little beside what a file may hold: a landing is whole there. */
-static enum mr_status go_on_beside(struct logger *logger, const char *original)
+static enum mr_status continue_beside(struct logger *logger, const char *original)
 {
     struct stat info;
     char from[PATH_MOST];
@@ -609,8 +609,8 @@ static enum mr_status go_on_beside(struct logger *logger, const char *original)
 
 /* ---- taken away ---- */
 
-static enum mr_status save_and_go_on(struct logger *logger, enum store_place place,
-                                     const char *original, const char *now, struct error *error)
+static enum mr_status save_and_continue(struct logger *logger, enum store_place place,
+                                        const char *original, const char *now, struct error *error)
 {
     struct error why = {0};
     char saved[sizeof logger->saved];
@@ -655,9 +655,9 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
     logger->rescue_us = now_us;
     snprintf(original, sizeof original, "%s", store_path(logger->store));
     store_whereabouts(logger->store, now, sizeof now);
-    say_what_happened(logger, place, original, now);
+    report_cause(logger, place, original, now);
     if (!is_gone(place))
-        return save_and_go_on(logger, place, original, now, error);
+        return save_and_continue(logger, place, original, now, error);
     if (start_over(logger, place, original, true) == MR_OK)
         logger->rescue_us = 0;
     else
@@ -729,8 +729,8 @@ static bool waited_enough(struct logger *logger, uint64_t began_us)
 
 /* The campaign takes nothing: what the queues keep comes again, for another one. Not MR_OK: there
  * was nothing left, or it is lost; the error says which. */
-static enum mr_status go_beside(struct logger *logger, bool *beside, const char *reason,
-                                struct error *error)
+static enum mr_status switch_campaign(struct logger *logger, bool *beside, const char *reason,
+                                      struct error *error)
 {
     char what[100];
     watch_amount(&logger->watch, false, what, sizeof what);
@@ -805,7 +805,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
         (void)logger_signalled(logger, signals);
         if (!gives_up && !waited_enough(logger, began_us))
             continue;
-        if (go_beside(logger, &beside, reason, error) != MR_OK)
+        if (switch_campaign(logger, &beside, reason, error) != MR_OK)
             return error->status;
         began_us = monotonic_us();
     }

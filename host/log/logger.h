@@ -1,4 +1,4 @@
-/* Internal data of matrig log. logger.c does the work, tell.c prints to the user and reads typed
+/* Internal data of matrig log. logger.c does the work, console.c prints to the user and reads typed
  * commands, watch.c reports while the writing thread waits. The main loop is in
  * host/commands/log_command.c.
  *
@@ -147,7 +147,7 @@ void logger_ask_for_configuration(struct logger *logger);
 /* Serves the live page: due events, and the commands of its viewers. */
 void logger_serve_live(struct logger *logger);
 
-/* ---- tell.c ---- */
+/* ---- console.c ---- */
 
 /* Makes standard output and standard error non-blocking, or blocking again, so that a stopped
  * terminal or a hanging connection cannot delay writing. Unprinted text of summaries is printed
@@ -155,13 +155,13 @@ void logger_serve_live(struct logger *logger);
 void logger_hasty(struct logger *logger, bool on);
 /* Prints the summaries still unprinted, as far as standard output accepts them; waits for it unless
  * output is non-blocking. */
-void logger_say_rest(struct logger *logger);
+void logger_report_rest(struct logger *logger);
 
 /* Clears the progress line before a line is printed on stderr. */
 void logger_clear_progress(const struct logger *logger);
 /* Reports new errors of a link. */
 void logger_note_troubles(struct logger *logger, unsigned link);
-void logger_note_unheard(struct logger *logger);
+void logger_note_missing(struct logger *logger);
 /* Reports, for a live board: which board answered, that the board or one of its links has fallen
  * silent, and that it sends again. */
 void logger_note_board(struct logger *logger);
@@ -178,7 +178,7 @@ void logger_show_progress(struct logger *logger, bool last);
 /* Reports, once, that another board sends hello on the bus. */
 void logger_note_other(struct logger *logger, const struct link_frame *frame);
 /* Sets an error if no board was identified on the links. */
-enum mr_status logger_check_heard(const struct logger *logger, struct error *error);
+enum mr_status logger_check_received(const struct logger *logger, struct error *error);
 /* Prints the totals of the session, during landings and outside. Returns `code`, or with --json the
  * exit code of a failed output; in text mode the user may have closed the terminal. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);

@@ -138,8 +138,8 @@ static bool holds_up(const struct watch *watch)
     return any;
 }
 
-static void tell(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us, char *line,
-                 size_t size)
+static void describe(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us,
+                     char *line, size_t size)
 {
     char what[320], lost[200];
     unsigned full = permille(watch);
@@ -164,7 +164,7 @@ static void tell(const struct watch *watch, enum watch_cause cause, uint64_t las
              holds_up(watch) ? ", the board must wait" : "", lost, watch->path);
 }
 
-static void look_at_call(struct watch *watch, uint64_t at_us)
+static void check_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
@@ -190,7 +190,7 @@ static void look_at_call(struct watch *watch, uint64_t at_us)
 }
 
 /* What is to be told goes to `line`. */
-static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
+static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
     enum watch_cause cause = cause_of(watch, at_us, &since_us);
@@ -204,13 +204,13 @@ static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
     if (cause != WATCH_NONE && at_us - since_us >= TELL_US && !again && !catching_up) {
         watch->told = cause;
         watch->told_us = at_us;
-        tell(watch, cause, at_us - since_us, line, size);
+        describe(watch, cause, at_us - since_us, line, size);
     }
-    look_at_call(watch, at_us);
+    check_call(watch, at_us);
 }
 
 /* Asks the disk, which may take its time: not while the lock is held. */
-static void look_for_file(struct watch *watch, uint64_t at_us, bool now)
+static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
     pthread_mutex_lock(&watch->lock);
@@ -228,7 +228,7 @@ static void look_for_file(struct watch *watch, uint64_t at_us, bool now)
     pthread_mutex_unlock(&watch->lock);
 }
 
-static void *look_on(void *context)
+static void *watch_thread(void *context)
 {
     struct watch *watch = context;
     pthread_mutex_lock(&watch->lock);
@@ -243,10 +243,10 @@ static void *look_on(void *context)
             break;
         char line[sizeof watch->path + 700] = "";
         uint64_t at_us = monotonic_us();
-        look(watch, at_us, line, sizeof line);
+        check_once(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
         note(watch, line);
-        look_for_file(watch, at_us, false);
+        check_file(watch, at_us, false);
         pthread_mutex_lock(&watch->lock);
     }
     pthread_mutex_unlock(&watch->lock);
@@ -271,7 +271,7 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
     memcpy(watch->reader, reader, sizeof watch->reader);
     pthread_mutex_unlock(&watch->lock);
     watch_follow(watch, path);
-    watch->on = pthread_create(&watch->thread, NULL, look_on, watch) == 0;
+    watch->on = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
     return watch->on ? MR_OK
                      : error_set(error, MR_IO,
                                  "no thread: logging to %s; check the limits of this system", path);
@@ -310,7 +310,7 @@ enum store_place watch_place(struct watch *watch)
 
 enum store_place watch_place_now(struct watch *watch)
 {
-    look_for_file(watch, monotonic_us(), true);
+    check_file(watch, monotonic_us(), true);
     return watch_place(watch);
 }
 

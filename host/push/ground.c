@@ -52,8 +52,8 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
 }
 
 /* `kept`: what a scene has without it; NULL: nothing. */
-static void add_untold(struct answer *answer, const char *name, const struct push_told *told,
-                       const char *kept)
+static void add_unmeasured(struct answer *answer, const char *name, const struct push_told *told,
+                           const char *kept)
 {
     if (!isnan(told->of.value))
         return;
@@ -64,14 +64,14 @@ static void add_untold(struct answer *answer, const char *name, const struct pus
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
-    add_untold(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
+    add_unmeasured(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
     if (isnan(ground->k_lb_ft.of.value) && ground->k_lb_ft.of.low > 0.0) {
         answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.of.low);
         answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.of.low, 0);
     }
-    add_untold(answer, "gear_unloading", &ground->unloading, "1");
-    add_untold(answer, "gear_axle_law", &ground->axle_law, "1");
-    add_untold(answer, "f", &ground->friction, NULL);
+    add_unmeasured(answer, "gear_unloading", &ground->unloading, "1");
+    add_unmeasured(answer, "gear_axle_law", &ground->axle_law, "1");
+    add_unmeasured(answer, "f", &ground->friction, NULL);
     if (isnan(ground->friction.of.value)) {
         answer_remark(answer, "; at least %.3f", ground->friction.of.low);
         answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.of.low, 3);
@@ -239,7 +239,7 @@ static struct push_interval interval(const struct pooled *p, size_t term)
     return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
 }
 
-static void untold(struct push_told *told, const char *reason)
+static void unmeasured(struct push_told *told, const char *reason)
 {
     told->of = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
     snprintf(told->reason, sizeof told->reason, "%s", reason);
@@ -274,7 +274,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
     double least = HUGE_VAL;
     for (size_t i = 0; i < count; i++)
         least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
-    untold(&ground->k_lb_ft, "no test moved more than the errors of its gages");
+    unmeasured(&ground->k_lb_ft, "no test moved more than the errors of its gages");
     ground->k_lb_ft.of.low = fmax(0.0, least);
 }
 
@@ -293,7 +293,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     ground->untold = readings->count - p.count;
     if (p.count == 0) {
         bound_stiffness(setting, readings->count, ground);
-        untold(&ground->axle_law, ground->k_lb_ft.reason);
+        unmeasured(&ground->axle_law, ground->k_lb_ft.reason);
         return;
     }
     bool two = p.terms == 2 && high > low * (1.0 + ALIKE);
@@ -304,8 +304,8 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
                  "tested under %.4g lb, but an axle has %.4g lb: to find how stiffness depends on "
                  "load, test under a second load",
                  low, ground->axle_load_lb);
-        untold(&ground->k_lb_ft, why);
-        untold(&ground->axle_law, "only one load: test also under twice the load of an axle");
+        unmeasured(&ground->k_lb_ft, why);
+        unmeasured(&ground->axle_law, "only one load: test also under twice the load of an axle");
         return;
     }
     pool(&p);
@@ -321,7 +321,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {
-        untold(&ground->axle_law, "only one load: test also under twice the load of an axle");
+        unmeasured(&ground->axle_law, "only one load: test also under twice the load of an axle");
         return;
     }
     ground->axle_law.of = interval(&p, 1);
@@ -342,8 +342,9 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
         p.error[p.count++] = fmax(rho->high - rho->value, rho->value - rho->low) / Z_95;
     }
     if (p.count == 0) {
-        untold(&ground->unloading, falling == 0 ? "no unloading: take readings also while unloading"
-                                                : "the stiffness is also undetermined");
+        unmeasured(&ground->unloading, falling == 0
+                                           ? "no unloading: take readings also while unloading"
+                                           : "the stiffness is also undetermined");
         return;
     }
     pool(&p);
@@ -373,8 +374,8 @@ static void find_friction(const struct push_readings *readings, const struct pus
                              pressing;
     }
     if (p.count == 0) {
-        untold(&ground->friction,
-               "no mat slid: push until a mat slides, or pull a mat without load");
+        unmeasured(&ground->friction,
+                   "no mat slid: push until a mat slides, or pull a mat without load");
         ground->friction.of.low = held;
         return;
     }

@@ -83,7 +83,7 @@ static void take_zones(const struct report_landing *landing, struct report_facts
     char why[ZONES_HEARD_TEXT];
     facts->statements = zones->count;
     facts->warning = zones->warning;
-    facts->unheard = zones_heard_doubt(&zones->heard, (double)INFINITY, why);
+    facts->unheard = zones_received_doubt(&zones->heard, (double)INFINITY, why);
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];

@@ -121,7 +121,7 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
 }
 
 /* Engines count from the start; a result has the scene's clock. */
-static void give_times(struct sim_result *result)
+static void to_scene_times(struct sim_result *result)
 {
     result->t_s += result->start_s;
     result->t_end_s += result->start_s;
@@ -164,7 +164,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     else
         planar_run(&counted, &deadline.options, result, error);
     sim_scene_from_start_free(&counted, scene);
-    give_times(result);
+    to_scene_times(result);
     return conclude(result, scene, &deadline, error);
 }
 
@@ -425,7 +425,7 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
 {
     struct answer *answer = answer_new(si);
     int twelve = sim_time_digits(result->start_s, 12), six = sim_time_digits(result->start_s, 6);
-    answer_as_given(answer);
+    answer_as_stored(answer);
     answer_words(answer, "scene", "scene", "%s", scene->name);
     answer_words(answer, "model", "model", "%s", sim_model_name(scene->model));
     answer_words(answer, "solver", "solver", "%s", result->solver);

@@ -341,7 +341,7 @@ void store_close(struct store *store)
     sqlite3_close(store->database);
     if (store->alone)
         close(store->alone);
-    store_place_forget(store->folder);
+    store_place_release(store->folder);
     free(store->path);
     free(store);
 }
@@ -574,7 +574,7 @@ enum mr_status store_session_there(struct store *store, bool *there, struct erro
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-bool store_journal_aside(const char *path, const char *kept)
+bool store_journal_set_aside(const char *path, const char *kept)
 {
     char journal[PATH_MOST], index[PATH_MOST];
     snprintf(journal, sizeof journal, "%s" JOURNAL, path);

@@ -502,6 +502,6 @@ enum mr_status store_session_there(struct store *store, bool *there, struct erro
 /* Call after store_leave of an overwritten file: renames its journal to `kept`, because SQLite
  * would write it into the new content. Returns false if there is no journal, or it cannot be
  * renamed. */
-bool store_journal_aside(const char *path, const char *kept);
+bool store_journal_set_aside(const char *path, const char *kept);
 
 #endif

@@ -171,8 +171,9 @@ static enum mr_status close_rows(struct rows *rows)
 }
 
 /* Gives the blocks that were received until then. */
-static void give_blocks(struct rows *rows, struct store_follow_place *place, int64_t until_us,
-                        const struct store_follower *follower, int64_t *count, struct error *error)
+static void deliver_blocks(struct rows *rows, struct store_follow_place *place, int64_t until_us,
+                           const struct store_follower *follower, int64_t *count,
+                           struct error *error)
 {
     for (; rows->block_status == MR_OK && rows->block.host_us <= until_us;
          next_block(rows, error)) {
@@ -185,8 +186,8 @@ static void give_blocks(struct rows *rows, struct store_follow_place *place, int
     }
 }
 
-static void give_frame(const struct rows *rows, struct store_follow_place *place,
-                       const struct store_follower *follower)
+static void deliver_frame(const struct rows *rows, struct store_follow_place *place,
+                          const struct store_follower *follower)
 {
     const struct store_frame_row *row = &rows->frame;
     const struct store_frame frame = {.link = (int)row->link,
@@ -212,12 +213,12 @@ enum mr_status store_follow(struct store *store, struct store_follow_place *plac
         return status;
     }
     for (; rows.frame_status == MR_OK && blocks < BLOCKS_A_TURN; next_frame(&rows, error)) {
-        give_blocks(&rows, place, rows.frame.host_us, follower, &blocks, error);
-        give_frame(&rows, place, follower);
+        deliver_blocks(&rows, place, rows.frame.host_us, follower, &blocks, error);
+        deliver_frame(&rows, place, follower);
         frames++;
     }
     if (rows.frame_status == MR_TOO_FEW && frames < most)
-        give_blocks(&rows, place, INT64_MAX, follower, &blocks, error);
+        deliver_blocks(&rows, place, INT64_MAX, follower, &blocks, error);
     *more = frames == most || blocks == BLOCKS_A_TURN;
     return close_rows(&rows);
 }

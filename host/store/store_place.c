@@ -191,7 +191,7 @@ static int copy_file(const char *path, const char *suffix, const char *folder, i
 static const char *const copied[] = {"", "-wal", "-journal", "-shm"};
 
 /* With a journal that was not written back: a copy, read with it. */
-static enum mr_status copy_aside(const char *path, char folder[STORE_TEXT], struct error *error)
+static enum mr_status copy_elsewhere(const char *path, char folder[STORE_TEXT], struct error *error)
 {
     const char *temporary = getenv("TMPDIR");
     int number = 0;
@@ -211,7 +211,7 @@ static enum mr_status copy_aside(const char *path, char folder[STORE_TEXT], stru
     return MR_OK;
 }
 
-void store_place_forget(const char folder[STORE_TEXT])
+void store_place_release(const char folder[STORE_TEXT])
 {
     char name[PATH_MAX];
     for (unsigned i = 0; folder[0] && i < sizeof copied / sizeof copied[0]; i++) {
@@ -232,7 +232,7 @@ enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
     if (!at)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
                          path);
-    if (journal && copy_aside(path, folder, error) != MR_OK)
+    if (journal && copy_elsewhere(path, folder, error) != MR_OK)
         return error->status;
     if (journal) {
         snprintf(copy, sizeof copy, "%s/copy", folder);

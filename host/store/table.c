@@ -106,7 +106,7 @@ static bool is_put(const struct store_column *column, unsigned rules)
     return (rules >> column->merge & 1u) != 0;
 }
 
-static void say_names(sqlite3_str *sql, const struct store_table *table)
+static void write_names(sqlite3_str *sql, const struct store_table *table)
 {
     bool first = true;
     for (unsigned i = 0; i < table->count; i++) {
@@ -117,7 +117,7 @@ static void say_names(sqlite3_str *sql, const struct store_table *table)
     }
 }
 
-static void say_places(sqlite3_str *sql, const struct store_table *table)
+static void write_places(sqlite3_str *sql, const struct store_table *table)
 {
     const char *before = "(";
     for (unsigned i = 0; i < table->count; i++) {
@@ -129,7 +129,7 @@ static void say_places(sqlite3_str *sql, const struct store_table *table)
     sqlite3_str_appendall(sql, ")");
 }
 
-static void say_merge(sqlite3_str *sql, const struct store_table *table)
+static void write_merge(sqlite3_str *sql, const struct store_table *table)
 {
     static const char *const becomes[] = {[STORE_FILL] = "coalesce(%s, excluded.%s)",
                                           [STORE_NEWER] = "coalesce(excluded.%s, %s)",
@@ -155,14 +155,14 @@ char *store_insert_text(const struct store_table *table, unsigned rows)
                                         [STORE_PUT_MERGE] = "INSERT"};
     sqlite3_str *sql = sqlite3_str_new(NULL);
     sqlite3_str_appendf(sql, "%s INTO %s(", verbs[table->put], table->name);
-    say_names(sql, table);
+    write_names(sql, table);
     sqlite3_str_appendall(sql, ") VALUES");
     for (unsigned i = 0; i < rows; i++) {
         sqlite3_str_appendall(sql, i ? "," : "");
-        say_places(sql, table);
+        write_places(sql, table);
     }
     if (table->put == STORE_PUT_MERGE)
-        say_merge(sql, table);
+        write_merge(sql, table);
     return sqlite3_str_finish(sql);
 }
 
@@ -737,7 +737,7 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
  *
  * The tables as SQLite has them. */
 
-static void say_columns(sqlite3_str *sql, const struct store_table *table)
+static void write_columns(sqlite3_str *sql, const struct store_table *table)
 {
     bool first = true;
     for (unsigned i = 0; i < table->count; i++) {
@@ -755,7 +755,7 @@ static int make_table(sqlite3 *database, enum store_table_number which)
     const struct store_table *table = store_table(which);
     sqlite3_str *sql = sqlite3_str_new(database);
     sqlite3_str_appendf(sql, "CREATE TABLE %s(", table->name);
-    say_columns(sql, table);
+    write_columns(sql, table);
     sqlite3_str_appendf(sql, "%s", table->key);
     char *text = sqlite3_str_finish(sql);
     int code = text ? sqlite3_exec(database, text, NULL, NULL, NULL) : SQLITE_NOMEM;

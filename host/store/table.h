@@ -289,10 +289,10 @@ enum mr_status store_place_to_write(const char *path, struct error *error);
  * file: closing a descriptor releases SQLite's locks. */
 bool store_place_has_locks(const char *path);
 /* Makes a URI by which SQLite can read a campaign that it cannot open normally: the file itself if
- * there is no journal to write back, otherwise a copy in `folder`, which store_place_forget
+ * there is no journal to write back, otherwise a copy in `folder`, which store_place_release
  * removes. */
 enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
                                    char folder[STORE_TEXT], struct error *error);
-void store_place_forget(const char folder[STORE_TEXT]);
+void store_place_release(const char folder[STORE_TEXT]);
 
 #endif

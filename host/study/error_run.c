@@ -236,7 +236,7 @@ static enum mr_status write_plot(const char *path, const char *name,
     return plot_write(plot, path, error);
 }
 
-static void tell(void *ctx, size_t runs_begun)
+static void report(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
         progress_at(ctx, "refining two methods until they agree, as reference");
@@ -259,7 +259,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
     progress_begin(&progress, "error", "an earlier tend", cli->quiet);
-    enum mr_status status = error_study_run(&study, &scene, tell, &progress, &error);
+    enum mr_status status = error_study_run(&study, &scene, report, &progress, &error);
     progress_end(&progress);
     if (status != MR_OK)
         return cli_fail(&error);

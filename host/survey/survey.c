@@ -212,7 +212,7 @@ void survey_desk_init(struct survey_desk *desk, enum survey_edges edges)
         desk->value_in[i] = desk->previous_in[i] = (double)NAN;
 }
 
-static void forget(struct survey_desk *desk, size_t item)
+static void discard(struct survey_desk *desk, size_t item)
 {
     size_t kept = 0;
     for (size_t i = 0; i < desk->lasts; i++) {
@@ -227,7 +227,7 @@ static void forget(struct survey_desk *desk, size_t item)
 static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
                                 bool skipped)
 {
-    forget(desk, item);
+    discard(desk, item);
     desk->value_in[item] = value_in;
     desk->skipped[item] = skipped;
     if (!isnan(value_in) || skipped)

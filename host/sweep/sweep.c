@@ -296,7 +296,7 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
-        series_beside(path, json_string_value(base), file);
+        series_path_beside(path, json_string_value(base), file);
         base = series_json(path, json_string_value(base), "base", error);
         if (!base)
             return error->status;

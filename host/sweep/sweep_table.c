@@ -33,8 +33,8 @@ static json_t *simulate_scene(const json_t *input)
     struct progress progress;
     progress_begin(&progress, "sweep",
                    "an earlier tend, fewer mats, a looser rtol or a different solver", false);
-    options.go_on = sim_progress;
-    options.go_on_ctx = &progress;
+    options.may_continue = sim_progress;
+    options.may_continue_ctx = &progress;
     sim_run(&scene, &options, &result, &error);
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;

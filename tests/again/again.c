@@ -369,7 +369,7 @@ static void look(struct again *again, const struct mr_block *block)
 {
     struct mr_predictor_zone was = again->look;
     mr_predictor_zone(&again->predictor, &again->look);
-    mr_risk_say(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
+    mr_risk_report(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
     bool warning = mr_risk_lamp(again->lamp_limit, &again->look, &again->hazard_said) &&
                    landing_may_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||

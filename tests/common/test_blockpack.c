@@ -118,7 +118,7 @@ TEST(every_block_comes_back)
     size_t at = 0;
     uint32_t absent = 0;
     memset(stream, 0, sizeof stream);
-    mr_pack_forget(&pack);
+    mr_pack_reset(&pack);
     random_state = 1;
     for (unsigned n = 0; n < COUNT_OF(sent); n++) {
         uint8_t bits[2][MR_PACK_BYTES_MAX];

@@ -24,7 +24,7 @@ bool board_jumper(void)
     return fake.jumper;
 }
 
-bool board_rom_hears(void)
+bool board_rom_ready(void)
 {
     return !fake.rom_deaf;
 }

@@ -79,9 +79,9 @@ void snapshot_restore(struct hil_board *board, const struct snapshot *snapshot)
     core->state = snapshot->core;
     board->state = snapshot->state;
     board->memories->own = snapshot->memories.own;
-    hil_cpu_forget_code(core);
+    hil_cpu_discard_code(core);
     hil_cpu_load(core, &snapshot->registers);
-    hil_stuck_look(core);
+    hil_stuck_check(core);
     core->stopped = false;
     core->reset = (struct hil_reset){0};
     core->reason[0] = '\0';

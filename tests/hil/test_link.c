@@ -11,7 +11,7 @@
 #include "tests/hil/bench.h"
 
 #define SOCKET BENCH_SCRATCH "/link"
-static const volatile int go_on = 0;
+static const volatile int may_continue = 0;
 
 /* A link that listens at SOCKET, with a host connected to it. */
 static int connected(struct hil_link *link, enum hil_link_kind kind)
@@ -24,7 +24,7 @@ static int connected(struct hil_link *link, enum hil_link_kind kind)
     snprintf(address.sun_path, sizeof address.sun_path, SOCKET);
     int host = socket(AF_UNIX, SOCK_STREAM, 0);
     assert_int_equal(connect(host, (const struct sockaddr *)&address, sizeof address), 0);
-    assert_int_equal(hil_link_accept(link, 1000, &go_on, error, sizeof error), MR_OK);
+    assert_int_equal(hil_link_accept(link, 1000, &may_continue, error, sizeof error), MR_OK);
     return host;
 }
 
@@ -40,7 +40,7 @@ TEST(test_can_frames)
     hil_link_put_frame(&link, 0, &frame);
     frame = (struct hil_can_frame){.id = 0x1abcdef0, .extended = true, .remote = true, .length = 8};
     hil_link_put_frame(&link, 0, &frame);
-    assert_int_equal(hil_link_flush(&link, 1000, &go_on, error, sizeof error), MR_OK);
+    assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     assert_int_equal(sizeof wire, 16);
     assert_int_equal(recv(host, &wire, sizeof wire, MSG_WAITALL), sizeof wire);
     assert_int_equal(wire.can_id, 0x123);
@@ -84,20 +84,20 @@ TEST(test_full_socket)
     for (; put < 2000000 && status == MR_OK; put++) {
         hil_link_put_frame(&link, 0, &frame);
         if (put % 1000 == 0)
-            status = hil_link_flush(&link, 50, &go_on, error, sizeof error);
+            status = hil_link_flush(&link, 50, &may_continue, error, sizeof error);
     }
     assert_int_equal(status, MR_TIMEOUT);
     assert_non_null(strstr(error, "has not read"));
     link.drops = true;
     for (unsigned i = 0; i < 10000; i++)
         hil_link_put_frame(&link, 0, &frame);
-    assert_int_equal(hil_link_flush(&link, 0, &go_on, error, sizeof error), MR_OK);
+    assert_int_equal(hil_link_flush(&link, 0, &may_continue, error, sizeof error), MR_OK);
     assert_in_range(link.dropped, 1, 10000);
     /* what was not dropped arrives whole */
     uint64_t expected = (uint64_t)put + 10000u - link.dropped, arrived = 0;
     for (struct can_frame wire; arrived < expected; arrived++) {
         struct pollfd wait = {.fd = host, .events = POLLIN};
-        hil_link_flush(&link, 0, &go_on, error, sizeof error);
+        hil_link_flush(&link, 0, &may_continue, error, sizeof error);
         assert_int_equal(poll(&wait, 1, 1000), 1);
         assert_int_equal(recv(host, &wire, sizeof wire, MSG_WAITALL), sizeof wire);
         assert_int_equal(wire.can_id, 1);
@@ -114,7 +114,7 @@ TEST(test_host_hangs_up)
     close(host);
     for (unsigned i = 0; i < 3; i++) {
         hil_link_put_bytes(&link, (const uint8_t *)"hello", 5);
-        assert_int_equal(hil_link_flush(&link, 1000, &go_on, error, sizeof error), MR_OK);
+        assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     }
     assert_true(link.hung_up);
     assert_int_equal(link.dropped, 15);
@@ -133,7 +133,7 @@ TEST(test_candump_text)
     hil_link_put_frame(&link, 12345678901ull * HIL_US_PS / 1000u, &frame);
     frame = (struct hil_can_frame){.id = 0x1abcdef0, .extended = true, .remote = true, .length = 4};
     hil_link_put_frame(&link, 20 * HIL_SECOND_PS, &frame);
-    assert_int_equal(hil_link_flush(&link, 1000, &go_on, error, sizeof error), MR_OK);
+    assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     hil_link_close(&link);
     FILE *file = fopen(BENCH_SCRATCH "/can.log", "r");
     assert_non_null(file);
@@ -181,7 +181,7 @@ TEST(test_nobody_comes)
     unlink(SOCKET);
     assert_int_equal(hil_link_open(&link, HIL_LINK_SERIAL, "unix:" SOCKET, error, sizeof error),
                      MR_OK);
-    assert_int_equal(hil_link_accept(&link, 10, &go_on, error, sizeof error), MR_TIMEOUT);
+    assert_int_equal(hil_link_accept(&link, 10, &may_continue, error, sizeof error), MR_TIMEOUT);
     assert_non_null(strstr(error, "no host connected"));
     hil_link_close(&link);
 }

@@ -141,7 +141,7 @@ static inline struct link *scripted_open(struct scripted *s, enum link_kind kind
     assert_true(link->fd >= 0);
     pthread_mutex_init(&link->device, NULL);
     pthread_mutex_init(&link->heard, NULL);
-    link_hear_anew(link, 0);
+    link_restart_counting(link, 0);
     *s = (struct scripted){.link = link};
     mr_deframer_init(&s->deframer);
     scripted_of[kind] = s;

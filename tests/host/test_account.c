@@ -205,7 +205,7 @@ TEST(counts_of_a_board_that_begins_again)
     account_message(&account, MR_PLACE_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
-    account_goes_on(&account); /* it was none */
+    account_settle(&account); /* it was none */
     assert_true(count(&account, MR_ID_MOTION, 3));
     assert_int_equal(account.missing_of[motion], 2);
     assert_false(count(&account, MR_ID_ZONE, 0)); /* now it has: no count goes back */

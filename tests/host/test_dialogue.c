@@ -193,7 +193,7 @@ TEST_IN(a_board_of_another_layout_is_refused, begin, end)
     say_hello(&board, MR_LAYOUT + 1u);
     error = (struct error){0};
     dialogue.any_layout = true; /* to be flashed */
-    dialogue_forget(&dialogue);
+    dialogue_reset(&dialogue);
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_OK);
     assert_int_equal(dialogue.identity.hello.layout, MR_LAYOUT + 1u);
 }
@@ -237,7 +237,7 @@ TEST_IN(who_speaks_is_known_until_forgotten, begin, end)
         dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
     identity_uid_text(&dialogue.identity, uid);
     assert_string_equal(uid, "000000110000002200000033");
-    dialogue_forget(&dialogue);
+    dialogue_reset(&dialogue);
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
 }
 

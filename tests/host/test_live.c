@@ -32,7 +32,7 @@ static void say(struct live_buckets *buckets, enum link_kind kind, uint16_t id,
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
-    live_buckets_hear(buckets, kind, block);
+    live_buckets_receive(buckets, kind, block);
     live_buckets_message(buckets, &message, block);
 }
 
@@ -80,7 +80,7 @@ static void put_record(struct live_buckets *model, uint32_t index, double inches
     for (unsigned i = 0; i < MR_GAGES; i++)
         t[i] = pounds;
     struct mr_block block = stream_block(index, d, t);
-    live_buckets_hear(model, LINK_SERIAL, index);
+    live_buckets_receive(model, LINK_SERIAL, index);
     live_buckets_record(model, &block);
 }
 

@@ -77,8 +77,10 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
     assert_memory_equal(two.u_ft, one.u_ft, 81 * sizeof(double));
     assert_memory_equal(two.gap_ft, one.gap_ft, 82 * sizeof(double));
     assert_memory_equal(two.push_lb, one.push_lb, 82 * sizeof(double));
-    const struct sim_options stop = {
-        .solver = "staggered", .side_by_side = true, .go_on = stop_late, .go_on_ctx = &asked};
+    const struct sim_options stop = {.solver = "staggered",
+                                     .side_by_side = true,
+                                     .may_continue = stop_late,
+                                     .may_continue_ctx = &asked};
     assert_int_equal(try(&scene, &stop, &stopped), MR_NUMERICS);
     assert_true(stopped.status == SIM_INTERRUPTED && asked > 1 && stopped.peak_u_ft > 0.0);
     assert_true(stopped.t_s > 0.2 * one.t_end_s && stopped.t_s < 0.5 * one.t_end_s);

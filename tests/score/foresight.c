@@ -423,9 +423,9 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     if (when == WHENS)
         return;
     mr_predictor_zone(predictor, &zone);
-    mr_risk_say(&l->board, predictor, &zone, &said);
-    mr_risk_say(&l->planned, predictor, &zone, &planned);
-    mr_risk_say(&l->nothing, predictor, &zone, &nothing);
+    mr_risk_report(&l->board, predictor, &zone, &said);
+    mr_risk_report(&l->planned, predictor, &zone, &planned);
+    mr_risk_report(&l->nothing, predictor, &zone, &nothing);
     if (said.basis & MR_RISK_STOPPED)
         return;
     if (l->row->told.view & SCORE_ONCE && l->landing->number == 1)

@@ -89,7 +89,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     mr_predictor_zone(predictor, &zone);
     for (unsigned m = 0; m < l->modes && samples < SAMPLES; m++) {
         struct mr_risk_report said;
-        mr_risk_say(&l->risk[m], predictor, &zone, &said);
+        mr_risk_report(&l->risk[m], predictor, &zone, &said);
         if (said.basis & MR_RISK_STOPPED)
             continue;
         struct sample *s = &sample[samples++];

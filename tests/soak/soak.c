@@ -261,7 +261,7 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
         begin_boot(soak, LINK_SERIAL, true);
     account_serial_frame(account, frame->seq, -1);
     if (timed)
-        account_goes_on(account);
+        account_settle(account);
     understand(soak, LINK_SERIAL, frame->type, frame->payload, frame->length);
 }
 

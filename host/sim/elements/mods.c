@@ -309,7 +309,7 @@ double mods_difference_lb(const struct mods_state *a, const struct mods_state *b
 
 /* --- making --- */
 
-static void lay_out(struct mods *m)
+static void assign_places(struct mods *m)
 {
     size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
@@ -341,7 +341,7 @@ struct mods *mods_make(const struct sim_scene *scene)
     m->jointed = m->stiffened || m->laid || m->tears;
     size_t bands = 3 * m->state->segments + 5 * m->state->connections;
     m->storage = xcalloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
-    lay_out(m);
+    assign_places(m);
     mods_reset(m);
     return m;
 }

@@ -39,8 +39,8 @@ struct sim_options {
     double overrun_ft;
     /* Called at intervals with the completed share of the pass, 0 to 1. Returning false stops the
      * run: SIM_INTERRUPTED. NULL: not called. */
-    bool (*go_on)(void *ctx, int pass_from_1, double part);
-    void *go_on_ctx;
+    bool (*may_continue)(void *ctx, int pass_from_1, double part);
+    void *may_continue_ctx;
     /* Time limit by the clock, after which the run is stopped: SIM_INTERRUPTED. 0: no limit.
      * Solvers that auto tries after the first one have a separate limit (planar.h). */
     double limit_s;
@@ -79,7 +79,7 @@ struct sim_result {
     int mat;            /* mat at which the run failed, if not SIM_OK */
     double t_s;         /* time of the failure */
     const char *why;    /* reason if a stepper made no progress, static text; otherwise NULL */
-    int passes;         /* number of passes begun, for go_on */
+    int passes;         /* number of passes begun, for may_continue */
     const char *solver; /* static text */
     int mats;
     /* start of the run (sim_scene_start_s); all times of the result are on the scene's clock */

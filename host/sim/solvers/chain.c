@@ -460,7 +460,7 @@ struct pass {
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
-    int number; /* of this pass, for go_on */
+    int number; /* of this pass, for may_continue */
     bool interrupted;
     bool failed;
     int mat; /* where, when failed */
@@ -611,8 +611,9 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
-        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
-            !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->may_continue &&
+            !options->may_continue(options->may_continue_ctx, pass->number,
+                                   (double)i / (double)pass->steps)) {
             pass->interrupted = true;
             pass->mat = fastest(chain);
             pass->t_s = t_s;
@@ -700,8 +701,8 @@ static void start_both(struct pass *fine, struct pass *coarse, struct chain *cha
                                 .chain = {chain, &other},
                                 .scene = scene,
                                 .options = {*options, *options}};
-    both.options[1].go_on = has_not_stopped;
-    both.options[1].go_on_ctx = &both;
+    both.options[1].may_continue = has_not_stopped;
+    both.options[1].may_continue_ctx = &both;
     chain_make(&other, scene, chain->v0_mat);
     make_pass(coarse, scene, options, coarse_steps, result);
     make_pass(fine, scene, options, fine_steps, result);

@@ -147,8 +147,8 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
             run->steps > MOST_STEPS) {
             run->status = SIM_STEP_UNDERFLOW;
             run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
-        } else if (run->steps % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
-                   !options->go_on(options->go_on_ctx, run->number, m->t_s / end_s)) {
+        } else if (run->steps % STEPS_BETWEEN_ASKING == 0 && options->may_continue &&
+                   !options->may_continue(options->may_continue_ctx, run->number, m->t_s / end_s)) {
             run->status = SIM_INTERRUPTED;
             run->mat = 1;
         }

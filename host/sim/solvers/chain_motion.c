@@ -246,8 +246,8 @@ double motion_part_limit_lb(const struct motion *m, const struct part *part)
 }
 
 /* Elastic ground: `which` 0 its speed turns, 1 it reaches or leaves its limit, 2 it is let go. */
-static void look_at_part(const struct motion *m, const struct part *part, int order,
-                         struct event *event)
+static void find_part_event(const struct motion *m, const struct part *part, int order,
+                            struct event *event)
 {
     double s[POLYNOMIAL_DEGREE + 1], v[POLYNOMIAL_DEGREE + 1],
         limit_lb = motion_part_limit_lb(m, part);
@@ -285,11 +285,11 @@ static void look_at_part(const struct motion *m, const struct part *part, int or
     }
 }
 
-static void look_at_mat(const struct motion *m, int n, int order, struct event *event)
+static void find_mat_event(const struct motion *m, int n, int order, struct event *event)
 {
     double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
     if (m->slide[n] == RIDDEN)
-        return; /* look_at_part */
+        return; /* find_part_event */
     if (m->slide[n] == 2) {
         double far_ft_s = m->friction == SIM_TANH ? FAR * m->scene->veps_ft_s : DBL_MAX;
         if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
@@ -396,7 +396,7 @@ static bool joint_end(const struct motion *m, int j, int which, const double *g,
     return true;
 }
 
-static void look_at_joint(const struct motion *m, int j, int order, struct event *event)
+static void find_joint_event(const struct motion *m, int j, int order, struct event *event)
 {
     double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
         g_ft = motion_opening_ft(m, j);
@@ -694,7 +694,7 @@ static void near_mat(struct motion *m, int n)
 }
 
 /* Elastic ground under what is pressed now, from what it was before. */
-static void lay_part(struct motion *m, struct part *part, const struct part *before)
+static void renew_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
     part->k_lb_ft = gear_stiffness_lb_ft(m->scene, part->touching);
@@ -763,7 +763,7 @@ void motion_press(struct motion *m)
         near_mat(m, part->mat);
         m->limit_lb[part->mat] = m->weight_limit_lb + m->load_limit_lb * part->load[0];
         if (m->gear && part->touching > 0.0)
-            lay_part(m, part, was);
+            renew_part(m, part, was);
         else
             set_slide(m, part->mat, m->slide[part->mat]);
     }
@@ -792,12 +792,12 @@ struct event motion_first_event(struct motion *m, int first, int last, int order
     bounds(m, first, last, order, wide_s);
     for (int i = 0; m->gear && i < m->part_count; i++) {
         if (m->parts[i].touching > 0.0)
-            look_at_part(m, &m->parts[i], order, &event);
+            find_part_event(m, &m->parts[i], order, &event);
     }
     for (int n = first; n <= last; n++)
-        look_at_mat(m, n, order, &event);
+        find_mat_event(m, n, order, &event);
     for (int j = first; j <= last + 1; j++)
-        look_at_joint(m, j, order, &event);
+        find_joint_event(m, j, order, &event);
     return event;
 }
 

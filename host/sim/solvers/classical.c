@@ -145,7 +145,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
 static void rkgs_dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct rkgs_work *w = s->work;
-    stepper_cubic_anew(s, w->rate0, w->rate1, t_s, low, high, z);
+    stepper_cubic_restart(s, w->rate0, w->rate1, t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_rkgs = {
@@ -318,7 +318,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
 static void hamming_dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct hamming_work *w = s->work;
-    stepper_cubic_anew(s, w->k[0], w->k[1], t_s, low, high, z);
+    stepper_cubic_restart(s, w->k[0], w->k[1], t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_hamming = {

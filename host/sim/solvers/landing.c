@@ -141,9 +141,8 @@ static void state_error(const struct planar_engine *l, const struct march *rough
 }
 
 /* A march more. What the march before left in `l` is the answer's, and stays. */
-static void march_aside(struct planar_engine *l, struct march *march,
-                        const struct sim_options *options, uint64_t steps,
-                        struct sim_result *result)
+static void march_copy(struct planar_engine *l, struct march *march,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
     double *kept = xmalloc(l->stored * sizeof *kept);
     memcpy(kept, l->z, l->stored * sizeof *kept);
@@ -162,7 +161,7 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BETWEEN_RATIO);
     if (sim_scene_end_s(l->scene) / (double)steps > result->dt_limit_s)
         return;
-    march_aside(l, &between, options, steps, result);
+    march_copy(l, &between, options, steps, result);
     if (complete(&between)) {
         const struct march *const others[] = {fine, coarse, rough};
         for (int i = 0; i < 3; i++) {
@@ -190,7 +189,7 @@ static void doubt(struct planar_engine *l, const struct sim_options *options,
         result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
         return;
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
-    march_aside(l, &beside, options, steps, result);
+    march_copy(l, &beside, options, steps, result);
     if (complete(&beside)) {
         struct pass_difference apart = difference_of(&beside, fine);
         result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);

@@ -126,7 +126,7 @@ static struct shared *share_of(struct work *w, enum model_switch_kind kind, int 
     return NULL;
 }
 
-static void give_share(struct stepper *s, enum model_switch_kind kind, int index, int on, int off)
+static void add_shared(struct stepper *s, enum model_switch_kind kind, int index, int on, int off)
 {
     struct work *w = s->work;
     if (w->count < SHARED_MAX && on != off)
@@ -135,7 +135,7 @@ static void give_share(struct stepper *s, enum model_switch_kind kind, int index
 }
 
 /* Modes of the state `at`; those with a share stay off. Returns how many have changed. */
-static int look(struct stepper *s, double t_s)
+static int update_modes(struct stepper *s, double t_s)
 {
     struct model *m = s->model;
     struct work *w = s->work;
@@ -158,7 +158,7 @@ static int look(struct stepper *s, double t_s)
             }
             changed++;
             if (++flips[j] > FLIPS && mode[j] * was[j] == 0) {
-                give_share(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
+                add_shared(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
                 mode[j] = 0;
             }
         }
@@ -172,7 +172,7 @@ static int look(struct stepper *s, double t_s)
         for (int k = 0; k < w->count; k++)
             has = has || w->shared[k].which.kind == MODEL_APEX;
         if (!has && ++w->apex_flips > FLIPS)
-            give_share(s, MODEL_APEX, m->apex, m->apex, apex);
+            add_shared(s, MODEL_APEX, m->apex, m->apex, apex);
         changed += !has;
         if (has || w->apex_flips > FLIPS)
             m->apex = apex;
@@ -203,7 +203,7 @@ static void forces(struct stepper *s, double t_s, int mat, double *push_lb, doub
 }
 
 /* Who stops, and who is thrown off. */
-static int look_at_mats(struct stepper *s, double h, double t_s)
+static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
     struct model *m = s->model;
     struct work *w = s->work;
@@ -353,7 +353,7 @@ static bool settle(struct stepper *s, double h)
     memset(w->flips, 0, modes_length(m));
     w->apex_flips = 0;
     place(s, h, v1, 0.0, NULL, w->at);
-    look(s, t_s);
+    update_modes(s, t_s);
     for (int round = 0; round < ROUNDS; round++) {
         if (!equations(s, h, t_s, v1))
             return false;
@@ -367,8 +367,8 @@ static bool settle(struct stepper *s, double h)
             return false;
         double changed = w->count > 0 ? find_shares(s, h, t_s, v1) : 0.0;
         place(s, h, v1, 0.0, NULL, w->at);
-        int flipped = look(s, t_s);
-        flipped += look_at_mats(s, h, t_s);
+        int flipped = update_modes(s, t_s);
+        flipped += update_mat_modes(s, h, t_s);
         if (flipped == 0 && most <= CLOSE * speed && changed <= SAME_SHARE)
             return true;
     }

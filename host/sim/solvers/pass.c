@@ -168,7 +168,7 @@ static int only_slides(struct model_switch *found, int count)
 /* Violations at the first of five points between the start of the last step and `to`; there the
  * step is looked at until then. A mat may break loose and stop again, a foot touch the ground and
  * leave it, and both passes miss it. */
-static int look_inside(struct pass *p, double to, struct model_switch *found)
+static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -191,13 +191,13 @@ static int look_inside(struct pass *p, double to, struct model_switch *found)
 }
 
 /* Violations within the last step or at its end. */
-static int look(struct pass *p, struct model_switch *found)
+static int find_violations(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
     bool may = !s->rate ||
                model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
-    int count = may ? look_inside(p, s->t_new_s, found) : 0;
+    int count = may ? find_violations_inside(p, s->t_new_s, found) : 0;
     if (count > 0)
         return count;
     p->until_s = s->t_new_s;
@@ -274,7 +274,7 @@ static bool handle_events(struct pass *p, bool *event)
     int flips = 0;
     if (s->kind->samples_shape)
         model_sample_shape(m, s->z_new);
-    int count = look(p, found);
+    int count = find_violations(p, found);
     double at = p->until_s;
     *event = count > 0;
     if (p->wary > 0)
@@ -301,7 +301,7 @@ static bool handle_events(struct pass *p, bool *event)
         }
         /* another may have come and gone before */
         struct model_switch before[FOUND_MAX];
-        int earlier = at > s->t_s ? look_inside(p, at, before) : 0;
+        int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
         if (nearer && round + 1 < ROUNDS) {
             memcpy(found, before, sizeof found);
@@ -452,12 +452,12 @@ static bool one_step(struct pass *p, double limit_s)
     return true;
 }
 
-static bool may_go_on(const struct pass *p, const struct pass_request *request,
-                      const struct sim_options *options)
+static bool is_asked_to_continue(const struct pass *p, const struct pass_request *request,
+                                 const struct sim_options *options)
 {
-    return !options->go_on || p->out->steps % PASS_STEPS_BETWEEN_ASKING != 0 ||
-           options->go_on(options->go_on_ctx, request->number,
-                          p->stepper.t_s / sim_scene_end_s(p->model->scene));
+    return !options->may_continue || p->out->steps % PASS_STEPS_BETWEEN_ASKING != 0 ||
+           options->may_continue(options->may_continue_ctx, request->number,
+                                 p->stepper.t_s / sim_scene_end_s(p->model->scene));
 }
 
 static void follow_spans(struct pass *p, const struct pass_request *request,
@@ -476,7 +476,7 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
             s->least_s = LEAST_STEP * fmin(end_s, fmax(LEAST_STEP_OF_S, s->t_s));
             if (!one_step(p, end))
                 return;
-            if (!may_go_on(p, request, options)) {
+            if (!is_asked_to_continue(p, request, options)) {
                 fail(p, SIM_INTERRUPTED, liveliest(m, s->z, &speed), s->t_s);
                 return;
             }

@@ -6,14 +6,14 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/stepper.h"
 
-#define PASS_STEPS_BETWEEN_ASKING 32 /* steps between calls of go_on */
+#define PASS_STEPS_BETWEEN_ASKING 32 /* steps between calls of may_continue */
 
 struct pass_request {
     const struct stepper_kind *kind;
     double rtol; /* tolerance of a stepper that chooses its step */
     double dt_s; /* step of a stepper with a fixed step */
     uint64_t most_steps;
-    int number; /* number of this pass, for options->go_on */
+    int number; /* number of this pass, for options->may_continue */
     /* For a stepper that halves and doubles its step: the first step as a share of the usual first
      * step; 0: the usual one. Two runs with similar starts have steps that are powers of two of
      * each other and end at the same times. For a stepper with a fixed step: the largest step as a

@@ -39,7 +39,8 @@ static bool in_time(void *ctx, int pass, double part)
         w->late = true;
         return false;
     }
-    return !w->asked->go_on || w->asked->go_on(w->asked->go_on_ctx, pass, part);
+    return !w->asked->may_continue ||
+           w->asked->may_continue(w->asked->may_continue_ctx, pass, part);
 }
 
 void deadline_begin(struct deadline *w, const struct sim_options *asked, double limit_s)
@@ -48,8 +49,8 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
     if (limit_s <= 0.0)
         return;
     w->until_s = clock_s(asked) + limit_s;
-    w->options.go_on = in_time;
-    w->options.go_on_ctx = w;
+    w->options.may_continue = in_time;
+    w->options.may_continue_ctx = w;
 }
 
 /* ---- what an answer is worth: two passes of a solver, and the runs that join them. PLANAR.md,
@@ -267,7 +268,7 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
 /* A run that is stopped when it falls behind what its steps are meant to cover. */
 struct pace {
     const struct sim_options *asked;
-    double asks, most; /* go_on is asked every so many steps */
+    double asks, most; /* may_continue is asked every so many steps */
 };
 
 static bool gets_on(void *ctx, int pass, double part)
@@ -275,7 +276,8 @@ static bool gets_on(void *ctx, int pass, double part)
     struct pace *pace = ctx;
     pace->asks++;
     return PASS_STEPS_BETWEEN_ASKING * pace->asks <= (part + PACE_AHEAD) * pace->most &&
-           (!pace->asked->go_on || pace->asked->go_on(pace->asked->go_on_ctx, pass, part));
+           (!pace->asked->may_continue ||
+            pace->asked->may_continue(pace->asked->may_continue_ctx, pass, part));
 }
 
 /* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
@@ -293,8 +295,8 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     struct sim_options paced = *options;
     if (request.most_steps == 0)
         return false;
-    paced.go_on = gets_on;
-    paced.go_on_ctx = &pace;
+    paced.may_continue = gets_on;
+    paced.may_continue_ctx = &pace;
     again(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
@@ -498,9 +500,9 @@ static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
            result->error_lift_ft <= CLOSE * lift_ft;
 }
 
-static void say(struct model *m, const struct sim_options *options,
-                const struct pass_request *request, struct ladder *l, bool given,
-                struct sim_result *result)
+static void report(struct model *m, const struct sim_options *options,
+                   const struct pass_request *request, struct ladder *l, bool given,
+                   struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
     if (!agrees(l, m->scene)) {
@@ -567,7 +569,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_FLOOR * stepper_event.rtol * m.length_ft);
-        say(&m, options, &request, &ladder, given, result);
+        report(&m, options, &request, &ladder, given, result);
     } else if (ladder.count == 1) {
         sim_result_end(result, SIM_UNSTABLE, 1, end_s);
     }

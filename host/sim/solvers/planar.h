@@ -39,7 +39,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
                           struct sim_result *result, struct error *error);
 
 /* Deadline: options that stop a run after a time by the clock. Solvers call them like the caller's
- * sim_options.go_on, which is also called. */
+ * sim_options.may_continue, which is also called. */
 struct deadline {
     const struct sim_options *asked;
     /* options for the solver: the requested ones, with the time limit */

@@ -476,7 +476,7 @@ static void load_heaves(struct planar_engine *l)
 
 /* ---- memory ---- */
 
-static void lay_ground(struct planar_engine *l)
+static void init_ground(struct planar_engine *l)
 {
     struct model *m = &l->model;
     const double *ground = l->scene->ground_ft.values;
@@ -492,7 +492,7 @@ static void lay_ground(struct planar_engine *l)
 }
 
 /* Arrays of a landing; the model is made. */
-static void lay_out(struct planar_engine *l)
+static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
@@ -515,7 +515,7 @@ static void lay_out(struct planar_engine *l)
     l->rest_cos = l->tilt_ft + joints;
     l->friction_force_lb = l->rest_cos + joints;
     l->rub_next_lb = l->friction_force_lb + joints;
-    lay_ground(l);
+    init_ground(l);
     bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
     if (braced || l->gear) {
         l->brace_heaves = l->gear ? load_heaves : brace_heaves;
@@ -554,7 +554,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
-    lay_out(l);
+    init_layout(l);
     return MR_OK;
 }
 
@@ -896,7 +896,7 @@ static void step_along(struct under_way *way, uint64_t i)
 }
 
 /* What is wanted of the step that ends at t_s. False: the march ends with it. */
-static bool look(struct under_way *way, uint64_t i, double t_s)
+static bool update_extremes(struct under_way *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
     bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
@@ -932,11 +932,11 @@ void planar_pass_run(struct planar_engine *l, struct march *march,
         step_wheel(&way, i);
         step_vertical(&way, i);
         step_along(&way, i);
-        if (!look(&way, i, t_s))
+        if (!update_extremes(&way, i, t_s))
             break;
-        if (i % STEPS_BETWEEN_ASKING == 0 && way.options->go_on &&
-            !way.options->go_on(way.options->go_on_ctx, march->number,
-                                (double)i / (double)march->steps)) {
+        if (i % STEPS_BETWEEN_ASKING == 0 && way.options->may_continue &&
+            !way.options->may_continue(way.options->may_continue_ctx, march->number,
+                                       (double)i / (double)march->steps)) {
             march->status = SIM_INTERRUPTED;
             march->mat = way.l->slides.first + 1;
             march->t_s = t_s;

@@ -83,7 +83,7 @@ struct march {
     int mats_max;
     struct sim_record record;
     struct mods_state *mods; /* state of the modifications at the end of this march; NULL: none */
-    int number;              /* number of this march, for go_on */
+    int number;              /* number of this march, for may_continue */
 };
 
 /* Runs the whole landing with march->steps steps; march->record must be made before. */

@@ -126,8 +126,8 @@ void stepper_cubic(const struct stepper *s, const double *z0, const double *rate
     }
 }
 
-void stepper_cubic_anew(struct stepper *s, double *rate0, double *rate1, double t_s, int low,
-                        int high, double *z)
+void stepper_cubic_restart(struct stepper *s, double *rate0, double *rate1, double t_s, int low,
+                           int high, double *z)
 {
     stepper_rates(s, s->t_s, s->z, rate0);
     stepper_rates(s, s->t_new_s, s->z_new, rate1);

@@ -109,7 +109,7 @@ void stepper_cubic(const struct stepper *stepper, const double *z0, const double
                    const double *z1, const double *rate1, double t_s, int low, int high, double *z);
 
 /* As stepper_cubic, over the last step; computes the rates at its ends into rate0 and rate1. */
-void stepper_cubic_anew(struct stepper *stepper, double *rate0, double *rate1, double t_s, int low,
-                        int high, double *z);
+void stepper_cubic_restart(struct stepper *stepper, double *rate0, double *rate1, double t_s,
+                           int low, int high, double *z);
 
 #endif

@@ -24,7 +24,7 @@
 #define SETTLE_S 1e-3
 #define CLEAR    0.98 /* of the chain's longest step: its check is in other roundings */
 
-bool beside_can(const struct sim_scene *scene)
+bool parallel_can(const struct sim_scene *scene)
 {
     bool plain = scene->model == SIM_CHAIN && scene->thrust == SIM_JUMP && scene->slack_ft > 0.0 &&
                  scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
@@ -39,7 +39,7 @@ bool beside_can(const struct sim_scene *scene)
 }
 
 /* Rows of samples, one every dt from 0 on. */
-static size_t beside_samples(const struct sim_scene *scene, double dt_s)
+static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
 {
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
 }
@@ -151,8 +151,8 @@ static unsigned march(struct playing *p, size_t samples, unsigned each)
 }
 
 /* False: a parameter without sense. sample_dt_s is a whole number of milliseconds. */
-static bool beside_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
-                       double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
+static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
+                         double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
 {
     struct playing p = {.scene = scene, .lane = lane, .stations = stations};
     if (stations > MR_CHAIN_MATS || !start(&p))
@@ -162,7 +162,7 @@ static bool beside_run(const struct sim_scene *scene, const double *station_ft, 
         int mat = (int)floor(station_ft[s] / scene->length_ft + 1e-9) + 1;
         p.station_mat[s] = (unsigned)(mat > scene->mats ? scene->mats : mat);
     }
-    unsigned away = march(&p, beside_samples(scene, sample_dt_s),
+    unsigned away = march(&p, parallel_samples(scene, sample_dt_s),
                           (unsigned)(sample_dt_s / SETTLE_S + 0.5));
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         lane[k].good = !(away >> k & 1u);
@@ -244,8 +244,8 @@ static void draw_pair(gsl_rng *random, double *one, double *other, double most_f
 /* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is
  * more than the mean leaves for it, up to twice the segment's own mean: the rest of the runway may
  * have been pushed together. */
-static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
-                           double slack_ft)
+static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
+                          double slack_ft)
 {
     double sum_ft = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -322,8 +322,8 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
                         gsl_ran_gaussian_ziggurat(drawing->random, error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
         if (!landing->follows)
-            draw_given_sum(drawing->random, drawing->gap_ft + first, count,
-                           drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+            draw_with_sum(drawing->random, drawing->gap_ft + first, count,
+                          drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
 }
 
@@ -430,9 +430,9 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
 }
 
 /* Side by side; lanes that are left over repeat the first drawing. */
-static bool run_beside(struct drawing *drawing, size_t count, const struct fit_landing *landing,
-                       const double *station_ft, const double *thrust, double *spare_gap_ft,
-                       struct outcome *outcome)
+static bool run_parallel(struct drawing *drawing, size_t count, const struct fit_landing *landing,
+                         const double *station_ft, const double *thrust, double *spare_gap_ft,
+                         struct outcome *outcome)
 {
     struct beside_lane lane[CHAINS_LANES];
     size_t joints = (size_t)landing->scene.mats + 1;
@@ -449,7 +449,7 @@ static bool run_beside(struct drawing *drawing, size_t count, const struct fit_l
             lane[k].gap_ft = spare_gap_ft + k * joints;
         }
     }
-    bool good = beside_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
+    bool good = parallel_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
     for (size_t k = 0; k < count; k++)
         drawing[k].good = drawing[k].good && good && lane[k].good;
     return good;
@@ -460,7 +460,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
 {
     struct outcome outcome[CHAINS_LANES];
     double station_ft[MR_TRANSDUCERS], thrust[CHAINS_LANES];
-    size_t samples = beside_samples(&landing->scene, SAMPLE_S),
+    size_t samples = parallel_samples(&landing->scene, SAMPLE_S),
            joints = (size_t)landing->scene.mats + 1, each = samples * landing->channels;
     double *room = xcalloc(CHAINS_LANES * (each + joints), sizeof *room);
     for (size_t c = 0; c < landing->channels; c++)
@@ -472,9 +472,9 @@ static void simulate_landing(struct drawing *drawing, size_t count,
         draw_gaps(&drawing[k], landing);
         outcome[k].gap_ft = drawing[k].gap_ft;
     }
-    if (beside_can(&landing->scene)) {
-        run_beside(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
-                   outcome);
+    if (parallel_can(&landing->scene)) {
+        run_parallel(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
+                     outcome);
     } else {
         for (size_t k = 0; k < count; k++)
             drawing[k].good = drawing[k].good &&
@@ -877,7 +877,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
 }
 
 /* A survey that the landing did not begin with. */
-static bool surveyed_anew(const struct fit_landing *landing, const struct fit_surveyed *after)
+static bool is_survey_new(const struct fit_landing *landing, const struct fit_surveyed *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(after->sum_in[s]) && !(fabs(after->sum_in[s] - landing->survey_in[s]) < 1e-9))
@@ -912,7 +912,7 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     free(rows);
     if (fit_surveyed(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
-    if (surveyed_anew(landing, &after))
+    if (is_survey_new(landing, &after))
         memcpy(landing->after_in, after.sum_in, sizeof landing->after_in);
     landing->after_error_in = after.error_in;
     return MR_OK;

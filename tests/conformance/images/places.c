@@ -10,14 +10,14 @@
 #define THUMB    0x01000000u
 #define IT(bits) (((bits)&3u) << 25 | ((bits)&0xfcu) << 8) /* ITSTATE in xPSR */
 
-static volatile uint32_t go_on, bfar_seen; /* where, with ITSTATE cleared */
+static volatile uint32_t may_continue, bfar_seen; /* where, with ITSTATE cleared */
 static uint32_t words[8] __attribute__((aligned(8)));
 
 static __attribute__((used)) void leave(uint32_t *at, uint32_t lr)
 {
     bfar_seen = BFAR;
     keep(at, lr);
-    at[6] = go_on;
+    at[6] = may_continue;
     at[7] = (at[7] & ~IT_BITS) | THUMB;
 }
 KEEPING(leaver, leave)
@@ -32,7 +32,7 @@ KEEPING(leaver, leave)
                          "msr apsr_nzcvq, %5\n\tb 1f\n\t.ltorg\n1:\t" code                   \
                          "\n3:\tadr.w %0, 2b\n\tmov %1, r4"                                  \
                          : "=&r"(pc_), "=&r"(base_)                                          \
-                         : "r"(&go_on), "r"(there), "r"(nothing), "r"(Z_AND_C)               \
+                         : "r"(&may_continue), "r"(there), "r"(nothing), "r"(Z_AND_C)        \
                          : "r2", "r3", "r4", "r5", "r6", "r7", "r12", "lr", "memory", "cc"); \
         expect(name "_exception", ipsr_seen, want_exception);                                \
         expect(name "_pc", frame[6] - pc_, 0);                                               \
@@ -98,7 +98,7 @@ static void branch_to(uint32_t there)
     forget();
     __asm__ volatile("ldr r6, =3f\n\tstr r6, [%0]\n\tblx %1\n3:\tnop"
                      :
-                     : "r"(&go_on), "r"(there | 1u)
+                     : "r"(&may_continue), "r"(there | 1u)
                      : "r0", "r1", "r2", "r3", "r6", "r12", "lr", "memory", "cc");
 }
 
@@ -158,7 +158,7 @@ static void in_handler(void)
     __asm__ volatile("ldr %0, =1f\n\tstr %0, [%1]\n\tadr.w %0, 2f\n\tmov r4, #0x30000000\n\tnop\n"
                      "2:\tldrb r5, [r4], #1\n\tnop\n1:\tmov %0, %0"
                      : "=&r"(pc)
-                     : "r"(&go_on)
+                     : "r"(&may_continue)
                      : "r4", "r5", "memory");
     expect("nested_pc", frame[6] - pc, 0);
 }

@@ -24,7 +24,7 @@
 #define UNHEARD_US           3000000u /* a board says hello once a second */
 #define NOTE_US              1000000u /* the same trouble is told once a second */
 
-static bool logger_heard(const struct logger *logger)
+static bool logger_received(const struct logger *logger)
 {
     struct collector_progress p;
     collector_progress(logger->collector, &p);
@@ -198,7 +198,7 @@ void logger_hasty(struct logger *logger, bool on)
     }
 }
 
-void logger_say_rest(struct logger *logger)
+void logger_report_rest(struct logger *logger)
 {
     size_t said = 0;
     if (logger->unsaid_length == 0)
@@ -215,7 +215,7 @@ void logger_say_rest(struct logger *logger)
     memmove(logger->unsaid, logger->unsaid + said, logger->unsaid_length);
 }
 
-static void say_summary(struct logger *logger, const struct summary *summary)
+static void report_summary(struct logger *logger, const struct summary *summary)
 {
     char *text = NULL;
     size_t length = 0;
@@ -231,7 +231,7 @@ static void say_summary(struct logger *logger, const struct summary *summary)
     }
     logger->unsaid = all ? all : logger->unsaid;
     free(text);
-    logger_say_rest(logger);
+    logger_report_rest(logger);
 }
 
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
@@ -252,7 +252,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         if (logger->cli->json) {
             json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
         } else {
-            say_summary(logger, &summary);
+            report_summary(logger, &summary);
         }
         snprintf(logger->newest, sizeof logger->newest, "landing %lld (RUN %lld)",
                  (long long)summary.measured.landing.board_landing, (long long)run);
@@ -284,7 +284,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     if (summary_load(logger->store, progress.run, &summary, &why) != MR_OK) {
         cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)progress.run, why.text);
     } else if (!logger->cli->json) {
-        say_summary(logger, &summary);
+        report_summary(logger, &summary);
     }
     summary_free(&summary);
     write_page(logger);
@@ -382,7 +382,7 @@ static enum diagnosis diagnose(const struct logger *logger, const struct link **
     return diagnosis;
 }
 
-enum mr_status logger_check_heard(const struct logger *logger, struct error *error)
+enum mr_status logger_check_received(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
     const struct link *link = NULL, *can = logger->link[LINK_CAN],
@@ -405,7 +405,7 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
 }
 
 /* After a while without a board, once for each link, while it is still waited for. */
-void logger_note_unheard(struct logger *logger)
+void logger_note_missing(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT];
     uint64_t now_us = monotonic_us();
@@ -415,7 +415,7 @@ void logger_note_unheard(struct logger *logger)
         return;
     logger->unheard_told = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (!logger->open[link] || logger_heard(logger))
+        if (!logger->open[link] || logger_received(logger))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
@@ -431,7 +431,8 @@ void logger_note_unheard(struct logger *logger)
 #define ONE_LINK_US 4000000u /* of one alone */
 #define STOOD_US    500000u  /* this program did not run: what came meanwhile is not read yet */
 
-static void count_heard(struct logger *logger, const struct collector_progress *p, uint64_t now_us)
+static void count_received(struct logger *logger, const struct collector_progress *p,
+                           uint64_t now_us)
 {
     bool stood = now_us - logger->turn_us > STOOD_US || watch_refused_us(&logger->watch) != 0;
     logger->turn_us = now_us;
@@ -508,7 +509,7 @@ void logger_note_board(struct logger *logger)
             return;
     }
     collector_progress(logger->collector, &p);
-    count_heard(logger, &p, now_us);
+    count_received(logger, &p, now_us);
     if (!p.landing || !p.board_uid[0])
         return;
     state_text(p.landing, state, sizeof state);
@@ -665,8 +666,8 @@ void typed_read(struct typed *typed)
 }
 
 /* Somebody asked, so it is said also with --quiet. */
-__attribute__((format(printf, 2, 3))) static void say(const struct logger *logger,
-                                                      const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void print(const struct logger *logger,
+                                                        const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -707,8 +708,8 @@ static void send_it(struct logger *logger)
     typed->answered = false;
     typed->sent = logger_send(logger, &typed->command, false);
     if (!typed->sent)
-        say(logger, "%s: cannot be sent, because no link accepts it\n",
-            mr_command_name(typed->command.code));
+        print(logger, "%s: cannot be sent, because no link accepts it\n",
+              mr_command_name(typed->command.code));
 }
 
 static void take_command(struct logger *logger, const char *line);
@@ -724,7 +725,7 @@ static void take_reply(struct logger *logger, const char *line)
     }
     typed->asked = false;
     typed->hold_us = 0;
-    say(logger, "not confirmed (the answer was not yes): nothing was sent\n");
+    print(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
         take_command(logger, line);
 }
@@ -742,7 +743,7 @@ static void take_command(struct logger *logger, const char *line)
     struct typed *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
         typed->hold_us = monotonic_us() + TYPING_US;
-        say(logger, "%s: ", HELP);
+        print(logger, "%s: ", HELP);
         return;
     }
     typed->hold_us = 0;
@@ -750,7 +751,7 @@ static void take_command(struct logger *logger, const char *line)
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
         typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MOST) {
-        say(logger, "not a command: '%.40s'; %s\n", line, HELP);
+        print(logger, "not a command: '%.40s'; %s\n", line, HELP);
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
@@ -765,19 +766,19 @@ static void take_command(struct logger *logger, const char *line)
         arming_doubts(logger->store, (int64_t)link_now_us(), doubts);
     for (char *at = doubts, *end; *at; at = end + (*end == '\n')) {
         end = at + strcspn(at, "\n");
-        say(logger, "%.*s\n", (int)(end - at), at);
+        print(logger, "%.*s\n", (int)(end - at), at);
     }
     typed->until_us = typed->hold_us = monotonic_us() + ASKED_US;
     if (!arm)
-        say(logger, "disarm? The board is %s; this ends its recording. Type yes: ", recording);
+        print(logger, "disarm? The board is %s; this ends its recording. Type yes: ", recording);
     else if (typed->command.argument)
-        say(logger,
-            "arm for landing %d? The board records until the gear has stopped and the mat is at "
-            "rest. Type yes: ",
-            typed->command.argument);
+        print(logger,
+              "arm for landing %d? The board records until the gear has stopped and the mat is at "
+              "rest. Type yes: ",
+              typed->command.argument);
     else
-        say(logger, "arm for the next landing? The board records until the gear has stopped and "
-                    "the mat is at rest. Type yes: ");
+        print(logger, "arm for the next landing? The board records until the gear has stopped and "
+                      "the mat is at rest. Type yes: ");
 }
 
 /* What came of the command that was sent. */
@@ -788,14 +789,14 @@ static void take_answer(struct logger *logger)
     if (typed->answered) {
         typed->sent = false;
         if (typed->answer == MR_OK)
-            say(logger, "%sed\n", name);
+            print(logger, "%sed\n", name);
         else
-            say(logger, "%s refused: %s\n", name, arm_client_refusal(typed->answer));
+            print(logger, "%s refused: %s\n", name, arm_client_refusal(typed->answer));
     } else if (monotonic_us() > typed->until_us) {
         typed->sent = false;
-        say(logger,
-            "the board did not answer `%s` within 3 s; check its state before you try again\n",
-            name);
+        print(logger,
+              "the board did not answer `%s` within 3 s; check its state before you try again\n",
+              name);
     }
 }
 
@@ -811,7 +812,7 @@ void typed_turn(struct logger *logger)
         take_answer(logger);
     if (typed->asked && monotonic_us() > typed->until_us)
         take_reply(logger, "");
-    bool there = logger_heard(logger);
+    bool there = logger_received(logger);
     /* a script's commands wait for the board; who types is told */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
@@ -819,7 +820,7 @@ void typed_turn(struct logger *logger)
     if (typed->asked)
         take_reply(logger, line);
     else if (!there)
-        say(logger, "no hello from a board yet: nothing was sent\n");
+        print(logger, "no hello from a board yet: nothing was sent\n");
     else
         take_command(logger, line);
 }

@@ -1,4 +1,4 @@
-/* Output of text lines on serial, 8N1 at SAY_BAUD:
+/* Output of text lines on serial, 8N1 at PRINT_BAUD:
  *
  *     begin SECTION FORMAT
  *     NAME VALUE UNIT            value: a number, 0x and hexadecimal digits, a word, or "none"
@@ -8,36 +8,36 @@
  *
  * The line count and the CRC let a reader detect truncated or damaged sections. Both continue
  * through a reset. */
-#ifndef MATRIG_FIRMWARE_BRINGUP_SAY_H
-#define MATRIG_FIRMWARE_BRINGUP_SAY_H
+#ifndef MATRIG_FIRMWARE_BRINGUP_PRINT_H
+#define MATRIG_FIRMWARE_BRINGUP_PRINT_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/f407/regs.h"
 
-#define SAY_BAUD   115200u
-#define SAY_FORMAT 1
+#define PRINT_BAUD   115200u
+#define PRINT_FORMAT 1
 
 /* Begin and end a section. */
-void say_begin(const char *section);
-void say_end(void);
+void print_begin(const char *section);
+void print_end(void);
 
 /* Print a line with a value inside a section. */
-void say_number(const char *name, int32_t value, const char *unit);
+void print_number(const char *name, int32_t value, const char *unit);
 /* Prints a value given in thousandths: 2013 is printed as 2.013. */
-void say_milli(const char *name, int32_t thousandths, const char *unit);
-void say_hex(const char *name, uint32_t value, const char *unit);
-void say_word(const char *name, const char *word, const char *unit);
-/* As say_milli, with a name in two parts; upper case is printed in lower case. */
-void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
+void print_milli(const char *name, int32_t thousandths, const char *unit);
+void print_hex(const char *name, uint32_t value, const char *unit);
+void print_word(const char *name, const char *word, const char *unit);
+/* As print_milli, with a name in two parts; upper case is printed in lower case. */
+void print_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
 /* Prints that `name` has no value because the part is absent or did not respond. */
-void say_none(const char *name, const char *unit);
+void print_none(const char *name, const char *unit);
 
 /* Prints a line for people, outside sections. */
-void say_text(const char *text);
+void print_text(const char *text);
 /* Waits until all output has been sent; the wait is bounded. */
-void say_flush(void);
+void print_flush(void);
 
 /* ---- pace ---- */
 

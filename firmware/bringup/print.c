@@ -1,4 +1,4 @@
-#include "firmware/bringup/say.h"
+#include "firmware/bringup/print.h"
 
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #define WAIT_US       2000000u /* the ring of uart.c, 8 KiB, leaves in 0.7 s */
 #define LAST_BYTES_US 200u     /* two bytes take 174 */
 
-/* Kept through resets; what it holds at power on is overwritten by say_begin. */
+/* Kept through resets; what it holds at power on is overwritten by print_begin. */
 static struct {
     uint32_t lines, crc;
     char section[12];
@@ -97,7 +97,7 @@ static struct line begin_line(const char *what, const char *whose)
     return line;
 }
 
-void say_begin(const char *section)
+void print_begin(const char *section)
 {
     struct line line = {.length = 0};
     memset(&text, 0, sizeof text);
@@ -105,12 +105,12 @@ void say_begin(const char *section)
     put(&line, "begin ");
     put(&line, text.section);
     put_char(&line, ' ');
-    put_digits(&line, SAY_FORMAT, 1);
+    put_digits(&line, PRINT_FORMAT, 1);
     send_counted(&line);
     text.lines = 0;
 }
 
-void say_end(void)
+void print_end(void)
 {
     struct line line = {.length = 0};
     put(&line, "end ");
@@ -122,14 +122,14 @@ void say_end(void)
     send(&line);
 }
 
-void say_number(const char *name, int32_t value, const char *unit)
+void print_number(const char *name, int32_t value, const char *unit)
 {
     struct line line = begin_line(name, "");
     put_digits(&line, put_sign(&line, value), 1);
     end_line(&line, unit);
 }
 
-void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit)
+void print_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit)
 {
     struct line line = begin_line(what, whose);
     uint32_t size = put_sign(&line, thousandths);
@@ -139,12 +139,12 @@ void say_milli_of(const char *what, const char *whose, int32_t thousandths, cons
     end_line(&line, unit);
 }
 
-void say_milli(const char *name, int32_t thousandths, const char *unit)
+void print_milli(const char *name, int32_t thousandths, const char *unit)
 {
-    say_milli_of(name, "", thousandths, unit);
+    print_milli_of(name, "", thousandths, unit);
 }
 
-void say_hex(const char *name, uint32_t value, const char *unit)
+void print_hex(const char *name, uint32_t value, const char *unit)
 {
     struct line line = begin_line(name, "");
     put(&line, "0x");
@@ -152,26 +152,26 @@ void say_hex(const char *name, uint32_t value, const char *unit)
     end_line(&line, unit);
 }
 
-void say_word(const char *name, const char *word, const char *unit)
+void print_word(const char *name, const char *word, const char *unit)
 {
     struct line line = begin_line(name, "");
     put(&line, word);
     end_line(&line, unit);
 }
 
-void say_none(const char *name, const char *unit)
+void print_none(const char *name, const char *unit)
 {
-    say_word(name, "none", unit);
+    print_word(name, "none", unit);
 }
 
-void say_text(const char *words)
+void print_text(const char *words)
 {
     struct line line = {.length = 0};
     put(&line, words);
     send(&line);
 }
 
-void say_flush(void)
+void print_flush(void)
 {
     uint32_t begun = pace_begin();
     while (!uart_sent() && !pace_passed(begun, WAIT_US)) {
