@@ -19,8 +19,8 @@ bool sim_solver_elsewhere(const char *solver);
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error);
 
-/* A sim_options.may_continue function for a struct progress (host/base/progress.h); it never stops the
- * run. */
+/* A sim_options.may_continue function for a struct progress (host/base/progress.h); it never stops
+ * the run. */
 bool sim_progress(void *progress, int pass_from_1, double part);
 
 /* The mats that a scene selects for output (u_mats, by default all): their number, and the i-th of
