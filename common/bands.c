@@ -4,8 +4,9 @@
 
 #include "common/wire.h"
 
-#define SHARP         3.0f /* a sudden change over what went before and after */
-#define STAYS         0.5f /* of a sudden change */
+/* a change is sudden if it exceeds the changes before and after it by this factor */
+#define SHARP         3.0f
+#define STAYS         0.5f /* share of a sudden change that must remain */
 #define SURE          3.0f /* standard errors */
 #define NO_STATION_FT 1e6f
 
@@ -36,7 +37,7 @@ static void order_gages(const struct mr_bands *bands, struct mr_band *band, unsi
     }
 }
 
-/* Each gage stands for the band halfway to its neighbours. */
+/* The weight of a gage is the band length between the midpoints to its neighbours. */
 static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;
@@ -44,7 +45,7 @@ static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
         float length_ft = station_of(bands, band->gage[after]) -
                           station_of(bands, band->gage[before]);
-        if (after - before == 1) /* at an end */
+        if (after - before == 1) /* the last gage of an end */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
         sum += band->weight[i];
@@ -103,7 +104,7 @@ static void find(struct mr_bands *bands, unsigned band, unsigned gage, unsigned 
                                                                      .block = block};
 }
 
-/* Mean of a band, weighted by length, over those gages that are valid. */
+/* Length-weighted mean of a band over its valid gages. */
 static float weighted(const struct mr_band *band, const float *lb_by_place)
 {
     float sum = 0.0f, weights = 0.0f;
@@ -122,8 +123,8 @@ static float past(const struct mr_bands *bands, unsigned gage, unsigned age)
     return bands->history[(bands->newest + MR_BANDS_HISTORY - age) % MR_BANDS_HISTORY][gage];
 }
 
-/* Neighbours that went opposite ways and differ by less than before: the place of the first in the
- * band; band->gages: none. */
+/* Finds neighbours that changed in opposite directions and whose difference fell. Returns the place
+ * of the first in the band, or band->gages: none. */
 static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band *band,
                              const float *step_lb)
 {
@@ -146,7 +147,7 @@ static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band 
     return found;
 }
 
-/* The neighbour that changed more; band->gages: an end, there may be none. */
+/* The neighbour with the larger change; band->gages for a gage at an end: it may have none. */
 static unsigned sharper_neighbour(const struct mr_band *band, const float *step_lb, unsigned place)
 {
     if (place == 0 || place + 1 == band->gages)
@@ -155,9 +156,9 @@ static unsigned sharper_neighbour(const struct mr_band *band, const float *step_
                                                                                      : place + 1;
 }
 
-/* No pair of neighbours: a slip when several gages dropped and none rose, a load that moved on when
- * any rose, a step when one gage dropped alone. `trend_lb`: what each gage would do in two steps
- * anyway. */
+/* Records a doubt when no pair of neighbours was found: a pullout (moved load) when any gage rose,
+ * a step when one gage dropped alone, a slip when several dropped and none rose. `trend_lb`: the
+ * change of each gage in two steps without the event. */
 static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const float *step_lb,
                        const float *trend_lb, uint32_t block)
 {
@@ -194,7 +195,7 @@ static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const
     }
 }
 
-/* The sudden change has had its time: is it still there? */
+/* After the hold time: reports the sudden change if it is still there. */
 static void judge_doubt(struct mr_bands *bands, unsigned number)
 {
     struct mr_band *band = &bands->band[number];
@@ -213,7 +214,8 @@ static void judge_doubt(struct mr_bands *bands, unsigned number)
          doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
 }
 
-/* A gage of the band changed suddenly two to four steps ago: what did all of them do? */
+/* A gage changed suddenly two to four steps ago: classifies the change from all gages of the
+ * band. */
 static void judge_step(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
@@ -221,8 +223,8 @@ static void judge_step(struct mr_bands *bands, unsigned number, uint32_t block)
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         if (past(bands, g, 6) < band->slack_lb || past(bands, g, 0) < band->slack_lb)
-            /* C.5 holds while all is in tension: what a slack band does as it tightens is sudden
-             * too */
+            /* Appendix C.5 applies only while the whole band is in tension: a slack band also
+             * changes suddenly as it tightens. */
             return;
         trend_lb[i] =
             0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
@@ -246,7 +248,8 @@ static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, 
     float step_lb = __builtin_fabsf(at2 - at4);
     if (!(step_lb >= band->step_lb) ||
         __builtin_fabsf(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
-        return false; /* none, or the next step shows more of it: it fell within a mean */
+        /* no step, or the next mean shows a larger one: the step fell within a mean */
+        return false;
     float before_lb = __builtin_fabsf(at4 - past(bands, gage, 6)),
           after_lb = __builtin_fabsf(past(bands, gage, 0) - at2);
     return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
@@ -272,7 +275,7 @@ static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, fl
 static void extend(struct mr_band *band, unsigned gage, float lb, uint32_t block)
 {
     struct mr_band_extreme here = {.lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
-    if (!(lb >= band->least.lb)) /* also the first */
+    if (!(lb >= band->least.lb)) /* negated: also true for the first reading, when least is NaN */
         band->least = here;
     if (!(lb <= band->most.lb))
         band->most = here;
@@ -283,7 +286,7 @@ static void step_band(struct mr_bands *bands, unsigned number, const float *tens
 {
     struct mr_band *band = &bands->band[number];
     bool sudden = false;
-    if (quiet) /* whatever moved before was no landing */
+    if (quiet) /* movement before the landing does not count */
         band->least = band->most = (struct mr_band_extreme){.lb = MR_NAN};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
@@ -312,7 +315,7 @@ static void step_band(struct mr_bands *bands, unsigned number, const float *tens
     }
 }
 
-/* ---- groups of steps: rest before, rest after ---- */
+/* ---- spread at rest before and after a group of steps ---- */
 
 static void judge_spread(struct mr_bands *bands, unsigned number, uint32_t block)
 {

@@ -23,7 +23,7 @@ static const uint8_t sigma[ROUNDS][16] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
                                           {6, 15, 14, 9, 11, 3, 0, 8, 12, 2, 13, 7, 1, 4, 10, 5},
                                           {10, 2, 8, 4, 7, 6, 1, 5, 15, 11, 9, 14, 3, 12, 13, 0}};
 
-/* Words of `v` that each of the eight mixings of a round takes: columns, then diagonals. */
+/* Words of `v` in each of a round's eight mixings: columns, then diagonals. */
 static const uint8_t mixed[8][4] = {{0, 4, 8, 12},  {1, 5, 9, 13},  {2, 6, 10, 14}, {3, 7, 11, 15},
                                     {0, 5, 10, 15}, {1, 6, 11, 12}, {2, 7, 8, 13},  {3, 4, 9, 14}};
 
@@ -32,7 +32,7 @@ static uint32_t rotate(uint32_t word, unsigned bits)
     return word >> bits | word << (32u - bits);
 }
 
-/* RFC 7693 3.2. `counted`: bytes so far, these included. */
+/* RFC 7693 3.2. `counted`: bytes so far, including this block. */
 static void compress(uint32_t h[8], const uint8_t block[BLOCK], uint32_t counted, uint32_t last)
 {
     uint32_t m[16], v[16];
@@ -68,7 +68,7 @@ void mr_blake2s(uint8_t *out, size_t out_length, const uint8_t *key, size_t key_
     uint8_t block[BLOCK] = {0};
     memcpy(h, start, sizeof h);
     h[0] ^= 0x01010000u ^ (uint32_t)key_length << 8 ^ (uint32_t)out_length;
-    if (key_length) { /* a block of its own, before the message */
+    if (key_length) { /* the key is a separate block ahead of the message */
         memcpy(block, key, key_length);
         counted = BLOCK;
         compress(h, block, counted, length ? 0 : UINT32_MAX);

@@ -5,8 +5,8 @@
 
 #include "common/wire.h"
 
-/* Two codes at a time, one in each half of a word: 8 codes of 12 bits add up to 15 bits, so nothing
- * carries over. */
+/* Two codes at a time, one in each half of a word. 8 codes of 12 bits need 15 bits, so no half
+ * carries into the other. */
 #define BOTH(code) ((uint32_t)(code)*0x00010001u)
 #define CODES      4096u
 
@@ -23,8 +23,8 @@ static inline void put_pair(uint16_t *sums, uint32_t pair)
     __builtin_memcpy(sums, &pair, sizeof pair);
 }
 
-/* The bit of value CODES is set in a half whose code is saturated. A half that borrows from its
- * neighbour is saturated itself: a word has such a bit when, and only when, one of its codes is. */
+/* The bit of value CODES is set in a half with a saturated code. A half that borrows from its
+ * neighbour is saturated itself, so the word has such a bit exactly when a code is saturated. */
 static inline uint32_t extremes(uint32_t pair)
 {
     return (pair - BOTH(MR_CODE_LOW + 1u)) | (pair + BOTH(CODES - MR_CODE_HIGH));
@@ -105,8 +105,8 @@ void mr_scan_plan(struct mr_scan *scan, uint32_t absent)
     scan->others = (uint8_t)(count - scan->transducers);
 }
 
-/* The sums of a converter's even and odd scans, a pair of columns at a time; saturated codes are
- * counted on the way. */
+/* Sums even and odd scans of a converter, a pair of columns at a time, and counts saturated
+ * codes. */
 static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned count,
                         const uint16_t *code, uint16_t even[MR_ADC1_CHANNELS],
                         uint16_t odd[MR_ADC1_CHANNELS])
@@ -130,7 +130,7 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     }
     if (i == count)
         return;
-    even[i] = odd[i] = 0; /* the last of an odd number */
+    even[i] = odd[i] = 0; /* the last column of an odd number */
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
         even[i] = (uint16_t)(even[i] + code[scan * count + i]);
         odd[i] = (uint16_t)(odd[i] + code[(scan + 1) * count + i]);

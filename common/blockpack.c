@@ -4,20 +4,20 @@
 
 #include "common/wire.h"
 
-/* Bits put one after the other into words of 32, from the lowest on; words in memory are
- * little-endian, so the bits fill bytes from the lowest on. Pure. */
+/* Writes bit fields into 32-bit words, lowest bit first. Words in memory are little-endian, so
+ * bytes also fill from the lowest bit. */
 struct mr_bits {
-    uint8_t *next;      /* where the next whole word goes */
-    uint32_t held;      /* bits that do not make a word yet */
-    unsigned held_bits; /* below 32 */
+    uint8_t *next;      /* address of the next whole word */
+    uint32_t held;      /* bits of the incomplete word */
+    unsigned held_bits; /* always below 32 */
 };
 
-/* `bits` at most 31; `value` has none beyond them. Writes at most one word. */
+/* `bits` at most 31; higher bits of `value` must be 0. Writes at most one word. */
 static inline void mr_bits_put(struct mr_bits *to, uint32_t value, unsigned bits)
 {
     unsigned total = to->held_bits + bits;
     to->held |= value << to->held_bits;
-    if (total >= 32) { /* so some were held */
+    if (total >= 32) { /* a word is full */
         to->next = mr_put_u32(to->next, to->held);
         to->held = value >> (32 - to->held_bits);
         total -= 32;
@@ -31,7 +31,7 @@ static inline void mr_bits_put32(struct mr_bits *to, uint32_t value)
     mr_bits_put(to, value >> 16, 16);
 }
 
-/* Writes the word that is held, padded with zeroes, and returns the bits put since `start`. */
+/* Writes the incomplete word, padded with zeroes. Returns the bits written since `start`. */
 static inline size_t mr_bits_end(struct mr_bits *to, const uint8_t *start)
 {
     if (to->held_bits)
@@ -43,10 +43,11 @@ enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
 enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
 #define OTHER_BITS  5u
-#define ESCAPE      8u   /* zeroes that announce 16 bits */
-#define MEAN_START  128u /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
+#define ESCAPE      8u /* this many zeroes introduce a 16-bit value */
+/* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
+#define MEAN_START  128u
 
-/* The sums that are there, one after the other: `four` of 4 codes each, then the rest, of 8. */
+/* The sums present in a block: first `four` sums of 4 codes each, then sums of 8. */
 struct sums {
     const uint16_t *value;
     unsigned four, count;
@@ -80,7 +81,7 @@ static void gather(struct sums *sums, const struct mr_block *block)
             *to++ = block->sums[i];
     }
     if (sums->count % 2)
-        *to = 0; /* they are looked at by pairs */
+        *to = 0; /* is_wide reads pairs */
 }
 
 static unsigned parameter(const struct mr_pack *pack, unsigned i)
@@ -151,11 +152,11 @@ static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct
     memcpy(pack->high, block->high, sizeof pack->high);
 }
 
-/* All sums as differences. Returns the bits. */
+/* Writes all sums as differences. Returns the number of bits. */
 static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value,
                          unsigned count)
 {
-    struct mr_bits w = *to; /* kept in registers */
+    struct mr_bits w = *to; /* local copy: stays in registers */
     mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
 #pragma GCC unroll 4
     for (unsigned i = 0; i < count; i++) {
@@ -167,7 +168,8 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
         unsigned length = q + 1u + k;
         if (__builtin_expect(q >= ESCAPE, 0)) {
-            /* z has 17 bits only after or in a block that is sent wide */
+            /* a block with 17-bit values of z is sent in the wide form, which overwrites this
+             * one */
             code = z << ESCAPE;
             length = ESCAPE + 16u;
         }
@@ -178,7 +180,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
     return bits;
 }
 
-/* Some sum has more bits than a 12-bit converter's codes give: two are looked at at a time. */
+/* Whether a sum exceeds the range of 12-bit codes; compares two sums at a time. */
 static bool is_wide(const struct sums *sums)
 {
     uint32_t of_four = 0, of_eight = 0, pair;
@@ -199,7 +201,8 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
     struct mr_bits w = {.next = out};
     put_saturation(&w, pack, block);
 
-    /* Nearly every block packs well, so that is tried first, and written over when it does not. */
+    /* Nearly every block packs well: write the packed form first and overwrite it if it does not
+     * fit. */
     struct mr_bits before = w;
     struct sums sums;
     gather(&sums, block);
@@ -246,7 +249,7 @@ size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
 struct reader {
     const uint8_t *stream;
     size_t bits, at;
-    bool short_of; /* asked for more than there is */
+    bool short_of; /* more bits were read than exist */
 };
 
 static uint32_t get(struct reader *r, unsigned bits)

@@ -137,7 +137,7 @@ static void lose_step(struct mr_boxread *reader, size_t pages)
 
 enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record)
 {
-    uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* no record is longer than a page */
+    uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* a record is at most one page long */
     for (;;) {
         if (!reader->in_step && !find_step(reader))
             return MR_TOO_FEW;

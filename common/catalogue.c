@@ -5,7 +5,7 @@
 
 #include "common/wire.h"
 
-/* put: field by field, in the order of the table. */
+/* put: writes the fields in table order. */
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text)                                         \
     size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]) \
@@ -20,7 +20,7 @@
     }
 #include "common/catalogue.def"
 
-/* Wire image of a message: only its size and offsets are used, so a struct of byte arrays needs no
+/* Wire layout of a message: only size and offsets are used, so a struct of byte arrays needs no
  * packing. */
 #define SIZE_u8 1
 #define SIZE_i8 1
@@ -133,7 +133,8 @@ unsigned mr_message_place(uint16_t id)
     }
 }
 
-/* Not from the table above: the board has no use for its texts. */
+/* A second list of the identifiers: with the table above, the board would have to store its
+ * texts. */
 uint16_t mr_message_at(unsigned place)
 {
     static const uint16_t ids[] = {
@@ -169,7 +170,7 @@ static void add_number(char **out, const char *end, long number)
     add(out, end, at);
 }
 
-/* "0 idle, 1 armed, 2 landing"; of bits their places. */
+/* Writes "0 idle, 1 armed, 2 landing"; for a bit field the bit numbers. */
 static void add_values(char **out, const char *end, const struct mr_field_info *field)
 {
     bool first = true;
@@ -221,7 +222,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 
 /* ---- message ---- */
 
-/* `block16` or `block`, in which it happened, is the last field where there is one. */
+/* Block of the event: the last field, if it is `block16` or `block`. */
 static void take_block(struct mr_message *message, const struct mr_message_info *info,
                        const uint8_t *payload)
 {

@@ -27,7 +27,7 @@ static uint8_t ends_reached(const struct mr_block *block, unsigned channel)
     return block->low[channel] || block->high[channel] ? MR_INVALID_SATURATED : MR_VALID;
 }
 
-/* Common mode and amplitude: is the transducer connected and excited? */
+/* Detects a transducer without connection or excitation, from common mode and amplitude. */
 static uint8_t wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
     if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
@@ -88,7 +88,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
     return reading;
 }
 
-/* Where an item lies in the struct; 0: it is none of the reals. */
+/* Offset of an item in the struct; 0 if the item is not a real. */
 static size_t offset_of(unsigned item)
 {
     static const size_t single[] = {

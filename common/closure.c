@@ -7,7 +7,7 @@ static float segment_start_ft(unsigned segment)
     return MR_SEGMENT_LENGTH_FT * (float)segment;
 }
 
-/* Part of a segment that lies inside [from_ft, to_ft], 0..1. */
+/* Part of a segment inside [from_ft, to_ft], 0..1. */
 static float overlap(unsigned segment, float from_ft, float to_ft)
 {
     float low = segment_start_ft(segment);
@@ -19,9 +19,8 @@ static float overlap(unsigned segment, float from_ft, float to_ft)
     return high > low ? (high - low) / MR_SEGMENT_LENGTH_FT : 0.0f;
 }
 
-/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to
- * its slack there: a segment that reaches across a station gives each side the part that lies on
- * it. */
+/* Closes `closure_in` in the segments inside [from_ft, to_ft], from the upfield end, each up to its
+ * slack there. A segment across a station belongs to both sides by its share on each. */
 static void plough(const float *slack_in, float *remaining_in, float from_ft, float to_ft,
                    float closure_in)
 {
@@ -37,9 +36,9 @@ static void plough(const float *slack_in, float *remaining_in, float from_ft, fl
     }
 }
 
-/* Closes joints by the transducers' readings, interval by interval. The wheel's own displacement is
- * not measured; behind the wheel the mat keeps what it had when the wheel passed, so the last
- * station passed represents it. */
+/* Closes joints by the readings, one interval between transducers after the other. The wheel's own
+ * displacement is not measured. Behind the wheel the mat keeps its displacement, so the last
+ * station passed represents the wheel. */
 static void close_by_movement(const struct mr_closure_input *input, float *remaining_in)
 {
     unsigned from = MR_TRANSDUCERS;
@@ -57,7 +56,7 @@ static void close_by_movement(const struct mr_closure_input *input, float *remai
     }
 }
 
-/* The smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
+/* Smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
 float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
 {
     if (!(speed_ft_s > 0.0f))

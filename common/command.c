@@ -25,7 +25,7 @@ static const char *skip_blanks(const char *p)
     return p;
 }
 
-/* Compares the word at `words` with `name`; returns what follows it, or NULL. */
+/* Compares the word at `words` with `name`. Returns the rest of `words`, or NULL. */
 static const char *match_word(const char *words, const char *name)
 {
     while (*name && *words == *name) {
@@ -37,8 +37,8 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* In steps of `per_unit` to one, rounded half up. Where that is 1 the number counts something and
- * has no fraction. */
+/* Parses a number in steps of 1 / `per_unit`, rounded half up. With 1 per unit the number is a
+ * count without a fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
     const char *end;

@@ -55,7 +55,7 @@ const struct mr_config_group mr_config_groups[] = {
 _Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS,
                "a row for each group");
 
-/* What is in the name, without its end. */
+/* CRC over a name, without its terminating zero. */
 static uint32_t add_name(uint32_t crc, const char *name)
 {
     for (; *name; name++)
@@ -89,7 +89,7 @@ static unsigned element_size(const struct mr_config_field *field)
     }
 }
 
-/* The bits of an element; a real's as IEEE 754 has them. */
+/* The bits of an element; a real in IEEE 754 form. */
 static uint32_t get_element(const uint8_t *at, unsigned size)
 {
     uint16_t half;
@@ -133,8 +133,8 @@ static uint8_t *member(struct mr_config *config, const struct mr_config_group *g
     return (uint8_t *)config + group->offset + index * group->size;
 }
 
-/* Each element of the fields in their order: `to_image` from `config` into `fields`, `to_config`
- * the other way. Both: exchanged. */
+/* Visits all elements in table order: `to_image` copies from `config` to `fields`, `to_config`
+ * back. Both together exchange them. */
 static void walk(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
 {
     uint8_t *p = fields;
@@ -165,7 +165,8 @@ uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
     p = mr_put_u32(p, MR_CONFIG_IMAGE);
     p = mr_put_u32(p, mr_config_layout());
     p = mr_put_u32(p, config->site[0].revision);
-    walk(p, (struct mr_config *)(uintptr_t)config, true, false); /* only read */
+    /* the cast is safe: walk only reads the configuration */
+    walk(p, (struct mr_config *)(uintptr_t)config, true, false);
     uint32_t crc = mr_crc32(0, image, MR_CONFIG_IMAGE - 4);
     mr_put_u32(image + MR_CONFIG_IMAGE - 4, crc);
     return crc;
@@ -199,7 +200,8 @@ enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_c
 {
     enum mr_status status = mr_config_examine(image, length);
     if (status == MR_OK)
-        walk((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true); /* only read */
+        /* the cast is safe: walk only reads the image */
+        walk((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true);
     return status;
 }
 
@@ -213,7 +215,8 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
     uint32_t bits = get_element(at, 4);
     float value;
     memcpy(&value, &bits, sizeof value);
-    if (__builtin_isnan(value)) /* missing has one form, so that a configuration has */
+    /* "Missing" has exactly one bit pattern, so equal configurations have equal images. */
+    if (__builtin_isnan(value))
         return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS
                  ? MR_RULE_NONE
                  : MR_RULE_NOT_A_NUMBER;
@@ -276,8 +279,8 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
     return true;
 }
 
-/* Say what is wrong with a field: REFUSE(reason, channel, i, kind, MR_RULE_PLACE). Further members:
- * .element, .other. */
+/* Sets the reason why a field is refused: REFUSE(reason, channel, i, kind, MR_RULE_PLACE). More
+ * members may follow: .element, .other. */
 #define REFUSE(reason, name, n, which, ...)                                    \
     (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name,           \
                                            .index = (uint8_t)(n),              \
@@ -294,8 +297,8 @@ static bool any_switch(const struct mr_config *config)
     return false;
 }
 
-/* What is wired to a converter input is fixed: transducers to ADC3, gages, staircase and reference
- * to ADC1. */
+/* The wiring of the converter inputs is fixed: transducers at ADC3; gages, staircase and reference
+ * at ADC1. */
 static bool check_place(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
 {
     unsigned kind = config->channel[i].kind;
@@ -324,7 +327,7 @@ static bool check_number(const struct mr_config *config, unsigned i,
     return true;
 }
 
-/* Transducers stand along the runway in the order of their channels: closure brackets with them. */
+/* Transducers must stand along the runway in channel order: closure uses neighbours as brackets. */
 static bool check_station(const struct mr_config *config, unsigned i,
                           struct mr_config_reason *reason)
 {
@@ -357,7 +360,7 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
     return true;
 }
 
-/* Physically possible with this rig's sensors and electronics? */
+/* Whether the gain is physically possible with this rig's sensors and electronics. */
 static bool check_gain(const struct mr_channel_config *channel, unsigned i,
                        struct mr_config_reason *reason)
 {
@@ -446,7 +449,7 @@ static bool check_band(const struct mr_config *config, unsigned i, struct mr_con
                            .other = MR_FIELD_band_pretension_lb);
 }
 
-/* One that does not run may hold anything within the limits. */
+/* A predictor that does not run may have any values within the limits. */
 static bool check_predictor(const struct mr_config *config, struct mr_config_reason *reason)
 {
     struct mr_predictor_config predictor;

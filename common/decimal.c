@@ -10,7 +10,7 @@ static size_t sign_of(const char *text)
     return *text == '+' || *text == '-';
 }
 
-/* Characters of the number at `text`; 0: there is none. */
+/* Length of the number at `text`; 0 if there is none. */
 static size_t extent(const char *text)
 {
     size_t n = sign_of(text), digits = strspn(text + n, DIGITS);
@@ -38,5 +38,6 @@ double mr_decimal_read(const char *text, const char **end)
     double value = strtod(number, &read);
     if (read == *end)
         return value;
-    return *number == '-' ? -0.0 : 0.0; /* it took "0x10" for a number: before the x stands 0 */
+    /* strtod read hexadecimal, as in "0x10": the number is only the 0 */
+    return *number == '-' ? -0.0 : 0.0;
 }

@@ -1,6 +1,6 @@
 #include "common/fault.h"
 
-/* The text of a table's row by its number. */
+/* Returns the text of a table row by its number. */
 #define TEXT(NAME, number, text) \
     case number:                 \
         return text;

@@ -40,7 +40,7 @@ void mr_deframer_init(struct mr_deframer *deframer)
     deframer->overflow = 0;
 }
 
-/* Undo COBS in place. Returns the decoded length, or 0 when a run points beyond the end. */
+/* Decodes COBS in place. Returns the decoded length, or 0 if a run points beyond the end. */
 static size_t cobs_decode(uint8_t *bytes, size_t length)
 {
     size_t to = 0;

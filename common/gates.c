@@ -18,8 +18,8 @@ double mr_gates_student(unsigned freedom)
     return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
-/* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1,
- * 1/s, 1/s^2. */
+/* Chebyshev polynomials T_0..T_order of scaled time, with their first two derivatives by time, in
+ * 1, 1/s, 1/s^2. */
 struct basis {
     double value[TERMS];
     double rate[TERMS];
@@ -55,7 +55,7 @@ static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *b
     }
 }
 
-/* Not hypot: C libraries differ in its last bit, and host and board must not. */
+/* Not hypot: C libraries differ in its last bit, and host and board must agree. */
 static double root_sum_square(double a, double b)
 {
     return sqrt(a * a + b * b);
@@ -69,7 +69,7 @@ static double dot(const struct mr_gates_fit *fit, const double *terms)
     return sum;
 }
 
-/* Variance of a quantity whose gradient by the n unknowns is `gradient`. */
+/* Variance of a quantity with the given gradient by the n unknowns. */
 static double variance_of(const double covariance[TERMS][TERMS], unsigned n, const double *gradient)
 {
     double variance = 0.0;
@@ -85,7 +85,7 @@ static double error_of(const struct mr_gates_fit *fit, const double *gradient)
     return sqrt(variance_of(fit->covariance, fit->order + 1, gradient));
 }
 
-/* Cholesky factor in place (lower triangle). False when the matrix is not positive definite to
+/* Cholesky factor in place (lower triangle). False if the matrix is not positive definite to
  * working accuracy. */
 static bool factor(double matrix[TERMS][TERMS], unsigned n)
 {
@@ -120,7 +120,7 @@ static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
     }
 }
 
-/* `scale` times the inverse of the matrix whose factor is given. */
+/* `scale` times the inverse of the matrix with the given Cholesky factor. */
 static void invert(double lower[TERMS][TERMS], unsigned n, double scale,
                    double inverse[TERMS][TERMS])
 {
@@ -227,7 +227,7 @@ static bool parabola_holds(const struct mr_gates_fit *fit, double position_error
                                                       position_error_ft * position_error_ft;
 }
 
-/* Fit all gates but one. True: they lie on a parabola, which it alone kept them off. */
+/* Fits all gates but `out`. True: the rest lie on a parabola, and `out` lies off it. */
 static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
                         double position_error_ft, struct mr_gates_fit *fit)
 {
@@ -243,8 +243,8 @@ static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
     return off_ft > MR_GATE_OUTLIER * root_sum_square(position_error_ft, there.position_ft.error);
 }
 
-/* Look at the next of the last gates; `fit` is that of all the others but the likeliest outlier,
- * when it is over. False: it is. */
+/* One step of the outlier search: tries the next gate. False: the search has ended; if it found an
+ * outlier, `fit` is the fit of the others. */
 static bool search_outlier(const struct mr_gate *gates, size_t count, double position_error_ft,
                            struct mr_gates_fit *fit, struct mr_gates_search *search)
 {
@@ -283,8 +283,8 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
     return status;
 }
 
-/* Bisects for the time at which term `terms` of the fit crosses `target`, rising when `sign` is 1,
- * falling when -1. 60 halvings take any interval to the last bit. */
+/* Bisects for the time when the fit (its speed if `speed`) crosses `target`, rising when `sign` is
+ * 1, falling when -1. 60 halvings reach the last bit of any interval. */
 static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target,
                    double low_s, double high_s, double *t_s)
 {
@@ -333,7 +333,7 @@ enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double statio
     return MR_OK;
 }
 
-/* Time and station of rest by extrapolation of a fit beyond its last gate. */
+/* Extrapolates a fit beyond its last gate to time and station of rest. */
 static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
                       struct mr_estimate *station_ft)
 {
@@ -355,7 +355,7 @@ static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
     return true;
 }
 
-/* Below, in steps: begin, then go on while there is more to do. */
+/* Steps of the braking fit, defined below. */
 static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                     uint32_t left_out, struct mr_braking *fit);
 static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
@@ -374,7 +374,7 @@ static void note_outliers(const struct mr_braking *fit, const struct mr_gate *ga
     }
 }
 
-/* Touchdown where braking was even nowhere. */
+/* Touchdown when no range of gates fits constant braking. */
 static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track,
                                      double touchdown_ft, double position_error_ft,
                                      struct mr_gates_summary *summary)
@@ -398,7 +398,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
                                                                      touchdown.speed_ft_s.value};
     double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
     if (on_track < 2 && braked_ft_s2 > 0.0) {
-        /* the polynomial brakes from touchdown on, the gear a delay later */
+        /* the polynomial brakes from touchdown on, but the gear begins a delay later */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
@@ -406,7 +406,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     return MR_OK;
 }
 
-/* Braking that is not quite even: the residuals give the extra error. */
+/* Braking was not quite constant: widens the errors by the residuals. */
 static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double factor = sqrt(fit->chi_square / (double)fit->freedom) * mr_gates_student(fit->freedom);
@@ -457,8 +457,9 @@ static void end(struct mr_final_fit *work, enum mr_status status)
     work->stage = MR_FINAL_OVER;
 }
 
-/* A round of a fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds;
- * MR_TOO_FEW: ask again, at last with the worst gate left out; MR_LIMIT: not even. */
+/* One round of a constant-braking fit to the gates on the track and `used` gates beyond. MR_OK: it
+ * fits; MR_TOO_FEW: call again, later rounds leave out the worst gate; MR_LIMIT: braking is not
+ * constant. */
 static enum mr_status try_even(struct mr_final_fit *work)
 {
     size_t count = work->on_track + work->used;
@@ -480,7 +481,8 @@ static enum mr_status try_even(struct mr_final_fit *work)
     return mr_braking_holds(&work->braking) ? MR_OK : MR_TOO_FEW;
 }
 
-/* All gates; few of them have no other fit, however well it holds. */
+/* Fits all gates. With fewer than four beyond touchdown no other fit is possible, so a poor one is
+ * accepted. */
 static void fit_whole(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
@@ -536,7 +538,7 @@ static const struct mr_gate *last_gates(const struct mr_final_fit *work)
     return work->gates + (work->count - work->rest.used);
 }
 
-/* Fit the last gates, fewer of them while they do not lie on a parabola. */
+/* Fits a parabola to the last gates and uses fewer gates until it fits. */
 static void fit_last(struct mr_final_fit *work, bool fewer)
 {
     struct mr_gates_fit *fit = &work->rest.fit;
@@ -567,7 +569,7 @@ static void find_rest(struct mr_final_fit *work)
     fit_last(work, false);
 }
 
-/* Is it one gate that keeps the last ones off a parabola? */
+/* Looks for a single gate without which the last gates lie on a parabola. */
 static void find_outlier(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = last_gates(work);
@@ -598,8 +600,8 @@ static enum mr_status find_stop_of(const struct mr_final_fit *work,
     if (!find_stop(&work->rest.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)work->rest.used;
-    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the
-     * last gates. */
+    /* Changing braking may continue to change. The other extreme is a cubic through the last gates;
+     * the difference adds to the error. */
     if (work->rest.used < MR_GATES_END && count > MR_GATES_LOCAL &&
         mr_gates_fit(work->gates + (work->count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
@@ -642,10 +644,10 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define N MR_BRAKING_UNKNOWNS
 _Static_assert((int)N == (int)TERMS, "both fits share factor, solve and invert");
 #define ROUNDS        10
-#define DELAY_LEAST_S (-0.5) /* nonsense, but the search may pass there */
+#define DELAY_LEAST_S (-0.5) /* not physical, but the iteration may pass here */
 #define DELAY_MOST_S  0.5
 
-/* Station and its derivatives by the unknowns at a time. */
+/* Station and speed at a time, and the station's derivatives by the unknowns. */
 struct at {
     double station_ft;
     double speed_ft_s;
@@ -653,8 +655,8 @@ struct at {
 };
 
 /* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
- * shape counts after the rise: within it nothing but a switch at the very touchdown would be
- * concerned. */
+ * shape applies only after the rise: during it, it would affect only a switch right at
+ * touchdown. */
 static void loss(double since_s, double delay_s, double shape, double *value, double *rate,
                  double *by_delay)
 {
@@ -698,8 +700,8 @@ static bool uses(const struct mr_braking *fit, size_t gate)
     return !(fit->left_out & 1u << gate);
 }
 
-/* A start good enough to converge from: the parabola through the gates (three of them at least), on
- * the track's line where there is one. */
+/* Start values close enough to converge: a parabola through at least three gates; speed and
+ * touchdown from the gates on the track if there are two. */
 static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr_braking *fit)
 {
     struct mr_gate used[MR_GATES_MAX];
@@ -725,7 +727,7 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
         const struct mr_gate *first = &used[0], *second = &used[on_track - 1];
         fit->speed_ft_s = (second->station_ft - first->station_ft) / (second->t_s - first->t_s);
         fit->touchdown_s = first->t_s + (fit->touchdown_ft - first->station_ft) / fit->speed_ft_s;
-    } else { /* back from the first gate beyond at that deceleration */
+    } else { /* extrapolate back from the first gate after touchdown */
         mr_gates_at(&parabola, used[skip].t_s, &there);
         double back_ft = used[skip].station_ft - fit->touchdown_ft,
                speed_ft_s = there.speed_ft_s.value;
@@ -745,7 +747,7 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
     return fit->speed_ft_s > 0.0 && fit->deceleration_ft_s2 > 0.0 ? MR_OK : MR_NUMERICS;
 }
 
-/* An unknown with a prior measurement. */
+/* Adds a prior measurement of an unknown to the equations. */
 static void known_before(double value, double error, double now, unsigned unknown,
                          struct mr_braking *fit, double matrix[N][N], double right[N])
 {
@@ -755,7 +757,7 @@ static void known_before(double value, double error, double now, unsigned unknow
     fit->chi_square += off * off;
 }
 
-/* Normal equations about the present values, in units of the position error. */
+/* Normal equations at the present values, in units of the position error. */
 static void equations(const struct mr_gate *gates, size_t count, double position_error_ft,
                       struct mr_braking *fit, double matrix[N][N], double right[N])
 {
@@ -797,7 +799,7 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
     return guess(gates, count, fit);
 }
 
-/* One step nearer, or the errors where it has come as near as it gets. False: it is over. */
+/* One iteration, or the covariance after the last one. False: the fit has ended. */
 static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
                      struct mr_braking *fit, enum mr_status *status)
 {
@@ -806,7 +808,7 @@ static bool go_round(const struct mr_gate *gates, size_t count, double position_
     *status = factor(matrix, N) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
-    /* after so many rounds the gates contradict each other, and chi-square shows it */
+    /* no convergence after ROUNDS: the gates contradict each other, and chi-square shows it */
     if (fit->near || fit->rounds == ROUNDS) {
         invert(matrix, N, 1.0, fit->covariance);
         return false;
@@ -820,7 +822,7 @@ static bool go_round(const struct mr_gate *gates, size_t count, double position_
     fit->shape = within(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
     if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
         *status = MR_NUMERICS;
-    /* A step that moves no result by a hundredth of the error it can have is the last. */
+    /* Converged: no result moved by a hundredth of its smallest possible error. */
     fit->near = fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
                 fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
                 fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft;
@@ -848,7 +850,7 @@ bool mr_braking_holds(const struct mr_braking *fit)
     return fit->freedom == 0 || fit->chi_square <= mr_chi_square(fit->freedom, MR_ONE_IN_1000);
 }
 
-/* The gate that chi-square would lose most without (exact where the model is linear), and by how
+/* Finds the gate without which chi-square falls most (exact for a linear model), and by how
  * much. */
 static double find_worst(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
                          double position_error_ft, size_t *worst)

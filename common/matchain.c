@@ -58,7 +58,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
         for (unsigned i = 0; i < group; i++) {
-            unsigned single = (j - 1u) * group + i; /* joint single + 1 */
+            unsigned single = (j - 1u) * group + i; /* index of joint single + 1 */
             if (single > params->mats)
                 break;
             opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft
@@ -75,7 +75,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     return MR_OK;
 }
 
-/* What is the same for all joints and mats of a chain, kept in registers while a bay moves. */
+/* Values common to all joints and mats of a chain; the struct stays in registers while a bay
+ * moves. */
 struct law {
     struct one_joint joint;
     float friction_lb, per_lb, step_s;
@@ -89,7 +90,7 @@ static inline struct law law_of(const struct mr_chain *chain)
                         chain->step_s};
 }
 
-/* Tension of joint j that is open by g_ft and opens at opening_ft_s, tension positive; moves its
+/* Tension of joint j at opening g_ft and opening speed opening_ft_s; also updates the joint's
  * reach. */
 static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft,
                          float opening_ft_s)
@@ -123,8 +124,8 @@ static unsigned last_of(const struct mr_chain *chain, unsigned bay)
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
 
-/* Moves the mats of a bay on; `left_lb` is the tension of its first joint; that of the next bay's
- * is returned. */
+/* Moves the mats of a bay by one step. `left_lb`: tension of its first joint. Returns the tension
+ * of the next bay's first joint. */
 static float step_bay(struct mr_chain *chain, const struct law *law, unsigned bay, float left_lb)
 {
     unsigned first = first_of(bay), last = last_of(chain, bay);
@@ -163,7 +164,7 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
                        ? place_of(chain, mat)
                        : 0;
     float left_lb = 0.0f;
-    /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
+    /* left_lb: tension of the bay's first joint before the bay on its left moved */
     bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {

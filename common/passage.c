@@ -2,10 +2,11 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS    3000u /* 5 ft at 2 ft/s take 2.5 s */
-#define REVERSE_MOST_FT_S 20.0  /* nobody pushes faster: a switch was late */
-#define FASTER            1.25  /* than it came in, no gear gets, nor */
-#define FASTER_FT_S       3.0   /* by more than this besides */
+#define UNCLEAR_BLOCKS    3000u /* 5 ft at 2 ft/s is 2.5 s */
+#define REVERSE_MOST_FT_S 20.0  /* faster than anyone pushes: a switch opened late */
+/* A gear gets no faster than FASTER times its entry speed plus FASTER_FT_S. */
+#define FASTER            1.25
+#define FASTER_FT_S       3.0
 
 void mr_passage_start(struct mr_passage *passage)
 {
@@ -29,7 +30,7 @@ static void note(struct mr_passage *passage, const struct mr_passage_edge *edge,
             .number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
 }
 
-/* Mean speed from one edge to a later one; the tick of the later may be less by a wrap. */
+/* Mean speed from one edge to a later one. Ticks may wrap between them. */
 static double speed_between(const struct mr_passage_edge *from, const struct mr_passage_edge *to)
 {
     double since_s = (double)(uint32_t)(to->tick - from->tick) * MR_S_PER_TICK;
@@ -111,7 +112,7 @@ static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge,
     return first;
 }
 
-/* Not yet known what passes. */
+/* Handles an edge while it is unknown whether a gear or a pushed model passes. */
 static struct mr_passage_news take_first(struct mr_passage *passage,
                                          const struct mr_passage_edge *edge,
                                          const float *stations_ft, unsigned switches)
@@ -135,7 +136,8 @@ static struct mr_passage_news take_first(struct mr_passage *passage,
     return news;
 }
 
-/* One of the first two may have been late, so that how fast it came in is known with the third. */
+/* The first two switches may have opened late: the entry speed is reliable only from the third gate
+ * on. */
 static bool fits(const struct mr_passage *passage, double speed_ft_s)
 {
     return passage->gates < 3 ? rolls(speed_ft_s)

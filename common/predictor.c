@@ -9,46 +9,48 @@
 #define BLOCK_S     1e-3f
 #define HMIL_PER_FT 1.2e6f
 
-/* Correction. Found on seeds of `make score` that the tables are not made of. */
+/* Correction. The values were tuned on seeds of `make score` that the published tables do not
+ * use. */
 #define SPRING_LB_FT    3000.0f
 #define SPRING_MOST_LB  16.0f
-#define DRAWN_AHEAD_FT  60.0f /* stations so far ahead of the wheel are drawn, */
-/* and so far behind it: the mat practically ceases to move as the gear passes (2.7.2) */
+/* The springs correct stations from DRAWN_AHEAD_FT ahead of the wheel to DRAWN_BEHIND_FT behind it:
+ * the mat practically stops as the gear passes (report 2.7.2). */
+#define DRAWN_AHEAD_FT  60.0f
 #define DRAWN_BEHIND_FT 5.0f
-/* ahead of the wheel: movement there shows the resistance */
+/* movement up to this far ahead of the wheel shows the resistance */
 #define TELLING_FT      40.0f
 #define SCALE_PER_LB_IN 0.02f
 #define SCALE_LEAST     0.3f
 #define SCALE_MOST      2.5f
-#define SLOW            0.02f /* 1 over 50 blocks */
+#define SLOW            0.02f /* averaging over 50 blocks */
 
-/* Doubt. */
+/* Doubt: when a reading is no longer trusted. */
 #define DRIFT_IN        0.02f
-#define MOST_IN         (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* no reading */
+#define MOST_IN         (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
 #define DISAGREE_IN     0.25f
 #define DISAGREE_BLOCKS 300u
 
-#define MOST_FT       10000.0f /* no place of a wheel */
+#define MOST_FT       10000.0f /* farther than any station */
 #define MOST_FT_S     300.0f
-#define MOST_FT_S2    64.0f /* twice what locked wheels have */
-#define MOVED_IN      0.05f /* without switches: something rolls */
-/* a deceleration that differs by less does not begin a search anew */
+#define MOST_FT_S2    64.0f /* twice the deceleration with locked wheels */
+#define MOVED_IN      0.05f /* more movement: a wheel rolls, even if no switch opened */
+/* a smaller relative change of the deceleration does not restart the search */
 #define SAME_BRAKING  0.01f
 #define CALM_LOOKS    10u
 #define MOST_FAILURES 3u
 
 /* Joints at rest. */
-/* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
+/* gaps as laid: uniform between 0 and this, none beyond the slack (report 2.6) */
 #define LAID_GAP_IN     0.036f
 #define SURVEY_ERROR_IN 0.005f
-/* in that time a wheel comes half a mat further; 8 double the error */
+/* a wheel rolls about half a mat in 4 blocks; updates every 8 blocks double the error */
 #define FOLLOW_BLOCKS   4u
-#define FOLLOW_VISITS   3u /* what a group costs then, in joints looked at */
+#define FOLLOW_VISITS   3u /* cost of one updated group, in joints visited */
 
 /* --- result --- */
 #define AT_WHEEL_FT 1.0f
-#define NEAR_FT     9.5f /* an end so far beyond a transducer is better known */
-#define LAST_FT     6.0f /* and an end so near to the runway's */
+#define NEAR_FT     9.5f /* the error is smaller for an end this close beyond a transducer */
+#define LAST_FT     6.0f /* and for an end this close to the runway's end */
 
 static bool between(float x, float least, float most)
 {
@@ -67,13 +69,13 @@ static float thrust_lb(const struct mr_predictor *p)
 
 /* --- joints at rest, and what they resist --- */
 
-/* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
+/* Uniform over 0..1: fractional part of i times an irrational number, to 24 bits. */
 static float spread(uint32_t i, uint32_t multiplier)
 {
     return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
 }
 
-/* Closing resistance of a joint over their mean. */
+/* Closing resistance of a joint, relative to the mean of all joints. */
 static float grit_share(unsigned joint)
 {
     return 2.0f * spread(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
@@ -91,7 +93,8 @@ static void reset_gaps(struct mr_predictor *p)
     }
 }
 
-/* Ten joints as laid come to sum to `sum_ft`: all by one factor, or nearer to the slack by one. */
+/* Scales ten joints as laid to the sum `sum_ft`: smaller gaps by one factor, larger ones by closing
+ * the same share of the distance to the slack. */
 static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
 {
     float room_ft = slack_ft * (float)count - have_ft;
@@ -105,9 +108,9 @@ static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, 
         gap_ft[j] += part * (slack_ft - gap_ft[j]);
 }
 
-/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance
- * close first, those of most are the open ones, for a few wide gaps are likelier there than many
- * narrow ones. */
+/* Changes the sum of joints that a wheel has pushed by `missing_ft`. Joints of least resistance
+ * close first, joints of most resistance open first: after a push, a few wide gaps are likelier
+ * than many narrow ones. */
 static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
 {
     bool taken[MR_MATS_PER_SEGMENT] = {false};
@@ -127,7 +130,7 @@ static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_
     }
 }
 
-/* Joints of a segment, 0 beyond the runway. */
+/* Number of joints in a segment; 0 beyond the runway. */
 static unsigned joints_in(const struct mr_predictor *p, unsigned segment)
 {
     unsigned first = segment * MR_MATS_PER_SEGMENT;
@@ -143,7 +146,7 @@ static float sum_ft(const struct mr_predictor *p, unsigned segment)
     return sum;
 }
 
-/* Whether so many joints can have the sum, an error of the reading allowed. */
+/* Whether the segment's joints can have this sum, within the reading error. */
 static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
     float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
@@ -166,7 +169,8 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
             rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
             continue;
         }
-        if (p->landings == 0) { /* earlier landings of unknown effect: as few are open as can be */
+        /* Earlier landings are unknown: assume as few open joints as possible. */
+        if (p->landings == 0) {
             for (unsigned j = 0; j < count; j++)
                 p->gap_ft[first + j] = 0.0f;
             off_ft = sum_in[s] / IN_PER_FT;
@@ -187,13 +191,13 @@ void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
     }
 }
 
-/* The result by transducers and survey, without the model. */
+/* Result from transducers and survey alone, without the model. */
 void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
                                  float *left_in)
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        /* what it had moved before, the joints have taken already */
+        /* base_in is movement that the gaps already include */
         moved_in[i] = p->last_in[i] - p->base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
@@ -204,7 +208,7 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
     mr_closure_find(&input, zone, left_in);
 }
 
-/* The joints as the transducers alone would have them. */
+/* Sets the gaps from the transducers alone. */
 static void fold_kinematic(struct mr_predictor *p)
 {
     struct mr_closure_zone zone;
@@ -218,7 +222,7 @@ static void fold_kinematic(struct mr_predictor *p)
     }
 }
 
-/* The joints as the chain has them. */
+/* Sets the gaps from the chain model. */
 static void fold_chain(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
@@ -233,7 +237,7 @@ static void fold_chain(struct mr_predictor *p)
         for (unsigned i = 0; i < count; i++)
             have_ft += p->gap_ft[first + i];
         if (__builtin_isnan(to_ft))
-            continue; /* as it was */
+            continue; /* keep the gaps of this group */
         to_ft = to_ft < 0.0f                    ? 0.0f
               : to_ft > slack_ft * (float)count ? slack_ft * (float)count
                                                 : to_ft;
@@ -243,8 +247,8 @@ static void fold_chain(struct mr_predictor *p)
 
 /* --- resistances --- */
 
-/* What resists in a group of joints now, over the mean: the weakest closes first, so that of the
- * weakest which is still open, as far as the group has closed. */
+/* Resistance of a group's joint that closes next, relative to the mean. The weakest joint closes
+ * first; reach_ft shows how far the group has closed. */
 static float open_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
@@ -266,8 +270,8 @@ static float open_share(const struct mr_predictor *p, unsigned j)
     return best > 0.0f ? best : most;
 }
 
-/* What must be overcome for a group to count as closed: four are when the last of them is; of two,
- * as the score has it, either stands for both. */
+/* Resistance to overcome before a group counts as closed: for four joints that of the strongest;
+ * for two, the score is best with the first one. */
 static float shut_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;
@@ -290,7 +294,7 @@ static void set_grits(struct mr_predictor *p)
     }
 }
 
-/* Groups that move go from joint to joint. */
+/* Updates the resistance of moving groups, in which one joint after the other closes. */
 static void follow_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
@@ -326,7 +330,7 @@ static unsigned mat_at(const struct mr_predictor *p, float station_ft)
 static enum mr_status start_chain(struct mr_predictor *p)
 {
     const struct mr_chain_params params = p->config.chain;
-    /* resistances follow */
+    /* NULL: set_grits sets the resistances */
     enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, NULL);
     p->due_s = 0.0f;
     if (status == MR_OK)
@@ -334,15 +338,15 @@ static enum mr_status start_chain(struct mr_predictor *p)
     return status;
 }
 
-/* Model's displacement at a transducer, inches since arming. */
+/* Displacement that the model predicts at a transducer, inches since arming. */
 static float modelled_in(const struct mr_predictor *p, unsigned i, unsigned mat)
 {
     return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
 
-/* Groups joints are looked at from, and places the wheel is imagined at: up to where it stops at
- * the present deceleration; before that is known, where twice the assumed one would stop it: so far
- * it comes nearly always. */
+/* Sets which joints and wheel positions the search covers. The last position is the stop at the
+ * present deceleration; before that is known, the stop at twice the assumed one, which the wheel
+ * nearly always reaches. */
 static void begin_scan(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
@@ -361,7 +365,7 @@ static void begin_scan(struct mr_predictor *p)
         float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2
                                           : 2.0f * p->config.deceleration_ft_s2;
         float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
-        /* an endless stop: the runway's end */
+        /* without deceleration the wheel rolls to the runway's end */
         float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft;
         order.last_place = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
     }
@@ -377,7 +381,7 @@ static void take_found(struct mr_predictor *p)
     begin_scan(p);
 }
 
-/* Between landings: all at once. */
+/* Between landings there is no time limit: completes the search at once. */
 static void scan_all(struct mr_predictor *p)
 {
     begin_scan(p);
@@ -386,7 +390,7 @@ static void scan_all(struct mr_predictor *p)
     take_found(p);
 }
 
-/* This block's share of the search. */
+/* Continues the search by the share of one block. */
 static void scan_on(struct mr_predictor *p)
 {
     float off_ft_s2 = p->deceleration_ft_s2 - p->scanned_ft_s2,
@@ -407,7 +411,7 @@ static void scan_on(struct mr_predictor *p)
         take_found(p);
 }
 
-/* Go on at another level from where the mats are now. */
+/* Continues at another level from the present position of the mats. */
 static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -419,12 +423,12 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
     p->level = level;
     p->calm_looks = 0;
     p->degraded = level > p->config.level;
-    (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+    (void)start_chain(p); /* cannot fail: mr_predictor_start has checked the parameters */
     begin_scan(p);
 }
 
-/* A guard has tripped: begin again from what is measured, and after too many times go without a
- * model. */
+/* Restarts the chain from the measured state when a guard has tripped; after too many times
+ * continues without a model. */
 static void fall_back(struct mr_predictor *p)
 {
     p->fell_back = true;
@@ -438,8 +442,8 @@ static void fall_back(struct mr_predictor *p)
     begin_scan(p);
 }
 
-/* Whether these can be feet, pounds and seconds of a model runway: figures far from it are of
- * another unit, mostly. */
+/* Whether the values are plausible for a model runway in feet, pounds and seconds. Values far off
+ * are usually in another unit. */
 static bool sensible(const struct mr_predictor_config *config)
 {
     const struct mr_chain_params *chain = &config->chain;
@@ -524,7 +528,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     reset_budget(p);
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
-    /* the last landing's does not apply to this one */
+    /* the deceleration of the previous landing does not apply to this one */
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -533,19 +537,19 @@ void mr_predictor_arm(struct mr_predictor *p)
         p->doubt[i] = MR_PREDICTOR_TRUSTED;
         p->doubtful_blocks[i] = 0;
     }
-    (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+    (void)start_chain(p); /* cannot fail: mr_predictor_start has checked the parameters */
     scan_all(p);
 }
 
 /* --- a block --- */
 
-/* Whether to leave a reading out, from now on in this landing. `off_in`: it minus the model. */
+/* Whether to ignore this transducer for the rest of the landing. `off_in`: reading minus model. */
 static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     if (ahead_ft > DRAWN_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
-    /* which is not drawn */
+    /* the plough level does not correct stations, so they may differ */
     bool near = ahead_ft < TELLING_FT && ahead_ft > -DRAWN_BEHIND_FT &&
                 p->level != MR_PREDICTOR_PLOUGH;
     if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
@@ -555,7 +559,7 @@ static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float 
     return p->doubt[i] != MR_PREDICTOR_TRUSTED;
 }
 
-/* One transducer: the force of its spring, and its evidence on the resistance. */
+/* Returns the spring force of one transducer and adds its evidence on the resistance. */
 static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
@@ -604,9 +608,9 @@ static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *in
     }
 }
 
-/* The plough: the wheel on mat n closes joints ahead, nearest first, as far as what is left of the
- * thrust overcomes their resistance; each mat that it moves takes its friction off. Mats behind
- * follow when the slack is used up. */
+/* Moves the mats ahead of the wheel on mat n. Joints close from the wheel on while the thrust, less
+ * the friction of the mats between, exceeds their resistance. Mats behind the wheel follow when the
+ * slack is used up. */
 static void plough(struct mr_predictor *p, unsigned n)
 {
     struct mr_chain *chain = &p->chain;
@@ -620,9 +624,9 @@ static void plough(struct mr_predictor *p, unsigned n)
             last = j;
     }
     for (unsigned j = last; j > n; j--) {
-        /* from the far end: each mat moves by all that closes beyond it */
+        /* from the far end: each mat moves by the sum of the gaps that close beyond it */
         float left_lb = thrust_lb(p) - (float)(j - n) * chain->friction_lb;
-        /* mat j has moved on already */
+        /* mat j is already at its new position */
         float open_ft = chain->gap_ft[j] + chain->u_ft[j] - shift_ft - chain->u_ft[j - 1u];
         if (left_lb > chain->grit_lb[j] && open_ft > 0.0f)
             shift_ft += open_ft;
@@ -666,13 +670,13 @@ static void roll(struct mr_predictor *p, const struct mr_predictor_input *input)
     p->look_updates += updates;
 }
 
-/* Mat updates of the next better level for one of this one: twice the mats and twice the steps. */
+/* Cost of the next better level relative to this one: twice the mats times twice the steps. */
 static uint32_t dearer(const struct mr_predictor *p)
 {
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
-/* Beyond the budget: over the last second, or by half of it again since the last look. */
+/* Over budget: over the last second, or by more than half since the last look. */
 static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
 {
     uint64_t second = (uint64_t)p->second_updates + p->look_updates;
@@ -689,7 +693,7 @@ static void follow_budget(struct mr_predictor *p, bool look)
         return;
     if (p->level < MR_PREDICTOR_PLOUGH && beyond_budget(p, budget)) {
         change_level(p, p->level + 1);
-        reset_budget(p); /* what a cheaper level takes the place of leaves the second sooner */
+        reset_budget(p); /* the dearer level's updates no longer count in the last second */
     }
     if (!look)
         return;
@@ -712,10 +716,10 @@ void mr_predictor_hurry(struct mr_predictor *p)
     p->look_updates = 0;
 }
 
-/* Adapts the resistance against closing to the springs' work since the last look. */
+/* Adapts the closing resistance to the springs' work since the last look. */
 static void learn(struct mr_predictor *p)
 {
-    /* beyond a half either way is no matter of one look */
+    /* at most a factor of 2 per look */
     float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in;
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
     p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
@@ -732,7 +736,7 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) &&
                  between(input->speed_ft_s, -1.0f, MOST_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
-    /* at rest it may be rounded below */
+    /* rounding can make it negative at rest */
     p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f;
     if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f &&
         input->deceleration_ft_s2 <= MOST_FT_S2) {
@@ -774,15 +778,15 @@ void mr_predictor_fold(struct mr_predictor *p)
 
 /* --- result --- */
 
-/* Where the wheel is when its place is under it, not behind where it is now. */
+/* Station of the wheel at a place of the search, never behind the present wheel. */
 static float place_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
     float at_ft = (float)(place - 1u) * group_ft;
     return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
 }
 
-/* As it was found by the last search; what is to come also as far as the search going on has it,
- * when that is worse. */
+/* Reports the zone of the last complete search. The expected zone is the longer one of that search
+ * and the present incomplete one. */
 static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     const struct mr_zonescan_found *found = &p->found;
@@ -804,7 +808,7 @@ static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zon
     unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f
                        ? (unsigned)(p->wheel_ft / group_ft) + 2u
                        : 0;
-    first = first < wheel ? wheel : first; /* it has rolled on since */
+    first = first < wheel ? wheel : first; /* the wheel has rolled on since the search */
     if (!found->groups || first >= end)
         return;
     zone->mats = (end - first) * group;
@@ -858,18 +862,19 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
     zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 309, over 1.96
- * (tests/score/README.md). They hold where there is a zone of 30 mats or more at all. First four:
- * not surveyed; then surveyed. Start: beyond the transducers, at the wheel and ahead of it; between
- * them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond;
- * further, none beyond; LAST_FT before the runway's end. */
+/* Standard errors of the ends in mats: 95 % points of `make score`, series 0 to 309, over 1.96
+ * (tests/score/README.md). Valid only where there is a zone of 30 mats or more. The first four are
+ * without a survey, the last four with one.
+ * Start: outside the transducers at the wheel, outside ahead of it; between them, the same two.
+ * End: within NEAR_FT beyond a valid transducer; farther, with a transducer beyond the end;
+ * farther, without one; less than LAST_FT from the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f,
                                                                    1.28f, 10.97f, 0.77f, 6.89f};
 static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f,
                                                                9.95f,  15.05f, 12.50f, 8.42f};
 
-/* By level, over those: two and four mats in one need no other, the plough and kinematic zones do
- * (tests/score/README.md). */
+/* Factors by level on the errors above. Levels TWO and FOUR need none; the plough and kinematic
+ * levels do (tests/score/README.md). */
 #define LEVELS (MR_PREDICTOR_KINEMATIC + 1)
 static const float coarser_start[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
                    coarser_end[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
@@ -880,7 +885,7 @@ static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i])) /* nor has one that is not fitted */
+        if (__builtin_isnan(p->last_in[i])) /* also NaN if not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
         beyond = beyond || past_ft < 0.0f;
@@ -892,7 +897,7 @@ static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone 
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
              between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
-    /* there, beginning and wheel are further apart */
+    /* ahead of the wheel, or at a coarser level, the start is less certain */
     bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
@@ -938,7 +943,7 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
-        /* for which the score found none that would hold */
+        /* the score has no valid errors for this level */
         if (zone->level != MR_PREDICTOR_KINEMATIC)
             state_errors(p, zone);
         if (!unmoved)

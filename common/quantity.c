@@ -2,7 +2,7 @@
 
 #include "common/wire.h"
 
-/* A row for each member: MEAN marks the mean of the members that QUANTITY begins. */
+/* One row per member. MEAN marks the mean of the members that QUANTITY begins. */
 static const struct mr_quantity_info quantities[MR_QUANTITIES] = {
 #define QUANTITY(name_, NAME, quantity, suffix, text, sign, digits, value, error) \
     [MR_QUANTITY_##quantity].name = #quantity,                                    \

@@ -6,14 +6,15 @@
 #define G_FT_S2             32.174f
 #define BLOCK_S             1e-3f
 #define ZONE_MATS           50.0f
-#define MOST_ZONES          3.0f /* longer zones add nothing */
+#define MOST_ZONES          3.0f /* a longer zone adds nothing */
 #define OVER_MATS           40.0f
 #define OVER_BY_MATS        20.0f
 #define STEP_S              0.05f
 #define STEPS               240u
 #define LEAST_FT_S2         0.1f
-#define SLOW_FT_S           2.0f /* a slower wheel comes to no zone */
-#define KNOWN_FT_S          2.0f /* so much the plan must have lost before it is compared */
+#define SLOW_FT_S           2.0f /* a slower wheel no longer reaches a zone */
+/* speed loss in the plan before measurement and plan are compared */
+#define KNOWN_FT_S          2.0f
 #define MET_LEAST           0.6f
 #define MET_MOST            1.6f
 #define OFF_BLOCKS          300u
@@ -32,7 +33,7 @@ static bool between(float x, float least, float most)
     return x >= least && x <= most;
 }
 
-/* --- what is given --- */
+/* --- plan --- */
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan)
 {
@@ -111,7 +112,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
             (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
             return MR_USAGE;
     }
-    if (!(plan->knot_ft_s2[knots - 1u] >= LEAST_FT_S2)) /* it would never stop */
+    if (!(plan->knot_ft_s2[knots - 1u] >= LEAST_FT_S2)) /* the wheel would never stop */
         return MR_USAGE;
     if (rows && !between(plan->landings, 0.0f, 65535.0f))
         return MR_USAGE;
@@ -125,7 +126,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
     return MR_OK;
 }
 
-/* Between points of rising `x`, constant outside of them. */
+/* Interpolates between points of rising `x`; constant outside. */
 static float on_line(const float *x, const float *y, unsigned count, float at)
 {
     if (at <= x[0])
@@ -147,9 +148,9 @@ static bool follows_plan(const struct mr_risk_state *risk)
     return risk->planned && !risk->left;
 }
 
-/* --- what is to come --- */
+/* --- look ahead --- */
 
-/* By the plan, times how it was met, from this speed on. */
+/* Braking to come from the plan, times the measured ratio `met`, from this speed on. */
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
@@ -165,7 +166,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
-    if (v_ft_s > 0.0f) { /* a longer plan ends as it does */
+    if (v_ft_s > 0.0f) { /* beyond STEPS the last deceleration is constant */
         float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->met;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
@@ -173,7 +174,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
     risk->stopping_distance_ft = stopping_distance_ft;
 }
 
-/* As it is braked now. */
+/* Braking to come if the present deceleration continues. */
 static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
@@ -195,7 +196,7 @@ static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
         look_ahead_as_now(risk, p);
 }
 
-/* The zone that the hardest braking to come would push together, from where it begins. */
+/* Starts the search for the zone that the hardest braking to come would close. */
 static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
@@ -256,7 +257,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
     risk->old = has_chart && !risk->charted;
 }
 
-/* How the plan is met, from what it would have lost and what was. */
+/* Compares the measured speed loss with the planned one. */
 static void follow_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     risk->lost_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
@@ -289,7 +290,7 @@ void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *p,
 
 float mr_risk_logistic(float x)
 {
-    /* 2^n 2^f, f in -0.5 .. 0.5: Taylor's series to the seventh power */
+    /* 2^n 2^f with f in -0.5 .. 0.5: Taylor series up to the seventh power */
     float y = (x > 30.0f ? 30.0f : x < -30.0f ? -30.0f : x) * -1.44269504f;
     int n = (int)(y < 0.0f ? y - 0.5f : y + 0.5f);
     float z = (y - (float)n) * 0.69314718f;
@@ -311,7 +312,7 @@ static float zones(unsigned mats)
     return x < MOST_ZONES ? x : MOST_ZONES;
 }
 
-/* About the length of which an event is. */
+/* How far a zone exceeds the limit length, 0..1. */
 static float over(unsigned mats)
 {
     float x = ((float)mats - OVER_MATS) / OVER_BY_MATS;
@@ -324,7 +325,8 @@ static float up_to_one(unsigned mats)
     return x < 1.0f ? x : 1.0f;
 }
 
-/* Mean opening, inches, of the joints from the wheel to its stop; only those that are known. */
+/* Mean opening, inches, of the joints from the wheel to its stop; segments with unknown gaps do not
+ * count. */
 static float open_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
 {
     float sum_in = 0.0f;
@@ -340,7 +342,7 @@ static float open_in(const struct mr_risk_state *risk, float wheel_ft, const flo
     return joints ? sum_in / (float)joints : 0.0f;
 }
 
-/* When the wheel is at the zone that is expected, and 10 to 15 mats inside it. */
+/* Reports when the wheel reaches the expected zone, and when it is 10 to 15 mats inside it. */
 static void report_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
                         struct mr_risk_report *said)
 {
@@ -390,8 +392,8 @@ static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
                                                                                : MR_RISK_NO_REASON;
 }
 
-/* A plan alone counts while it is braked much harder later on: else what is measured now is better
- * than what was planned. */
+/* Without a chart, the plan counts before braking, and later if it plans much harder braking.
+ * Otherwise the measured deceleration is better. */
 static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     return follows_plan(risk) &&
@@ -453,11 +455,11 @@ void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *p,
     *said = (struct mr_risk_report){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
     report_lead(p, zone, said);
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
-    /* switches may be lost: then nothing is known of the motion that the rule rests on */
+    /* without switches the motion that the rule needs is unknown */
     if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {
         take_inputs(risk, p, zone, true, said);
         said->risk = by_rule(said);
-        /* what was expected does not outweigh a zone that is there */
+        /* a plan must not lower the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
             said->set >= MR_RISK_BY_PLAN) {
             struct mr_risk_report without = *said;

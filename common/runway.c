@@ -136,7 +136,7 @@ float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
     return item - n < MR_TRANSDUCERS ? config->station_ft[item - n] : MR_NAN;
 }
 
-/* A count travels as a real: back to what it was. */
+/* Counts are transferred as reals: converts one back. */
 static uint32_t whole(float value)
 {
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;

@@ -16,7 +16,7 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
     staircase->code[at] = code;
 }
 
-/* Mean and spread of the levels of one side of an edge. */
+/* Sum and range of the levels on one side of an edge. */
 struct side {
     float sum, least, most;
     unsigned count;
@@ -37,7 +37,7 @@ static bool steady(const struct side *side)
     return side->most - side->least < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
 }
 
-/* Blocks remembered, and how many of them lie after an edge. */
+/* Number of blocks in the history. */
 static uint32_t known_blocks(const struct mr_staircase *staircase)
 {
     return staircase->count < MR_STAIRCASE_HISTORY ? staircase->count : MR_STAIRCASE_HISTORY;
@@ -74,7 +74,8 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
         count++;
     if (count < MR_STAIRCASE_SIDE)
         return MR_TOO_FEW;
-    for (uint32_t age = count - MR_STAIRCASE_SIDE; age < count; age++) /* the earliest of them */
+    /* the earliest blocks after the edge */
+    for (uint32_t age = count - MR_STAIRCASE_SIDE; age < count; age++)
         take(&after, staircase->code[place(staircase, age)]);
     if (!steady(&after))
         return MR_NUMERICS;

@@ -63,7 +63,7 @@ static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsi
     }
 }
 
-/* Edges from the oldest on of which each is near the next. */
+/* Number of edges from the oldest on, each within the bounce time of the next. */
 static unsigned cluster(const struct mr_switches *switches)
 {
     unsigned n = 1;
@@ -73,10 +73,10 @@ static unsigned cluster(const struct mr_switches *switches)
     return n;
 }
 
-/* Several edges, or a level that does not hold still: the step of all the edges near the oldest,
- * when they are over. A contact that bounces every 2 ms is half open in each block, which looks
- * steady: no step within them is to be trusted. Only where all of them together are no switch the
- * oldest may be one by itself. False: not yet. */
+/* Names a group of several close edges, or an edge with an unsteady level, from the total step once
+ * the group has ended. A contact that bounces every 2 ms is half open in each block and looks
+ * steady, so no step inside the group is reliable. If the total step matches no switch, the oldest
+ * edge may match alone. False: not decided yet. */
 static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, float own_step)
 {
@@ -125,7 +125,7 @@ static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
     switches->count--;
     memmove(switches->waiting, switches->waiting + 1,
             switches->count * sizeof switches->waiting[0]);
-    /* A bounce leaves the level that the edge before it did. */
+    /* A bounce does not change the level that the edge before it left. */
     if (edge->reason != MR_SWITCH_BOUNCE) {
         switches->left_known = edge->level_known && edge->step_codes == edge->step_codes;
         switches->left_codes = edge->level_codes + edge->step_codes;

@@ -9,11 +9,11 @@
 #define SECTION_SYMBOLS 2u
 #define SYMBOL_FUNCTION 2u
 
-/* The symbol table and its names, inside the file. */
+/* Position of the symbol table and its names in the file. */
 struct table {
     const uint8_t *symbols;
     size_t count;
-    uint64_t names, names_bytes; /* place in the file */
+    uint64_t names, names_bytes; /* offset in the file */
 };
 
 static uint32_t u16(const uint8_t *p)
@@ -36,7 +36,7 @@ static enum mr_status table_of(const uint8_t *file, size_t length, const uint8_t
     return MR_OK;
 }
 
-/* The file's first symbol table; empty: it has none. */
+/* Finds the file's first symbol table; empty if there is none. */
 static enum mr_status find_table(const uint8_t *file, size_t length, struct table *table)
 {
     *table = (struct table){0};
@@ -55,7 +55,7 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     return MR_OK;
 }
 
-/* By address; of several names for one, those with a size first, then by name. */
+/* By address; at equal addresses symbols with a size first, then by name. */
 static int order(const void *a, const void *b)
 {
     const struct mr_symbol *x = a, *y = b;
@@ -66,7 +66,7 @@ static int order(const void *a, const void *b)
     return strcmp(x->name, y->name);
 }
 
-/* One for each address, each with a size. */
+/* Keeps one symbol per address and gives each a size. */
 static void sort_out(struct mr_symbols *symbols)
 {
     size_t kept = 0;

@@ -5,11 +5,12 @@
 #include "common/wire.h"
 
 #define BLOCK_S    0.001f
-/* What counts of one second difference at most, in variances so far, and beside them a code: a jump
- * is no noise. */
+/* Limit of one squared second difference, in variances so far plus one code squared: a jump is not
+ * noise. It applies after NOISE_FREE differences. */
 #define NOISE_MOST 36.0f
 #define NOISE_FREE 8u
-/* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
+/* ^Blocks per turn: each channel is judged every TURNS blocks. Noise uses three of them, the
+ * comparison with neighbours the third. */
 #define TURNS      8u
 
 static bool moves(const struct mr_channel_config *config)
@@ -61,7 +62,8 @@ void mr_watch_end(struct mr_watch *watch)
     for (unsigned c = 0; c < MR_WATCHED; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
         if (channel->told == MR_INVALID_RATE || channel->told == MR_INVALID_STUCK)
-            channel->told = MR_VALID; /* not judged between landings: nothing to report */
+            /* not judged between landings, so there is no change to report */
+            channel->told = MR_VALID;
     }
 }
 
@@ -73,7 +75,8 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
     return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
 }
 
-/* Three readings of eight: the first two are kept, the third makes a second difference. */
+/* Three consecutive readings of eight blocks give a second difference; the first two are kept for
+ * it. */
 static void follow_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
     float second = value - 2.0f * channel->last + channel->before_last;
@@ -98,7 +101,7 @@ static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_c
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
     if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
-        return true; /* not when there is no good one yet: NaN is not greater */
+        return true; /* false without a good reading: a comparison with NaN is false */
     channel->good = value;
     channel->good_block = index;
     return false;
@@ -106,7 +109,7 @@ static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_c
 
 /* ---- stuck ---- */
 
-/* The nearest channel on a side that is valid, from `next` on. */
+/* The nearest valid channel on one side, from `next` on. */
 static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
     while (next != MR_WATCH_NOBODY &&
@@ -132,7 +135,7 @@ static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel
     channel->stuck = false;
 }
 
-/* Both neighbours of the anchor can still be compared with it. */
+/* Whether both neighbours are valid now and were valid when the anchor was set. */
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
     return !__builtin_isnan(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) &&
@@ -160,7 +163,8 @@ static void judge_neighbours(struct mr_watch *watch, struct mr_watch_channel *ch
         channel->stuck = true;
 }
 
-/* The codes have not changed for long; not the values: those follow the reference's noise too. */
+/* The codes have been constant for long. Values would not show it: they include the noise of the
+ * reference. */
 static void judge_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
                         float value, uint32_t index)
 {

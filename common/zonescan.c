@@ -9,7 +9,7 @@ static float closed_ft(const struct mr_chain *chain)
     return MR_ZONE_CLOSED_FT * (float)chain->group;
 }
 
-/* Whether joint j is closed, or closed by a wheel at the place. */
+/* Whether joint j is closed, or would close with the wheel at the place. */
 static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
 {
     float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
@@ -49,9 +49,9 @@ static void leave_place(struct mr_zonescan *scan)
     begin_place(scan);
 }
 
-/* The first joint that closes ahead of a place. When the search for the last place's end began no
- * further and has gone beyond it, it goes on from there: of two places the further one closes all
- * that the nearer does. Else it begins anew. */
+/* Finds the first joint that closes ahead of a place. Of two places, the wheel at the farther one
+ * closes all joints that it closes from the nearer one. The search for the end therefore continues
+ * where the last place's ended, unless that is not usable; then it starts again. */
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
@@ -82,7 +82,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
     scan->joint = scan->end;
 }
 
-/* The end of the zone of a place, as far as the visits reach. */
+/* Finds the end of a place's zone, within the visits allowed. */
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed,
@@ -108,7 +108,8 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
         leave_place(scan);
 }
 
-/* The chain as it is, as far as the visits reach: the longest zone, and the largest compression. */
+/* Finds the longest zone and the largest compression of the chain as it is, within the visits
+ * allowed. */
 static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start,
@@ -120,7 +121,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         float press_lb = mr_chain_compression_lb(chain, j);
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
-            /* only what follows the last open joint may go on */
+            /* a zone can continue only after the last open joint */
             if (last_open && j - last_open < scan->tally)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;
@@ -143,7 +144,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
     scan->joint = scan->found.first;
 }
 
-/* What there is in the zone found. */
+/* Sums opening and closed joints of the zone found. */
 static void sum(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     struct mr_zonescan_found *found = &scan->found;

@@ -100,8 +100,8 @@ static void put_notes(struct landing *landing, uint32_t block)
 static void estimate(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
-    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it
-     * replace them. */
+    /* Gates before touchdown would bend the parabola, because braking begins at touchdown. They
+     * count only until two gates beyond it have opened. */
     landing->gates_before_touchdown = 0;
     while (landing->gates_before_touchdown < passage->gates &&
            passage->gate[landing->gates_before_touchdown].station_ft <
@@ -115,14 +115,14 @@ static void estimate(struct landing *landing, const struct mr_config *config)
                                          &landing->motion) == MR_OK;
 }
 
-/* A named edge: of a landing, of a model that is pushed, or of neither. */
+/* Handles an edge with a known switch: of a landing, of a model that is pushed, or of neither. */
 static void take_named(struct landing *landing, const struct mr_config *config,
                        const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
 {
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        /* one that is not fitted is not missing */
+        /* a switch that is not fitted is not missing */
         station_ft[i] = config->gate[i].step_codes ? mr_config_gate_ft(config, i) : MR_NAN;
     struct mr_passage_edge passed = {.tick = edge->tick,
                                      .block = index,
@@ -147,7 +147,7 @@ static void take_named(struct landing *landing, const struct mr_config *config,
 static void take_answer(struct landing *landing, const struct mr_config *config,
                         const struct mr_switch_edge *edge, uint32_t index)
 {
-    /* In a landing a switch opens once, but the model may be pushed over it again and again. */
+    /* In a landing a switch opens once; a pushed model may open it again and again. */
     bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
                    !((double)landing_wheel_at(landing, edge->tick).speed_ft_s <
                      MR_PASSAGE_LEAST_FT_S);
@@ -194,7 +194,7 @@ static void take_edges(struct landing *landing, const struct mr_config *config, 
         take_answer(landing, config, &edge, index);
 }
 
-/* Blocks from the last gate until the gear is taken to be at rest. */
+/* Blocks after the last gate until the gear counts as at rest. */
 static uint32_t blocks_to_rest(const struct landing *landing)
 {
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
@@ -215,7 +215,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
     landing->summary_known = false;
 }
 
-/* One step of the final fit, and what it found when it is over. */
+/* One step of the final fit; stores the result after the last one. */
 static void continue_fit(struct landing *landing, uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -260,7 +260,7 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
         change(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
-        /* it rolled past a board that was not armed, or back onto a landing that is done */
+        /* a model passed an unarmed board, or was pushed back after a landing */
         reset_passage(landing);
     }
     if (landing->fitting && landing->state == MR_LANDING_SETTLING &&

@@ -4,10 +4,10 @@
 
 #define S_PER_TICK    (1.0f / 84e6f)
 #define NEVER_S       1e9f
-/* beyond touchdown: from them on the deceleration rests on braking alone */
+/* gates after touchdown, from which on the deceleration is that of braking alone */
 #define BRAKING_GATES 3u
 
-/* At each gate: what the firmware knows of the motion, as floats. */
+/* Copies the firmware's motion estimate as floats at each gate. */
 static void follow_motion(struct predict_motion *motion, const struct landing *landing)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -75,7 +75,7 @@ static uint16_t at_most_u16(uint32_t value)
     return (uint16_t)(value < UINT16_MAX ? value : UINT16_MAX);
 }
 
-/* Part of the run that does not lie between the first and the last transducer that is trusted. */
+/* Share of the zone that is not between the first and the last trusted transducer. */
 static uint8_t inferred_percent(const struct mr_predictor *predictor,
                                 const struct mr_predictor_zone *zone)
 {
