@@ -1,4 +1,4 @@
-/* matrig advise: before a landing, how probable a zone of 50 mats is (host/advise). */
+/* matrig advise: the probability of a zone of 50 mats in the next landing (host/advise). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ struct request {
     bool keep, load;
 };
 
-/* "4ft/s2", with a unit or in `bare`; of the first `length` characters. */
+/* Parses the first `length` characters, such as "4ft/s2"; a bare number is in the unit `bare`. */
 static bool part(const char *text, size_t length, const char *bare, const char *unit, double *value)
 {
     char word[40];
@@ -36,7 +36,7 @@ static bool part(const char *text, size_t length, const char *bare, const char *
     return quantity_parse(word, unit, bare, value, &wrong);
 }
 
-/* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. */
+/* "0:4,2:8": a deceleration of 4 at touchdown that changes to 8 by 2 s. */
 static void read_profile(const char *text, bool si, struct advise_profile *profile)
 {
     double last_s = -1.0;
@@ -62,8 +62,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     }
 }
 
-/* Landings that the runway of the advice has had: the last one's, and itself. A chart is worth
- * nothing on another. */
+/* Landings on this runway, including the last one. A chart is valid only for that runway. */
 static unsigned landings_of(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
@@ -80,7 +79,7 @@ static unsigned landings_of(struct store *store, const struct advise *advise)
     return state.landings + 1u;
 }
 
-/* The board is asked first: what it says may make all the computing idle. */
+/* Compares the runway of the board first: if it differs, the advice need not be computed. */
 static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
                        struct runway_client *talk)
 {
@@ -96,7 +95,7 @@ static void begin_load(const struct request *r, struct store *store, const struc
 
 static int run(struct request *r, const struct cli *cli)
 {
-    static struct advise advise; /* a table, and profiles */
+    static struct advise advise; /* static: too large for the stack */
     struct error error = {0};
     struct answer *answer = answer_new(cli->si);
     struct runway_client talk;
@@ -121,12 +120,12 @@ static int run(struct request *r, const struct cli *cli)
         (void)(advise_chart(&advise, talk.state.landings, &plan, &error)
                    ?: runway_client_chart(talk.dialogue, &plan, &error));
     }
-    bool failed = error.status != MR_OK; /* what was computed is shown all the same */
+    bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
     advise_answer(&advise, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
-    if (failed && cli->json) /* into the object */
+    if (failed && cli->json) /* the JSON object carries the error */
         return answer_show(cli, answer, cli_fail(&error));
     code = answer_show(cli, answer, code);
     return failed ? cli_fail(&error) : code;

@@ -1,6 +1,6 @@
-/* matrig bands: restraining bands by Appendix C of the report. Units lb, ft, s. C.3 is misprinted
- * (N for W: R = (W a/g)(s/b)) and so is C.10 (n for n F': n F' = A fy - R); the worked example
- * settles both. */
+/* matrig bands: restraining bands by Appendix C of the report. Units lb, ft, s. Two equations
+ * are misprinted: C.3 has N instead of W (R = (W a/g)(s/b)), and C.10 has n instead of n F' (n
+ * F' = A fy - R). The worked example confirms both corrections. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,38 +15,38 @@
 #define WORDS_MAX 32
 
 struct band_design {
-    /* given */
+    /* input */
     double weight_lb, g_ft_s2, deceleration_ft_s2;
-    double bands; /* that carry it together, N */
+    double bands; /* that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
     double mat_lb, friction;
-    double held;         /* mats that act against one connection */
+    double held;         /* mats that load one connection */
     double every;        /* rows from one connection to the next */
-    double row_ft;       /* length of a mat along the runway */
-    double width_ft;     /* of influence of the gear, b; 0: not given */
-    double length_ft;    /* of band between its springs; 0: as long as it may be */
-    double spring_lb_ft; /* K at either end; 0: A E/L, as soft as dT = R/2 supposes */
+    double row_ft;       /* mat length along the runway */
+    double width_ft;     /* influence width of the gear, b; 0: not given */
+    double length_ft;    /* band length between its springs; 0: the longest that C.10 allows */
+    double spring_lb_ft; /* K at either end; 0: A E/L, which dT = R/2 assumes */
     double at;           /* a': where R acts, fraction of the length */
-    double tension_lb;   /* T0 chosen; 0: the design's */
-    /* worked out by band_design */
+    double tension_lb;   /* T0; 0: the middle of C.8 and C.9 */
+    /* computed by band_design */
     double r_lb;          /* C.1 */
     double strength_lb;   /* A fy */
-    double friction_lb;   /* most n F' that C.8 and C.9 leave room for, C.10 */
+    double friction_lb;   /* largest n F' within C.8 and C.9, from C.10 */
     double connection_lb; /* F' */
-    double connections;   /* n: of the band as long as given, else the most */
+    double connections;   /* n: from the band length if given, else the largest */
     double most_connections;
     double longest_ft;
     double least_t0_lb, most_t0_lb; /* C.8, C.9 for n */
-    double t0_lb;                   /* chosen, or in their middle */
+    double t0_lb;                   /* as given, or the middle of the two */
     double spacing_ft;              /* C.2; 0: not known */
     double ahead_lb, behind_lb;     /* C.6, C.7: changes */
-    double least_lb, most_lb;       /* tensions that follow: T0 - n F' - R/2, T0 + R/2 */
+    double least_lb, most_lb;       /* resulting tensions: T0 - n F' - R/2, T0 + R/2 */
 };
 
 #define IN2_PER_FT2 144.0
-#define G_FT_S2     (9.80665 / 0.3048) /* the g in which a deceleration may be given */
+#define G_FT_S2     (9.80665 / 0.3048) /* converts a deceleration given in g */
 
-/* The worked example of Appendix C, as given. */
+/* The worked example of Appendix C. */
 static void band_design_defaults(struct band_design *design)
 {
     *design = (struct band_design){
@@ -75,7 +75,7 @@ static enum mr_status too_weak(const struct band_design *d, struct error *error)
                      d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
 }
 
-/* Works out the rest. MR_USAGE when no band can do it, saying why. */
+/* Computes the remaining fields. MR_USAGE: no band meets these inputs; `error` has the reason. */
 static enum mr_status band_design(struct band_design *d, struct error *error)
 {
     d->r_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->bands;
@@ -91,8 +91,8 @@ static enum mr_status band_design(struct band_design *d, struct error *error)
     d->longest_ft = d->most_connections * apart_ft;
     d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
                                         : d->most_connections;
-    /* without a length the room that C.10 leaves is used up, as the example does: 52.5 kip, not 164
-     * x 320 lb */
+    /* The worked example uses all of n F' that C.10 allows: 52.5 kip, not 164 x 320 lb. Without
+     * a length this does the same. */
     double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
     d->least_t0_lb = held_lb + 0.5 * d->r_lb;
     d->most_t0_lb = d->strength_lb - 0.5 * d->r_lb;
@@ -112,14 +112,14 @@ static enum mr_status band_design(struct band_design *d, struct error *error)
 
 struct request {
     struct band_design design;
-    double width_ft, thickness_ft; /* of a band; 0: the area is given */
+    double width_ft, thickness_ft; /* of one band; 0: area given instead */
     bool area_given;
 };
 
 struct input {
     const char *name;
-    const char *own, *unit; /* of what is kept, and of a bare number */
-    double low, high;       /* in the latter */
+    const char *own, *unit; /* unit of the field, and of a bare number in the input */
+    double low, high;       /* limits, in `unit` */
     size_t offset;
 };
 
@@ -162,7 +162,7 @@ static const struct input *find_input(const char *word, const char **value)
     return NULL;
 }
 
-/* "480kip", "0.5 g", "6in", "4": a bare number is in the input's own unit. */
+/* "480kip", "0.5 g", "6in", "4": a bare number is in `input->unit`. */
 static double read_value(const struct input *input, const char *text)
 {
     double value = 0.0;
@@ -201,13 +201,13 @@ static void read_words(const char **words, struct request *request)
                   d->every);
 }
 
-/* --- what theory says --- */
+/* ---- theory ---- */
 
 #define FINDINGS_MAX 4
 struct findings {
     char text[FINDINGS_MAX][200];
     size_t count;
-    bool si; /* told in SI units */
+    bool si; /* report in SI units */
 };
 
 __attribute__((format(printf, 2, 3))) static void find(struct findings *findings,
@@ -245,7 +245,7 @@ static void judge(const struct band_design *d, struct findings *f)
 }
 
 struct figure {
-    const char *name, *label; /* NULL: not for programs, not for people */
+    const char *name, *label; /* NULL name: not in the JSON; NULL label: only in the JSON */
     enum unit_kind unit;
     int decimals;
     size_t offset;

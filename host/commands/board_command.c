@@ -1,5 +1,5 @@
-/* matrig board: everything that is asked of one board: its identity, black box, health, zeros,
- * runway, arming; configuration and bring-up have files of their own. */
+/* matrig board: commands for one board: identity, black box, health, zeros, runway, arming.
+ * Configuration and bring-up have files of their own. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,22 +30,22 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_ROUNDS    6 /* of asking for what has not come */
+#define BOX_ROUNDS    6 /* requests for absent pages */
 #define BOX_PAGE_BITS 15u
-#define KIND_S        1.2  /* within which a board says its kind and its key: once a second */
-#define KEY_S         20.0 /* two erases of 0.4 s; of a memory that fails three times 6 s */
+#define KIND_S        1.2  /* a board reports its kind and its key once a second */
+#define KEY_S         20.0 /* two erases of 0.4 s; 6 s if the memory fails three times */
 #define HMIL_PER_IN   100000.0
-#define ACROSS        7u   /* slacks in a row of the table */
-#define CLOSED_HMIL   200u /* 0.002 in, as the predictor has it */
+#define ACROSS        7u   /* joint openings in a row of the table */
+#define CLOSED_HMIL   200u /* 0.002 in, the limit of the predictor */
 
 struct request {
     const struct cli *cli;
     const char *serial, *can, *db, *image, *out;
-    const char *words[3]; /* the verb, and what follows it */
+    const char *words[3]; /* the verb and its arguments */
     int64_t run;
-    int32_t number; /* the word behind the verb; 0: none */
+    int32_t number; /* argument of the verb; 0: none */
     bool force;
-    struct mr_predictor_state runway; /* to be given */
+    struct mr_predictor_state runway; /* runway to load */
 };
 
 /* ---- black box ---- */
@@ -65,13 +65,13 @@ struct box_client {
     struct box_client_record records[BOX_CLIENT_RECORDS];
     size_t count;
     bool listed;
-    /* being read out */
+    /* readout in progress */
     uint16_t reading;
     uint8_t (*pages)[MR_BOXPAGE];
     uint8_t *present;
     size_t page_count, parts;
     uint8_t half[MR_BOXPAGE / 2];
-    uint32_t half_page; /* whose first half stands in `half` */
+    uint32_t half_page; /* the page whose first half is in `half` */
     bool ended;
 };
 
@@ -148,7 +148,7 @@ static void box_client_begin(struct box_client *talk, struct dialogue *dialogue)
     dialogue_hello(dialogue, NULL, NULL, fatal);
 }
 
-/* What the board asks to be asked again is asked again. */
+/* Sends an order, and repeats it while the board answers MR_WAIT. */
 static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = talk->dialogue;
@@ -170,7 +170,7 @@ static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
                          "a landing is armed or in progress, or there is no black box", fatal);
 }
 
-/* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
+/* Reads state, free space and the list of records. Ends the program on a timeout or a refusal. */
 static void box_client_list(struct box_client *talk)
 {
     talk->count = 0;
@@ -190,7 +190,7 @@ static size_t first_absent(const struct box_client *talk)
     return page;
 }
 
-/* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay
+/* Reads the pages of a listed record. Skips pages marked in `present`; unreadable pages stay
  * absent. Both arrays have room for record.pages. */
 static void box_client_read(struct box_client *talk, const struct box_client_record *record,
                             uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
@@ -203,7 +203,7 @@ static void box_client_read(struct box_client *talk, const struct box_client_rec
         talk->ended = false;
         box_order(talk, MR_COMMAND_BOX_READ,
                   (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)));
-        /* what has not come is asked for again */
+        /* the next round requests pages that are still absent */
         dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended, &talk->parts,
                               DIALOGUE_ANSWER_S, fatal);
     }
@@ -262,8 +262,9 @@ static int report_read(const struct request *request, const struct box_client_re
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-/* The record names the configuration that it was recorded by; the board tells it as long as it is
- * in force. Without it only replay does worse, so what fails here is told and no more. */
+/* Stores the configuration under which the record was made, while the board still has it in
+ * force. Only replay needs the configuration, so a failure here is printed and the command
+ * continues. */
 static void keep_configuration(const struct request *request, struct box_client *talk,
                                struct store *store, int64_t run)
 {
@@ -393,7 +394,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
                   request->image);
     if (dialogue_who(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
         dialogue_no_hello(dialogue, fatal);
-    struct error late = {0}; /* an old board does not say which kind it is */
+    struct error late = {0}; /* older firmware does not send the kind of board */
     (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.key_known, KIND_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
@@ -476,7 +477,7 @@ static json_t *to_json(const char *word, const struct arm_client *talk, const st
     return json;
 }
 
-/* For whoever has a terminal and no live page. */
+/* Arms from a terminal, without the live page. */
 static int arm(const struct request *request, struct dialogue *dialogue)
 {
     struct error error = {0};
@@ -501,7 +502,7 @@ static int arm(const struct request *request, struct dialogue *dialogue)
     return exit_code;
 }
 
-/* ---- what the predictor knows of the runway ---- */
+/* ---- runway state of the predictor ---- */
 
 static const char *copy_text(unsigned copy, char out[40])
 {
@@ -578,7 +579,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
     output_end(&output, fatal);
 }
 
-/* One line of the file; false: it is none. */
+/* Reads one line of a runway file. False: not a valid line. */
 static bool take_line(const char *line, struct mr_predictor_state *state, bool *given)
 {
     unsigned number;
@@ -665,7 +666,7 @@ static int runway(const struct request *request, struct dialogue *dialogue)
     return print_runway(&talk, request->cli);
 }
 
-/* ---- the key that orders need ---- */
+/* ---- the key for signed orders ---- */
 
 static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
 {
@@ -678,7 +679,7 @@ static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
     }
 }
 
-/* `new` sets one that was drawn now, whatever the board had before; `clear` none. */
+/* `new` sets a freshly drawn key and replaces any key of the board; `clear` removes the key. */
 static int set_key(const struct request *request, struct dialogue *dialogue)
 {
     const struct identity *who = &dialogue->identity;
@@ -704,7 +705,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
         send_key(dialogue, key);
     }
     double until_s = dialogue_now_s(dialogue) + KEY_S;
-    enum mr_status status; /* the black box may have the memory */
+    enum mr_status status; /* not MR_OK while the black box uses the memory */
     do {
         error = (struct error){0};
         status = dialogue_turn(dialogue, DIALOGUE_TURN_S, &error)
@@ -740,10 +741,10 @@ enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
 
 static const struct verb {
     const char *name;
-    unsigned options;   /* that it takes beside --serial */
-    unsigned words;     /* behind it, at most */
-    const char *number; /* what the word behind it says; NULL: no number */
-    double least, most; /* least 1: it is needed */
+    unsigned options;   /* allowed besides --serial */
+    unsigned words;     /* arguments after the verb, at most */
+    const char *number; /* meaning of the numeric argument; NULL: none */
+    double least, most; /* limits; `least` 1: argument required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
     {.name = "", .options = IMAGE, .run = report_identity},

@@ -1,5 +1,5 @@
-/* matrig board ... bringup [report|brown-out|rom]: reads what the bring-up image says and
- * holds it against what it should say. */
+/* matrig board ... bringup [report|brown-out|rom]: reads the lines of the bring-up image and
+ * compares them with their limits. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static json_t *line_json(const struct bringup_judged *j)
     return json;
 }
 
-/* In the form of the value. */
+/* Writes the limits in the format of the value (hexadecimal or decimal). */
 static void limits_text(const struct bringup_judged *j, char out[VALUE_TEXT])
 {
     const struct bringup_limit *limit = j->limit;
@@ -63,7 +63,7 @@ static void limits_text(const struct bringup_judged *j, char out[VALUE_TEXT])
         snprintf(out, VALUE_TEXT, "%.10g to %.10g", j->least, j->most);
 }
 
-/* Lines of one group in a row that are all in order: how many, from `at` on. */
+/* Number of consecutive lines of one group, from `at` on, that are all in order. */
 static size_t group_of(const struct bringup_judged *judged, size_t count, size_t at)
 {
     size_t n = 1;
@@ -121,7 +121,8 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
     }
 }
 
-/* In the JSON each line; people see those of a group that are all in order as one. */
+/* The JSON lists each line; the printed table joins consecutive lines of a group that are in
+ * order. */
 static int judge(const struct request *request, const struct bringup *b)
 {
     static struct bringup_judged judged[BRINGUP_JUDGED];
@@ -225,7 +226,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial, NULL),
 };
 
-/* Of matrig board. */
+/* a subcommand of matrig board */
 const struct command command_board_bringup = {
     "board",
     bringup_command,

@@ -1,4 +1,4 @@
-/* matrig bundle: a campaign of one landing with the image that recorded it, to pass on. */
+/* matrig bundle: a campaign of one landing and the image that recorded it, to pass on. */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -21,8 +21,8 @@ struct request {
     int64_t run;
 };
 
-/* The image that recorded the landing: the one of --elf, which must be it, or the one that came
- * with matrig, if it is. */
+/* Opens the image that recorded the landing: --elf, which must match, or the image installed
+ * with matrig if it matches. */
 static enum mr_status find_image(const struct request *r, struct store *store,
                                  const struct cli *cli, struct textfile *file, struct error *error)
 {
@@ -46,7 +46,7 @@ static enum mr_status find_image(const struct request *r, struct store *store,
                          "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
     if (!r->elf && unread.status == MR_IO && access(path, F_OK) == 0)
-        *error = unread; /* it is there: a bundle without it would be half of one */
+        *error = unread; /* the image exists: a bundle without it would be incomplete */
     else if (!r->elf)
         cli_note(cli,
                  "the bundle lacks the image that recorded the landing (image %08x, commit %s), "
@@ -70,7 +70,7 @@ static enum mr_status make(struct request *r, const struct cli *cli, size_t *ima
 {
     struct store *store = NULL;
     struct textfile image = {0};
-    /* of this process: the draft that another one left is not touched */
+    /* The process id keeps this draft apart from the draft of another process. */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     if (access(r->path, F_OK) == 0)
         error_set(error, MR_USAGE, "file exists already: %s; give a different file", r->path);

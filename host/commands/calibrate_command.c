@@ -1,5 +1,4 @@
-/* matrig calibrate: a channel against known values; and a corrected calibration for landings that
- * are recorded. */
+/* matrig calibrate: calibrates a channel against known values; recalibrates recorded landings. */
 #include <math.h>
 #include <poll.h>
 #include <stdio.h>
@@ -29,14 +28,14 @@
 
 #define DAY_S        86400
 #define VALID_DAYS   365.0
-#define MISS_PERCENT 1.0 /* of the span: a sensor that is in order fits better */
+#define MISS_PERCENT 1.0 /* of the span: a working sensor fits better */
 
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
         *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known, miss_percent; /* days: NaN while it is not given */
+    double days, known, miss_percent; /* days: NaN: not given */
     int64_t run;
     unsigned channel; /* index */
 };
@@ -46,7 +45,7 @@ static enum unit_kind unit_kind(const struct request *r)
     return r->channel < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
 
-/* Of the result; values are converted to it. */
+/* Unit of the result; known values are converted to it. */
 static const char *unit_text(const struct request *r)
 {
     return r->channel < MR_TRANSDUCERS ? "in" : "lb";
@@ -95,8 +94,8 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 
 #define ACCEPTED ": accepted off its fit: "
 
-/* In front, as comments: whoever reads the file sees them. Those of other channels stay, for the
- * next one is calibrated from this file. */
+/* Writes the reasons as comments at the start of the file, where its reader sees them. Keeps
+ * reasons of other channels, because the next channel is calibrated from this file. */
 static void write_reasons(const struct request *r, FILE *out)
 {
     FILE *file = r->config ? fopen(r->config, "r") : NULL;
@@ -133,7 +132,8 @@ static const char *source(const struct request *r)
     return r->points ? r->points : r->serial;
 }
 
-/* A code that the channel cannot read is none: swapped columns, another program's numbers. */
+/* A code outside the range of the channel is an input error: swapped columns, or numbers of
+ * another program. */
 static void check_codes(const struct request *r, const struct calibrate_points *points,
                         const struct mr_channel_config *channel)
 {
@@ -166,8 +166,8 @@ static void check_gain(const struct request *r, const struct mr_config *config,
                  old->calibrated_day ? "the last calibration" : "the configuration");
 }
 
-/* Points that do not fit as a sensor does are a slip of the pen, or a sensor that is ill: the table
- * is shown, nothing is written, but with --accept. A wider --miss is a reason that is kept, too. */
+/* Points far from the fit are a typing error or a faulty sensor: shows the table and ends
+ * without writing, unless --accept is given. A wider --miss is recorded as a reason, too. */
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
@@ -194,7 +194,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               "%s, or accept the deviation with --accept REASON",
               fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
     r->output = NULL;
-    if (r->cli->json) /* into the object */
+    if (r->cli->json) /* the JSON object carries the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
     int shown = show_fit(r, points, fit, channel, 0);
     exit(shown != 0 ? shown : cli_fail(&error));
@@ -203,7 +203,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 /* ---- points from a board ---- */
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
-#define POINT_S      10.0 /* for them to come */
+#define POINT_S      10.0 /* timeout for these readings */
 #define LIVE_S       20
 #define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */
 
@@ -245,7 +245,7 @@ static bool gathered(const void *context)
     return g->count == POINT_BLOCKS || g->bad == POINT_BLOCKS;
 }
 
-/* The channel's mean over a second or so. */
+/* The channel's mean over about a second. */
 static void measure(const struct request *r, struct dialogue *dialogue, struct gathering *g,
                     struct calibrate_point *point)
 {
@@ -261,8 +261,8 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
 }
 
-/* A line from the keyboard while the board is listened to, so that nothing piles up. False: the
- * end. */
+/* Reads a line from the keyboard while messages of the board are still received, so that none
+ * pile up. False: end of input. */
 static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
 {
     size_t length = 0;
@@ -284,7 +284,7 @@ static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
     }
 }
 
-/* Point by point: somebody sets a known value and types it, the board's readings say the code. */
+/* Point by point: the user sets a known value and types it; the board's readings give the code. */
 static void guide(const struct request *r, struct dialogue *dialogue,
                   const struct mr_config *config, struct calibrate_points *points)
 {
@@ -326,7 +326,7 @@ static void guide(const struct request *r, struct dialogue *dialogue,
     (void)config_client_live(dialogue, 0, &late);
 }
 
-/* The configuration in force, and the points. */
+/* Reads the configuration in force, then the points. */
 static void read_board(const struct request *r, struct mr_config *config,
                        struct calibrate_points *points)
 {
@@ -375,7 +375,7 @@ static int calibrate(struct request *r)
 
 /* ---- certificates ---- */
 
-/* Enters a certificate for the channel of the board that was logged or checked last. */
+/* Adds a certificate for the channel. The board is the last one that was logged or checked. */
 static void enter_certificate(const struct request *r)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
@@ -393,7 +393,7 @@ static void enter_certificate(const struct request *r)
 
 /* ---- recorded landings ---- */
 
-/* All measuring channels of one landing that the configuration has as well. */
+/* Recalibrates the channels that one landing and the configuration have in common. */
 static unsigned recompute_landing(const struct request *r, struct store *store,
                                   const struct store_landing *landing,
                                   const struct mr_config *config,
@@ -414,7 +414,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
                       "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT];
-        if (jump_find(&old[c], new, what)) { /* its reason is kept with it */
+        if (jump_find(&old[c], new, what)) { /* stored with its reason */
             jump_channel(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
@@ -433,7 +433,7 @@ static int recompute(struct request *r)
     const struct store_recalibration how = {(int64_t)link_now_us(), annotation_who(r->who),
                                             r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
-    /* all landings or none: what is not committed is taken back */
+    /* One transaction: all landings or none. */
     struct store *store = program_campaign(r->word, STORE_OPEN);
     store_run_find(store, &r->run, fatal);
     store_begin(store, fatal);
@@ -480,7 +480,7 @@ static unsigned parse_channel(const char *text)
     return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
 
-/* In in or lb, or with its unit: 0.05mm. */
+/* A bare number is in in or lb; other units are written out: 0.05mm. */
 static void read_known(struct request *r)
 {
     struct quantity_wrong wrong = {"", ""};
@@ -550,7 +550,7 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
     check(&r);
-    /* before somebody turns a screw for half an hour */
+    /* checked first: the measurement can take half an hour */
     output_keep(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)

@@ -1,4 +1,4 @@
-/* matrig compare: measured against simulated, a landing or a series (host/compare/). */
+/* matrig compare: compares measured with simulated landings, one or a series (host/compare/). */
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -18,14 +18,14 @@
 struct request {
     const char *db, *scene, *series, *output, *limits_path;
     int64_t run;     /* 0: a series */
-    int64_t seeds;   /* 0: the series' */
+    int64_t seeds;   /* 0: as in the series */
     double limit_in; /* NaN: none */
     bool voided, all;
     struct compare_limits limits;
     char runway[500];
 };
 
-/* A file rather than the number of a landing. */
+/* True: a file name; false: the number of a landing. */
 static bool is_file(const char *word)
 {
     size_t length = strlen(word);
@@ -33,7 +33,7 @@ static bool is_file(const char *word)
            (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
-/* DB RUN [FILE], DB FILE, or DB with --series; FILE may stand behind --scene. */
+/* DB RUN [FILE], DB FILE, or DB with --series. FILE may also follow --scene. */
 static void read_words(const char *const words[3], struct request *request)
 {
     request->db = words[0];
@@ -85,7 +85,7 @@ static void write_csv(const struct request *request, const struct compare_landin
     output_end(&output, fatal);
 }
 
-/* A limit that failed is an error, behind the answer. */
+/* A failed limit is reported as an error after the answer. */
 static int conclude(const struct compare_verdict *verdict, struct answer *answer,
                     const struct cli *cli)
 {

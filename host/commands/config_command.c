@@ -1,5 +1,4 @@
-/* matrig board ... config: a board's configuration as text: reading it, changing it, checking a
- * file. */
+/* matrig board ... config: reads, changes and checks the configuration of a board as text. */
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +12,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 
-#define LISTEN_S 2.0 /* each board says hello once a second */
+#define LISTEN_S 2.0 /* a board sends a hello once a second */
 
 struct request {
     const struct cli *cli;
@@ -35,7 +34,7 @@ static const char *copy_text(unsigned copy)
                        : mr_status_text((enum mr_status) - (int)copy);
 }
 
-/* The copy that is not in force and not simply empty: why not. */
+/* Reports a copy that is not in force, unless it is merely empty. */
 static void note_damage(const struct cli *cli, const struct mr_config_state *state)
 {
     if (state->copy_a != 0 && state->copy_a != 255)
@@ -46,7 +45,7 @@ static void note_damage(const struct cli *cli, const struct mr_config_state *sta
                  copy_text(state->copy_b));
 }
 
-/* A board of an older firmware holds what is refused today. */
+/* Older firmware accepts configurations that are refused today. */
 static void note_unsound(const struct cli *cli, const struct mr_config *config)
 {
     struct mr_config_reason reason;
@@ -60,7 +59,7 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
 static void open_session(const struct request *request, struct session *session)
 {
     memset(session, 0, sizeof *session);
-    /* the CAN bus of one with both is there to listen to */
+    /* with both links, CAN only serves to listen */
     session->dialogue = dialogue_of_command(request->serial ? NULL : request->can, request->serial);
     config_client_begin(&session->talk, session->dialogue, fatal);
     config_client_get(&session->talk, &session->config, &session->crc, fatal);
@@ -110,7 +109,7 @@ static void show_changes(const json_t *changes)
                json_string_value(json_object_get(change, "new")));
 }
 
-/* Sends `wanted` and sees that it is there. */
+/* Sends `wanted` and verifies it by reading it back. */
 static enum mr_status change(struct session *session, const struct mr_config *wanted,
                              struct error *error)
 {
@@ -128,7 +127,7 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     return status;
 }
 
-/* Each gain against the board's: refused when it jumped, without --force. */
+/* Compares each gain with the board's: refuses a jump unless --force is given. */
 static void hold_gains(const struct request *request, const struct mr_config *old,
                        const struct mr_config *new)
 {
@@ -148,7 +147,7 @@ static void hold_gains(const struct request *request, const struct mr_config *ol
 
 /* ---- another base on CAN ---- */
 
-/* Whether a board says hello at this base. */
+/* True: a board sends a hello at this base. */
 static bool responds_at(struct link *link, uint16_t base)
 {
     const double until_s = monotonic_s() + LISTEN_S;
@@ -170,7 +169,7 @@ static bool responds_at(struct link *link, uint16_t base)
     return false;
 }
 
-/* Listens to the bus before the board is given this base. */
+/* Refuses a base that another board on the bus already uses. */
 static void find_base(const struct request *request, struct session *session, uint16_t base)
 {
     struct link *own = NULL;
@@ -191,7 +190,7 @@ static void find_base(const struct request *request, struct session *session, ui
                   base, request->can);
 }
 
-/* Where the board is on CAN from now on, as a LINK. */
+/* The LINK under which the board is on CAN after the change. */
 static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_MAX])
 {
     uint16_t old;
@@ -318,7 +317,7 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force, NULL),
 };
 
-/* Of matrig board. */
+/* a subcommand of matrig board */
 const struct command command_board_config = {
     "board",
     config_command,

@@ -1,6 +1,6 @@
-/* matrig day: a test day as a checklist. The facts are gathered from the campaign, the plan is made
- * from them. A landing begins with the survey after the one before it and ends with a note on what
- * was seen. */
+/* matrig day: a test day as a checklist. Facts are read from the campaign; the plan follows from
+ * the facts. The steps of a landing begin with the survey after the previous landing and end
+ * with a note of observations. */
 #include <errno.h>
 #include <jansson.h>
 #include <signal.h>
@@ -25,7 +25,7 @@
 #include "host/store/store_readiness.h"
 #include "host/survey/survey.h"
 
-/* key, and what the step is for */
+/* key and description of each step */
 #define DAY_STEPS_EACH(X)                                                    \
     X(LOOK, look, "inspect the mat after the landing and note observations") \
     X(SERIES, series, "name the series of landings")                         \
@@ -47,29 +47,29 @@ enum day_state { DAY_DONE, DAY_NEXT, DAY_LATER, DAY_SKIPPED, DAY_NOT_NEEDED };
 
 struct day_facts {
     int64_t now_us;
-    char serial[200], can[200]; /* the board's links; "": not known. "none": no CAN */
+    char serial[200], can[200]; /* of the board; "": not known; "none": no CAN */
     char series[80];            /* the newest; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
-    int state;     /* of enum mr_landing_state */
+    int state;     /* enum mr_landing_state */
     bool noted;    /* it has a note */
     int64_t today; /* landings armed since midnight, local time */
     /* the newest survey; 0: none */
     int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
     size_t survey_read, survey_of;
     char edges[16];
-    int64_t loaded_us; /* when a board was given it; 0: never */
+    int64_t loaded_us; /* when it was loaded into a board; 0: never */
     /* the newest advice since the newest landing; 0: none */
     int64_t advised_us;
     char advice[8];
     /* the newest check by `matrig ready` in the last 12 h; 0: none */
     int64_t ready_us;
     bool go, calibration_due;
-    char no_go[200]; /* the first reason; that of a calibration first */
-    /* a log runs since then */
+    char no_go[200]; /* first reason; a calibration comes first */
+    /* a log is running, since logging_since_us */
     bool logging;
     int64_t logging_since_us;
-    /* of this `day`, not of the campaign: since the newest landing */
+    /* since the newest landing; known to this `day` only, not stored in the campaign */
     int64_t calibrated_us;
     bool skipped[DAY_STEPS];
 };
@@ -92,7 +92,7 @@ static int64_t midnight_us(int64_t now_us)
     return (int64_t)mktime(&day) * 1000000;
 }
 
-/* The links of the newest log are used again. */
+/* Takes the links from the newest log. */
 static void read_links(struct store *store, struct day_facts *f)
 {
     struct store_session_row row = {0};
@@ -169,7 +169,7 @@ static void read_advice(struct store *store, struct day_facts *f)
     free(rows);
 }
 
-/* The first check that is a no-go, and whether it is one of calibrations. */
+/* Finds the first NO-GO, and whether a calibration is due; a calibration takes precedence. */
 static void read_checks(const char *checks, struct day_facts *f)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
@@ -206,14 +206,14 @@ static void read_ready(struct store *store, struct day_facts *f)
     free(row.checks);
 }
 
-/* All of it anew, but the links, and what is of this `day` unless another landing has come. */
+/* Reads all facts again. Keeps the links, and keeps the steps of this `day` until a new landing. */
 static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
 {
     const struct day_facts was = *f;
     *f = (struct day_facts){.now_us = now_us};
     memcpy(f->serial, was.serial, sizeof f->serial);
     memcpy(f->can, was.can, sizeof f->can);
-    /* the lock of the log first: a log that begins now is seen by the next reading */
+    /* The lock is read first: a log that begins during the reading is found by the next reading. */
     f->logging = store_is_logged(store);
     read_links(store, f);
     read_landings(store, f);
@@ -247,7 +247,7 @@ static const char *state_text(enum day_state state)
     return text[state];
 }
 
-/* A step's state without regard to the steps before it, and the reason. */
+/* Writes the reason of a step and returns its state. States here ignore earlier steps. */
 static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
@@ -386,7 +386,7 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
         plan->state[step] = of[step](f, plan->reason[step]);
         if (plan->state[step] == DAY_NEXT && f->skipped[step])
             plan->state[step] = DAY_SKIPPED;
-        /* while a log runs, the landing is next, whatever is open before it */
+        /* While a log runs, the landing is next, even if earlier steps are open. */
         if (plan->state[step] == DAY_NEXT && f->logging && step != DAY_LAND)
             plan->state[step] = DAY_LATER;
         if (plan->state[step] != DAY_NEXT)
@@ -418,10 +418,10 @@ struct day {
     struct day_facts facts;
     struct day_plan plan;
     bool operator_known, weight_asked;
-    struct error error; /* the last one; printed, then cleared */
+    struct error error; /* printed, then cleared */
 };
 
-/* A command line of matrig. The texts stay the caller's. */
+/* A command line of matrig. The caller owns the texts. */
 struct line {
     const char *words[WORDS]; /* [0]: the program */
     size_t count;
@@ -435,8 +435,8 @@ static void read_all_facts(struct day *day)
 
 /* ---- the keyboard ---- */
 
-/* A line, blanks around it apart. False: the end of the input. stdin has no buffer, so that a
- * command that is started reads on behind it. */
+/* Reads a line without surrounding blanks. False: end of input. stdin is unbuffered, so a
+ * command that the day starts can read the rest of the input. */
 static bool ask(const char *question, char *line, size_t size)
 {
     bool whole;
@@ -474,7 +474,7 @@ static void add(struct line *line, const char *word)
         line->words[line->count++] = word;
 }
 
-/* "--serial X", unless the value is empty. */
+/* Adds "--serial X"; adds nothing for an empty value. */
 static void add_option(struct line *line, const char *option, const char *value)
 {
     if (value && value[0]) {
@@ -490,7 +490,7 @@ static struct line line_of(const char *command, const char *word)
     return (struct line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 
-/* As a person would type it; the caller frees it. */
+/* The command line as a person would type it; the caller frees the text. */
 static char *line_text(const struct line *line)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
@@ -516,11 +516,12 @@ static void stay(int number)
     (void)number;
 }
 
-/* Runs it at this terminal until it ends; Ctrl-C ends it, not the day. True: it ended well. */
+/* Runs a command at this terminal until it ends. Ctrl-C ends the command, not the day. True:
+ * success. */
 static bool run(struct day *day, const struct line *line)
 {
     static const int streams[3] = {-1, -1, -1};
-    /* a handler: what is ignored would be ignored by the command, too */
+    /* A handler, because a command would inherit SIG_IGN. */
     const struct sigaction action = {.sa_handler = stay, .sa_flags = SA_RESTART};
     struct sigaction was;
     char *text = line_text(line);
@@ -542,7 +543,7 @@ static bool run(struct day *day, const struct line *line)
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/* False: the step asks first, or runs several commands. */
+/* False: the step needs questions first, or runs several commands. */
 static bool line_of_step(const struct day *day, enum day_step step, struct line *line)
 {
     static char landing[24], page[4200];
@@ -554,7 +555,7 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
         *line = line_of("show", db);
         add(line, landing);
         return true;
-    case DAY_SURVEY: /* the edges of the last one */
+    case DAY_SURVEY: /* with the edges of the last survey */
         *line = line_of("survey", db);
         add_option(line, "--edges", f->edges);
         return true;
@@ -587,7 +588,7 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
 
 /* ---- steps ---- */
 
-/* A link as it is written whole. False: it is none. */
+/* Takes a complete LINK. False: not valid. */
 static bool take_link(struct day *day, const char *given, enum link_kind kind, char into[200])
 {
     bool none = strcmp(given, NO_CAN) == 0 && kind == LINK_CAN;
@@ -615,8 +616,7 @@ static bool have_links(struct day *day)
             take_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
-/* Who does it: asked once a day. Commands that the day starts take it as their author, as from the
- * environment. */
+/* Asks for the operator once a day. Commands that the day starts read the name from USER. */
 static bool know_operator(struct day *day)
 {
     char question[140], name[64];
@@ -639,7 +639,7 @@ static bool know_operator(struct day *day)
     return true;
 }
 
-/* A landing's weight is that of the day's landings before it; else it is asked for, once. */
+/* Takes the weight from an earlier landing of the day; otherwise asks for the weight once. */
 static bool know_weight(struct day *day)
 {
     struct store_landing landing;
@@ -672,7 +672,8 @@ static bool know_weight(struct day *day)
     return true;
 }
 
-/* What the report's truth needs of a wave: where it was, and how many panels it spans. */
+/* Asks for the station and the number of panels of each wave: the report needs both as ground
+ * truth. */
 static bool note_waves(struct day *day)
 {
     char run_text[24], station[40], panels[40];
@@ -836,7 +837,7 @@ static int guide(struct day *day)
                  sizeof key) ||
             key[0] == 'q')
             break;
-        read_all_facts(day); /* it may have waited for an hour */
+        read_all_facts(day); /* the prompt may have waited for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             take_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
@@ -874,7 +875,7 @@ static int show(const struct day *day)
     return answer_show(day->cli, answer, 0);
 }
 
-/* A mistyped name is no new campaign. */
+/* Asks before a new campaign is created: the name may be mistyped. */
 static bool is_meant(const char *db)
 {
     struct stat there;

@@ -1,4 +1,4 @@
-/* matrig export: one landing for other tools. */
+/* matrig export: one landing in the formats of other tools. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,8 +57,8 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             unit_of(UNIT_TENSION, si)->text);
 }
 
-/* What a reading is worth (common/channels.h), for each channel: of one reading at its peak, and of
- * the peak itself. */
+/* Standard error for each channel (common/channels.h): of one reading at the peak, and of the
+ * peak. */
 static void csv_errors(const struct measured *measured, const struct measured_channel **channels,
                        size_t count, bool si, FILE *out)
 {
@@ -79,7 +79,7 @@ static void csv_cell(FILE *out, double value, int digits)
 {
     if (isnan(value))
         fputc(',', out);
-    else /* no "-0.000": read again, zero has no sign */
+    else /* no "-0.000" */
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
@@ -190,8 +190,8 @@ struct request {
     uint16_t can_base;
 };
 
-/* Made in memory first: what cannot be exported leaves the file as it was. `store`: NULL for the
- * message catalogue, which is of no landing. */
+/* Builds the export in memory first, so that a failed export leaves the old file unchanged.
+ * `store` is NULL for the message catalogue, which belongs to no landing. */
 static void write_out(struct store *store, int64_t run, const struct request *r,
                       const struct cli *cli, long *rows)
 {
@@ -213,7 +213,7 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
     free(text);
 }
 
-/* The format that an ending says; NULL: none. */
+/* Format by file extension; NULL: none. */
 static const char *format_of(const char *path)
 {
     static const char *const endings[][2] = {
@@ -229,7 +229,7 @@ static const char *format_of(const char *path)
     return NULL;
 }
 
-/* Given, or the ending's; never both and different. frames are a table, too. */
+/* --format, or the file extension; refused if the two differ. Film frames are CSV as well. */
 static void find_format(struct request *r)
 {
     const char *ending = format_of(r->path);
@@ -243,7 +243,7 @@ static void find_format(struct request *r)
                   r->path, r->format);
 }
 
-/* DB RUN for every format but dbc. */
+/* Every format but dbc needs DB RUN. */
 static void check_operands(const struct request *r, bool dbc, const char *const words[2])
 {
     if (!r->format)

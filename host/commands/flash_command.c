@@ -1,5 +1,5 @@
-/* matrig flash: asks a board into its chip's boot ROM, has stm32flash program it, and checks that
- * it runs the image. */
+/* matrig flash: restarts a board into its chip's boot ROM, runs stm32flash to program it, and
+ * checks that the board runs the image. */
 #include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
@@ -21,42 +21,43 @@
 
 #define BAUD_LEAST    9600.0
 #define BAUD_MOST     460800.0
-#define HELLO_S       2.5 /* it comes once a second */
+#define HELLO_S       2.5 /* the board sends a hello once a second */
 #define HELLO_ASKED_S 6.0
 #define ORDER_S       3.0
-#define BOARD_S       1.0    /* told right behind it; an old one says it a second later */
-#define RESTART_MS    200    /* 50 until it leaves, and what a reset takes */
-#define ROM_BAUD      115200 /* the boot ROM promises no more: AN3155 */
+#define BOARD_S       1.0    /* sent after the hello; 1 s later by older firmware */
+#define RESTART_MS    200    /* 50 ms until the board resets, plus the reset */
+#define ROM_BAUD      115200 /* the highest rate that AN3155 guarantees */
 #define CHIP_TRIES    3u
 #define SAID_MAX      2048u
 #define WORDS_MAX     16u
-#define NOT_FOUND     127 /* exit code of a program that is not there */
+#define NOT_FOUND     127 /* exit code: program not found */
 
 struct session {
     const struct cli *cli;
     const char *spec;
     const char *tty; /* the port's path, which stm32flash opens itself */
-    bool pts;        /* a pseudo-terminal, which keeps no parity */
+    bool pts;        /* a pseudo-terminal has no parity */
     bool force;
     int64_t baud;
     struct imagefile image;
-    unsigned chip; /* that the image is for */
+    unsigned chip; /* that the image is built for */
     struct dialogue *dialogue;
     bool same, runs;
 };
 
 /* ---- stm32flash ---- */
 
-/* A board in its chip's boot ROM, programmed by stm32flash (Debian's package), which talks AN3155
- * with it.
+/* Programs a board in its chip's boot ROM with stm32flash (Debian's package), which uses the
+ * protocol of AN3155.
  *
- * An image goes into flash in parts: first sector 0 gets a few instructions that start the boot
- * ROM, then the program is written, at last vectors and header. A board that loses its power or its
- * cable in between starts into the boot ROM, and the whole is done again. stm32flash reads each
- * part back and erases its sectors alone, so the configuration is kept. */
+ * The image is written in parts. Sector 0 first gets a few instructions that start the boot ROM;
+ * then the program is written, and vectors and header last. If power or cable fail in between,
+ * the board starts into the boot ROM and the user flashes it again. stm32flash verifies each
+ * part and erases only the sectors of that part, so the configuration is kept. */
 
-/* Vectors and code for sector 0 while the program is not whole: from any reset to the boot ROM,
- * with its stack pointer and entry from 0x1FFF0000 (AN2606), as firmware/f407/board.c goes there.
+/* Vectors and code for sector 0 while the program is incomplete. Every reset then enters the boot
+ * ROM with the stack pointer and entry from 0x1FFF0000 (AN2606), like firmware/f407/board.c.
+ *
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
 static const uint8_t detour[24] = {
     0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
@@ -65,13 +66,13 @@ static const uint8_t detour[24] = {
 
 struct part {
     const char *name;
-    uint32_t at; /* from MR_FLASH on */
+    uint32_t at; /* offset from MR_FLASH */
     const uint8_t *bytes;
     size_t count;
-    bool start; /* start the program afterwards */
+    bool start; /* then start the program */
 };
 
-/* The newest `(42.00%)` of what it has said. */
+/* Shows the newest percentage in the output of stm32flash, such as `(42.00%)`. */
 static void show(const struct session *to, const char *part, const char *said)
 {
     const char *percent = strrchr(said, '(');
@@ -81,7 +82,7 @@ static void show(const struct session *to, const char *part, const char *said)
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
-/* What it says until it ends; of more than there is room for, the newest. */
+/* Reads the output of stm32flash until it ends; keeps the newest part if there is too much. */
 static void listen(const struct session *to, int fd, const char *part, char said[SAID_MAX])
 {
     size_t length = 0;
@@ -109,8 +110,8 @@ static void last_line(char *said, char line[120])
     snprintf(line, 120, "%s", said + start);
 }
 
-/* Runs stm32flash with these words between its own and the port. MR_LIMIT, without setting `error`:
- * it failed, and said why in `said`. */
+/* Runs stm32flash with these arguments. MR_LIMIT: stm32flash failed; `said` has its output and
+ * `error` is not set. */
 static enum mr_status run(const struct session *to, const char *const words[], const char *part,
                           char said[SAID_MAX], struct error *error)
 {
@@ -143,11 +144,11 @@ static enum mr_status run(const struct session *to, const char *const words[], c
     return status == 0 ? MR_OK : MR_LIMIT;
 }
 
-/* The id of the chip whose boot ROM answers. MR_TIMEOUT: none does; MR_IO: no stm32flash. */
+/* Id of the chip whose boot ROM answers. MR_TIMEOUT: no answer; MR_IO: stm32flash is missing. */
 static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, struct error *error)
 {
     char said[SAID_MAX], why[120];
-    /* What the firmware still sends when it restarts into the boot ROM can spoil the first try. */
+    /* The firmware may still be sending while it restarts, which can spoil the first try. */
     for (unsigned try = 0; try < CHIP_TRIES; try++) {
         enum mr_status status = run(to, (const char *const[]){NULL}, "boot ROM", said, error);
         const char *id = strstr(said, "Device ID");
@@ -185,7 +186,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
         part->name, at, to->spec, why);
 }
 
-/* From `from` to the last byte before `to` that the image gives. False: none. */
+/* Bytes of the image from `from` to the last one before `to`. False: none. */
 static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, struct part *part)
 {
     while (to > from && !image->given[to - 1])
@@ -196,7 +197,7 @@ static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, st
     return to > from;
 }
 
-/* Programs the image, reads it back and starts it. MR_IO. */
+/* Programs the image, verifies it and starts it. MR_IO: failed. */
 static enum mr_status stm32flash_program(const struct session *to, struct error *error)
 {
     static const char *const files[] = {"part.bin"};
@@ -244,7 +245,7 @@ static void order_into_rom(struct session *session)
     (void)poll(NULL, 0, RESTART_MS);
 }
 
-/* Who runs. False: nobody says. */
+/* Waits for the firmware's hello. False: no hello. */
 static bool receive_firmware(struct session *session, double within_s)
 {
     dialogue_reset(session->dialogue);
@@ -260,7 +261,7 @@ static const char *name_of(unsigned board)
     return known ? known->name : "a board unknown to this matrig";
 }
 
-/* The board that runs says which it is; an image for another has other pins. */
+/* Refuses an image for another board: its pins differ. */
 static void check_board(struct session *session)
 {
     struct identity *identity = &session->dialogue->identity;
@@ -274,7 +275,7 @@ static void check_board(struct session *session)
                   name_of(identity->board), name_of(session->image.header.board), session->spec);
 }
 
-/* The firmware that runs, if any, is asked who it is and to give way. */
+/* Identifies the running firmware, if any, and restarts it into the boot ROM. */
 static void identify_firmware(struct session *session)
 {
     char why[200];
@@ -294,7 +295,7 @@ static void identify_firmware(struct session *session)
     order_into_rom(session);
 }
 
-/* ---- out of it ---- */
+/* ---- back to the firmware ---- */
 
 static void compare(struct session *session)
 {
@@ -348,7 +349,7 @@ static enum mr_status program(struct session *session, const char *tty, struct e
 
 /* ---- the result ---- */
 
-/* What the file says of itself; null without its header. */
+/* The header of the image; null without one. */
 static void image_answer(const struct imagefile *image, struct answer *answer)
 {
     const struct mr_image *header = &image->header;
@@ -383,7 +384,7 @@ static void result_answer(const struct session *session, bool already, struct an
                                  : "started");
 }
 
-/* With the firmware, with the boot ROM, and with the firmware again: one program has the port. */
+/* Closes the dialogue before stm32flash runs: only one program can use the port. */
 static int flash(struct session *session)
 {
     char tty[TTY_PATH_MAX];
@@ -407,7 +408,7 @@ static int flash(struct session *session)
     return answer_show(session->cli, answer, 0);
 }
 
-/* Which chip the image is for. */
+/* The chip that the image is for. */
 static unsigned chip_of(const struct imagefile *image)
 {
     const struct mr_board *board = mr_board_of(image->header.board);

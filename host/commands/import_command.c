@@ -1,4 +1,4 @@
-/* matrig import: what other programs wrote, into the campaign. */
+/* matrig import: copies data of other programs into the campaign. */
 #include <stdio.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 #include "host/exchange/import.h"
 #include "host/link/link.h"
 
-/* For people: the landings that came of it. */
+/* Prints the imported landings. */
 static enum mr_status landings_answer(struct store *store, const struct import_result *result,
                                       struct answer *answer, struct error *error)
 {
@@ -88,8 +88,8 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
     return status;
 }
 
-/* Another instrument's readings are read whole before a campaign is opened, let alone written; a
- * log is looked into. */
+/* Reads another instrument's readings completely before a campaign is opened. Only checks a
+ * candump log. */
 static enum mr_status read_readings(const struct textfile *file,
                                     const struct import_request *request, struct mapping *mapping,
                                     struct import_result *result, struct error *error)
@@ -101,7 +101,7 @@ static enum mr_status read_readings(const struct textfile *file,
                                        &result->rows, &result->verdict, error);
 }
 
-/* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
+/* Imports the data and records its source. If a log breaks a rule, the part before is kept. */
 static enum mr_status import(struct store *store, const struct textfile *file,
                              const struct import_request *request, struct mapping *mapping,
                              struct store_import *row, bool again, struct import_result *result,
@@ -126,7 +126,7 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     return status;
 }
 
-/* Which kind of file, and what is to be said of it. */
+/* Determines the kind of file, and records name, size and checksum. */
 static enum mr_status describe(const struct textfile *file, const struct import_request *request,
                                const char *map, struct mapping *mapping, struct store_import *row,
                                struct error *error)

@@ -17,8 +17,8 @@
 #include "host/store/store_journal.h"
 #include "host/survey/survey.h"
 
-/* What can be corrected: texts, or numbers within limits. The standard series' model of an aircraft
- * weighs 1300 lb, the pilot study's 500, a C-5 at this scale up to 2250. */
+/* Fields that can be corrected: text, or numbers within limits. An aircraft model weighs 1300 lb
+ * in the standard series, 500 in the pilot study, up to 2250 as a C-5 at this scale. */
 static const struct field {
     const char *name;
     bool number;
@@ -103,7 +103,8 @@ static void begin_series(const struct request *r, struct store *store)
     store_series_add(store, &series, fatal);
 }
 
-/* Its landings belong to the one before it, then; those that were put into it, to none. */
+/* The series' landings then belong to the previous series. Landings that were assigned to it by
+ * a correction belong to none. */
 static void withdraw_series(const struct request *r, struct store *store)
 {
     struct store_withdrawal row = {.kind = "series", .made_us = (int64_t)link_now_us()};
@@ -176,8 +177,8 @@ static void refuse_field(const char *said)
               said, text, text[0] ? "" : ";");
 }
 
-/* The campaign keeps it in the field's own unit: as typed, or converted in as many digits as say
- * the same again. */
+/* Stores the number in the field's own unit: as typed, or converted with enough digits to be
+ * exact. */
 static void correct_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
@@ -227,7 +228,8 @@ static void correct(const struct request *r, struct store *store)
     change(r, store, field->name, field->number ? number : value + 1);
 }
 
-/* Nobody saw a wave after the mat was at rest: 300 s are 3.00 s, or another landing's. */
+/* A wave later than the end of the record is a typing error (300 s for 3.00 s) or the wrong
+ * landing. */
 static void check_time(const struct request *r, struct store *store)
 {
     struct measured measured;

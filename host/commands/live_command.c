@@ -1,4 +1,4 @@
-/* matrig live: watch a board through the campaign database that a running matrig log writes. */
+/* matrig live: shows a board through the campaign database that a running matrig log writes. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -12,8 +12,8 @@
 #include "host/live/server.h"
 #include "host/store/store.h"
 
-#define LOOK_MS       25 /* between two looks into the database */
-/* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
+#define LOOK_MS       25 /* between two polls of the database */
+/* frames logged earlier that are shown at the start: ten seconds of a landing, minutes of idling */
 #define FIRST_FRAMES  30000
 #define FRAMES_A_TURN 2000
 #define SESSION_LINKS 200
@@ -23,7 +23,7 @@ struct watch {
     struct store *store;
     struct store_follow_place place;
     int64_t session;
-    struct store_session_row links; /* of the session */
+    struct store_session_row links; /* links of the session */
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
@@ -52,7 +52,7 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
         live_hub_record(watch->hub, &block, host_us);
 }
 
-/* What has come since the last look. */
+/* Reads new frames and records, and the links of a new session. */
 static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 {
     const struct store_follower follower = {take_frame, take_record, watch};
@@ -80,7 +80,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
     return status;
 }
 
-/* Until a signal. */
+/* Runs until a signal. */
 static enum mr_status run(struct watch *watch, struct error *error)
 {
     sigset_t set;

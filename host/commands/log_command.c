@@ -1,4 +1,4 @@
-/* matrig log: collect landings from a board into a campaign database. */
+/* matrig log: records landings from a board in a campaign database. */
 #include <errno.h>
 #include <math.h>
 #include <poll.h>
@@ -16,16 +16,15 @@
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
 
-#define CLOCK_JUMP_US  50000   /* within a turn; one that is slewed goes 500 ppm of it */
-#define TURN_US        250000u /* what is due is looked for at least this often */
-#define TRANSACTION_US 40000u  /* the same while something waits to be committed */
-#define LOCKED_MS      20      /* between two tries to begin the session */
-#define AWAY_S         3600.0  /* a cable that is off between two landings ends no day of logging */
-#define AWAY_LOOK_MS   250     /* a device that is not there yet is looked for so often */
+#define CLOCK_JUMP_US  50000   /* within a turn; slewing by NTP stays below 500 ppm */
+#define TURN_US        250000u /* longest time between two checks for due work */
+#define TRANSACTION_US 40000u  /* the same while a commit is pending */
+#define LOCKED_MS      20      /* between two attempts to begin the session */
+#define AWAY_S         3600.0  /* a cable unplugged between landings must not end the log */
+#define AWAY_LOOK_MS   250     /* between two attempts to open a missing device */
 
-/* The time of day is this computer's, which somebody, or NTP, may set while it is logging.
- * Deadlines go by the monotonic clock; what has been stamped keeps its stamp, and the campaign says
- * from when on stamps are others. */
+/* The user or NTP may set this computer's clock during logging. Deadlines use the monotonic
+ * clock. Existing stamps stay as they are; the campaign records when the clock changed. */
 static void watch_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)link_clock_ahead_us();
@@ -37,7 +36,7 @@ static void watch_clock(struct logger *logger)
              "the clock of this computer was changed by %+.3f s: times of day before and after the "
              "change differ by that",
              (double)jump_us / 1e6);
-    /* Behind what was stamped before; one link brings the event. */
+    /* Queued behind the data stamped earlier. Only one link carries the size of the jump. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool told = link > 0 && logger->open[0];
         if (logger->open[link])
@@ -45,13 +44,13 @@ static void watch_clock(struct logger *logger)
     }
 }
 
-/* The campaign takes nothing for now. */
+/* True: the campaign is locked and accepts no data. */
 static bool is_held(const struct logger *logger)
 {
     return monotonic_us() < logger->again_us;
 }
 
-/* How long nothing is due. */
+/* Time until something is due. */
 static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
 {
     uint64_t now_us = monotonic_us(), until_us = now_us + TURN_US;
@@ -66,7 +65,7 @@ static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
     return until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
 }
 
-/* Waits until something is in a queue, a recording is readable, a signal or a deadline. */
+/* Waits for a queue, a recording, a signal, a typed line or a deadline. */
 static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t deadline_us,
                                     bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
@@ -102,7 +101,7 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     return MR_OK;
 }
 
-/* What has come, and what is due of it: into the campaign, and to the user. */
+/* Stores received data, commits if due, and prints landings and silent links. */
 static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS],
                                  struct error *error)
 {
@@ -173,7 +172,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
     return status;
 }
 
-/* The session begins, when the campaign takes it: what comes meanwhile waits. */
+/* Begins the session as soon as the campaign accepts it; received data waits in the queues. */
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
@@ -181,7 +180,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
-        /* nothing has been logged yet: whoever started it is there and can do something */
+        /* only a lock is worth waiting for: the user is still present and can correct the rest */
         if (refused != STORE_LOCKED)
             return status;
         watch_refused(&logger->watch, refused, error->text);
@@ -192,7 +191,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
     }
 }
 
-/* The queues are as they are: what is read from now on is kept. */
+/* Opens a reader for each link. Received data is kept from here on. */
 static enum mr_status open_readers(struct logger *logger, struct error *error)
 {
     logger->news = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -217,14 +216,13 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
         return status;
     if (logger->live.hub)
         collector_listen(logger->collector, &logger->live.listener);
-    /* The session is in the campaign before anything else: a transaction that fails later leaves it
-     * there. */
+    /* Commits the session first, so that it survives a transaction that fails later. */
     status = logger_commit(logger, error);
     logger_hasty(logger, true);
     if (status == MR_OK)
         status = collect(logger, signals, for_s, error);
-    /* Whatever went wrong, what was received stays, and the session is closed if the database still
-     * takes it. */
+    /* After an error, received data is still stored, and the session is closed if the database
+     * accepts it. */
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
@@ -266,7 +264,7 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
         .no_commands = listens ? "matrig log was started with --listen, so it sends no commands"
                                : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
-    if (status == MR_OK) { /* also with --quiet: nobody could guess it */
+    if (status == MR_OK) { /* even with --quiet: the port cannot be guessed */
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
         fflush(stderr);
     }
@@ -287,7 +285,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
     bool waits = !isnan(logger->wait_s) && link_device_returns(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
     enum mr_status status;
-    /* who asks for no wait is told at once of a device that is not there: it may be a slip */
+    /* without --wait a missing device is an error at once: the name may be mistyped */
     while ((status = link_open(spec, (enum link_kind)link, &logger->link[link], error)) == MR_IO &&
            waits && !ends && monotonic_us() < until_us) {
         if (!told)
@@ -302,8 +300,8 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
     return status;
 }
 
-/* An existing database is checked before any link is opened; a new one is made only once the links
- * are open. */
+/* Checks an existing database before opening any link; creates a new database only after opening
+ * the links. */
 static enum mr_status open_all(struct logger *logger, int signals, const char *can,
                                const char *serial, const char *db, const char *live,
                                struct error *error)
@@ -321,7 +319,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
         status = open_link(logger, LINK_SERIAL, serial, signals, error);
     if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
-        if (status == MR_OK) /* a log asks nobody: it records */
+        if (status == MR_OK) /* without a question: a log must start unattended */
             cli_note(logger->cli, "a new campaign: %s", db);
     }
     return status;
@@ -330,7 +328,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
 static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
-    watch_call(&logger->watch, true); /* the journal is written back */
+    watch_call(&logger->watch, true); /* closing writes the journal back */
     bool closed = logger_close_store(logger);
     watch_call(&logger->watch, false);
     watch_close(&logger->watch);
@@ -366,11 +364,11 @@ static int log_command(int argc, char **argv, const struct cli *cli)
             "both --listen and --commands: matrig log; --listen sends nothing, leave one out");
     output_check(r.page, r.db, fatal);
 
-    /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
+    /* signalfd: a signal between a check and a wait is not lost. */
     sigset_t set;
     cli_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
-    signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
+    signal(SIGPIPE, SIG_IGN); /* logging continues when the reader of the summary exits */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
     struct logger logger = {.cli = cli,

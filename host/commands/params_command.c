@@ -1,4 +1,4 @@
-/* matrig params: readings of section 3.4 to scene parameters. */
+/* matrig params: converts readings of section 3.4 to scene parameters. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,12 +17,12 @@
 #define PARAMETERS_MAX 16
 
 struct found {
-    const char *key; /* of the scene */
+    const char *key; /* scene key */
     const char *unit;
     char from[PUSH_REASON];
     struct estimate estimate;
-    double low, high; /* 95 %; NaN: 1.96 errors either side */
-    bool given;       /* told, not measured: without an error */
+    double low, high; /* limits of 95 %; NaN: 1.96 standard errors */
+    bool given;       /* given, not measured: no error */
 };
 
 struct params_request {
@@ -34,7 +34,7 @@ struct params_request {
 
 struct reader {
     const char *path;
-    const char *test; /* "inertia", and its object */
+    const char *test; /* "inertia", with the name of its object */
     const json_t *readings;
     struct found parameters[PARAMETERS_MAX];
     size_t count;
@@ -46,7 +46,7 @@ struct push {
     struct push_ground ground;
 };
 
-/* No more than PARAMETERS_MAX. */
+/* Adds at most PARAMETERS_MAX. */
 static struct found *add(struct reader *r, const char *key, const char *unit, const char *from,
                          struct estimate estimate)
 {
@@ -73,11 +73,11 @@ static const struct found *find(const struct reader *r, const char *key)
 /* ---- push tests ---- */
 
 #define Z_95            1.96
-/* What a scene takes: a share that springs back is above 0. */
+/* Limits of the scene keys; the unloading share must be above 0. */
 #define UNLOADING_LEAST 0.01
 #define AXLE_LAW_MOST   2.0
 
-/* A value that the scene takes, with its interval cut to what it takes. */
+/* Adds a value, with value and interval clamped to the limits of the scene key. */
 static void add_value(struct reader *r, const char *key, const char *unit,
                       const struct push_told *told, double least, double most)
 {
@@ -110,7 +110,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
     add_value(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.of.value))
-        return; /* the other keys mean nothing without it */
+        return; /* the other keys need an elastic law */
     add_value(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_value(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
     add_value(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);
@@ -120,7 +120,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
         ->given = true;
 }
 
-/* Up at the zero, and along the limit where it slid. */
+/* Vertical at the zero, then along the limit if the mat slid. */
 static void plot_rigid(struct plot *plot, const struct push_series *series,
                        const struct push_fit *fit)
 {
@@ -177,7 +177,8 @@ static void push_plot(const struct params_request *request, const struct push *p
 
 /* ---- readings ---- */
 
-/* In the unit that the reading's name ends with, or as text with its own; NaN: neither. */
+/* A bare number is in the unit at the end of the reading's name; a text has its own unit. NaN:
+ * neither. */
 static double number_of(const char *name, const json_t *value)
 {
     double number;
@@ -191,7 +192,7 @@ static bool has(const struct reader *r, const char *name)
     return json_object_get(r->readings, name) != NULL;
 }
 
-/* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}. */
+/* A reading: a number (exact), {"value", "error"}, or {"readings": [...], "error"}. */
 static struct estimate take(struct reader *r, const char *name)
 {
     const json_t *value = json_object_get(r->readings, name),
@@ -219,7 +220,8 @@ static struct estimate take(struct reader *r, const char *name)
     return (struct estimate){1.0, 0.0};
 }
 
-/* A law of two lists of numbers that are pairs, the first ones times `factor`. */
+/* A spring law from two lists that form pairs; values of the first list are multiplied by
+ * `factor`. */
 static struct params_spring take_spring(struct reader *r, const char *x_name, double factor,
                                         const char *y_name, const char *y_unit)
 {
@@ -261,7 +263,7 @@ static void read_inertia(struct reader *r)
     add(r, "I", "slug ft2", "period on two cords", params_inertia(weight, spacing, cord, period));
 }
 
-/* Either the slope itself, or forces and stretches of a strip. */
+/* Either the slope, or forces and stretches of a strip. */
 static void read_tension(struct reader *r)
 {
     struct estimate joint = take(r, "joint_in"), slope;
@@ -270,7 +272,7 @@ static void read_tension(struct reader *r)
     } else {
         struct estimate strip = take(r, "strip_in");
         struct params_spring spring = take_spring(r, "stretch_in", 1.0, "force_lb", "lb");
-        slope = params_friction(spring.k, strip); /* a quotient */
+        slope = params_friction(spring.k, strip); /* computes a quotient */
     }
     add(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
 }
@@ -297,7 +299,7 @@ static void read_hinge(struct reader *r)
                   "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
                   "+- %.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
-    tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
+    tad.value = fmax(0.0, tad.value); /* can be negative by less than its error */
     add(r, "KT", "ft lb/rad", "slope of moment against angle",
         params_hinge_stiffness(spring.k, wider));
     add(r, "TAD_deg", "deg", "angle without moment", tad);
@@ -320,7 +322,7 @@ static void read_deflection(struct reader *r)
 static const struct test {
     const char *name;
     void (*read)(struct reader *r);
-    const char *names; /* that it may hold */
+    const char *names; /* allowed reading names */
 } tests[] = {
     {"inertia", read_inertia, " weight_lb spacing_ft cord_ft period_s "},
     {"tension", read_tension, " joint_in slope_lb_in_in strip_in force_lb stretch_in "},
@@ -329,7 +331,7 @@ static const struct test {
     {"deflection", read_deflection, " load_lb deflection_in mats "},
 };
 
-/* A misspelt name would be left out in silence: refuse it. */
+/* Refuses unknown names: a misspelt reading would be ignored otherwise. */
 static void read_test(struct reader *r, const char *name, const json_t *readings)
 {
     const struct test *test = NULL;
@@ -378,9 +380,9 @@ static void read_file(struct reader *r)
     json_decref(root);
 }
 
-/* ---- what they gave ---- */
+/* ---- results ---- */
 
-/* Scene keys with the errors in comment keys. */
+/* Scene keys; their errors are in comment keys. */
 static json_t *scene_of(const struct reader *r)
 {
     json_t *scene = json_object();
@@ -405,7 +407,7 @@ static json_t *scene_of(const struct reader *r)
 
 static void add_found(struct answer *answer, const struct found *p)
 {
-    bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
+    bool known = p->estimate.error > 0.0; /* 0: the error was not given */
     char error[32] = "error unknown", interval[60] = "";
     if (p->given)
         error[0] = '\0';
@@ -442,7 +444,7 @@ static struct answer *answer_of(const struct reader *r, json_t *scene, const str
     return answer;
 }
 
-/* Before anything is read: files that would be written over. */
+/* Refuses outputs that would overwrite files, before anything is read. */
 static void check_outputs(const struct params_request *r, const char *path)
 {
     if ((r->plot_path || r->mats > 0) && !r->push_path)

@@ -18,12 +18,12 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-/* of campaign, links and talk; the last order and saving take the rest of 20 s */
+/* for campaign, links and dialogue; the last order and saving need the rest of 20 s */
 #define LIMIT_S   16.0
-#define CHECK_S   1.5 /* of going through the campaign */
-#define BUSY_S    0.4 /* for another program that writes to it */
+#define CHECK_S   1.5 /* for reading the campaign */
+#define BUSY_S    0.4 /* wait for another program that writes to the campaign */
 #define S_PER_DAY 86400
-#define LIVE_S    30 /* a board whose host went away is quiet again after that */
+#define LIVE_S    30 /* the board stops live readings after that time, even if the host is gone */
 #define RENEW_S   5.0
 #define WALK_S    600.0
 
@@ -33,7 +33,7 @@ struct request {
     bool walk;
 };
 
-/* ---- what the campaign and this computer say ---- */
+/* ---- facts of campaign and computer ---- */
 
 static struct store *open_campaign(const struct request *request, struct ready_facts *f)
 {
@@ -76,7 +76,7 @@ static int show(const struct cli *cli, const char *kind, const struct ready_repo
 
 /* ---- ready ---- */
 
-/* The spans that the last check of this board kept. */
+/* The shunt spans stored by the last check of this board. */
 static void take_spans(const char *checks, float span_lb[MR_GAGES])
 {
     json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
@@ -88,7 +88,7 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
     json_decref(object);
 }
 
-/* What this board was at its last landing and its last shunt calibration; its certificates. */
+/* Facts of this board at its last landing and last shunt calibration, and its certificates. */
 static void check_recent(struct store *store, struct ready_facts *f)
 {
     char uid[IDENTITY_UID_TEXT];
@@ -116,8 +116,8 @@ static void check_recent(struct store *store, struct ready_facts *f)
     certificates_read(store, uid, &f->certificates, fatal);
 }
 
-/* `kind`: "ready" or "walk"; `shunts` NULL: of a walk. The row of table readiness: {"checks":
- * [...], "spans_lb": [...]}. */
+/* Adds a row to table readiness: {"checks": [...], "spans_lb": [...]}. `kind`: "ready" or
+ * "walk"; `shunts` is NULL for a walk. */
 static void save(struct store *store, const struct identity *identity, const char *kind,
                  const struct ready_report *report, const struct shunts *shunts, int64_t made_us)
 {
@@ -171,10 +171,10 @@ static void note_signal(int number)
 struct walking {
     const struct request *request;
     struct walk walk;
-    uint32_t newest_clock; /* of the board, ms */
+    uint32_t newest_clock; /* clock of the board, ms */
 };
 
-/* One line for each that answers. */
+/* One line for each switch or gage that responds. */
 static void print_answer(const struct walking *w, enum walk_kind kind)
 {
     const struct walk_answer *a = &w->walk.answer[kind][w->walk.count[kind] - 1];
@@ -221,7 +221,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
 static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, struct error *error)
 {
     double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
-    /* of the board: one that is emulated is faster than the clock on the wall */
+    /* Board time: an emulated board can run faster than real time. */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
     while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
@@ -233,7 +233,7 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
         if (status == MR_OK)
             status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
     }
-    if (status == MR_CLOSED) { /* what was seen until then counts */
+    if (status == MR_CLOSED) { /* answers until then count */
         *error = (struct error){0};
         return MR_OK;
     }
@@ -269,7 +269,8 @@ static int walk(const struct request *request, struct ready_facts *f)
 
 /* ---- the command line ---- */
 
-/* Eight hexadecimal digits, or a file of `matrig board config get`. */
+/* Parses a CRC of eight hexadecimal digits, or loads a file written by `matrig board config
+ * get`. */
 static void expected(const char *text, struct ready_facts *facts)
 {
     static struct mr_config config;

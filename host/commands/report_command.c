@@ -1,4 +1,4 @@
-/* matrig report: the campaign as one page, with plots. */
+/* matrig report: the campaign as one page with plots. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +43,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (report.run)
         store_refuse_void(report.store, report.run, r.voided, fatal);
     report_begin(&report, r.voided, fatal);
-    /* nothing is written unless all of it could be made */
+    /* written only when complete */
     output_begin(&output, r.path, fatal);
     page_write(&report, output.file, fatal);
     output_end(&output, fatal);

@@ -1,4 +1,4 @@
-/* matrig scale: quantities, scene files and study files between model and prototype. */
+/* matrig scale: converts quantities, scene files and study files between model and prototype. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,9 +15,9 @@
 #define WORDS_MAX 32
 
 struct request {
-    bool modulus, to_model, force; /* modulus: kept, else density */
+    bool modulus, to_model, force; /* modulus: modulus kept; else density kept */
     double n;
-    const char *to, *keep; /* as they were given; NULL: not */
+    const char *to, *keep; /* as typed; NULL: not given */
     const char *output_path;
     const char *words[WORDS_MAX];
     size_t count;
@@ -32,10 +32,10 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     request->modulus = request->keep && strcmp(request->keep, "modulus") == 0;
 }
 
-/* Similitude: by what power of the length scale n, in halves, prototype / model, a value in this
- * unit changes. Lengths change by n, times by sqrt(n) (gravity is the same), forces by n^3 when the
- * materials' density is kept (the 1/7 model: Table 2.2) or by n^2 when their stiffness is (the
- * pilot model: Table B.2). Everything else follows from its dimensions. */
+/* Similitude: the exponent of the length scale n, in halves, for the ratio prototype / model of
+ * a value in this unit. Length scales with n and time with sqrt(n), as gravity is equal. Force
+ * scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with n^2
+ * if their stiffness is kept (the pilot model: Table B.2). All else follows from the dimensions. */
 static int half_powers(const struct request *request, const char *unit)
 {
     int powers[3]; /* of force, length, time */
@@ -43,17 +43,17 @@ static int half_powers(const struct request *request, const char *unit)
     return (request->modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
 }
 
-/* What a value in this unit is multiplied by. */
+/* The factor for a value in this unit. */
 static double factor_of(const struct request *request, const char *unit)
 {
     double ratio = pow(request->n, 0.5 * half_powers(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
-/* What every answer begins with, for programs. */
+/* The common start of every answer, for the JSON. */
 static struct answer *scale_answer(const struct request *request)
 {
-    struct answer *answer = answer_new(false); /* scene keys have their units */
+    struct answer *answer = answer_new(false); /* false: scene keys have fixed units */
     answer_words(answer, "keep", NULL, request->modulus ? "modulus" : "density");
     answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
     answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
@@ -116,7 +116,7 @@ static void power_text(int half_powers, char text[16])
         snprintf(text, 16, "%sn%s", half_powers < 0 ? "1/" : "", number);
 }
 
-/* Without words: every ratio. */
+/* Without arguments: shows every ratio. */
 static int show_ratios(const struct request *request, const struct cli *cli)
 {
     struct answer *answer = scale_answer(request);
@@ -160,7 +160,7 @@ static void read_value(const char *word, struct value *value)
                   meant->symbol, meant->name);
     if (!value->quantity)
         error_set(fatal, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
-    /* "108", or with a unit: "24.5kN", "24.5 kN"; in the quantity's own unit */
+    /* "108", in the quantity's own unit, or with a unit: "24.5kN", "24.5 kN" */
     const char *own = value->quantity->unit;
     quantity_read(equals + 1, name, own, NULL, &value->from, fatal);
     if (fabs(value->from) > 1e30)
@@ -198,13 +198,13 @@ static int scale_values(const struct request *request, const struct cli *cli)
 
 /* ---- scene and study files ---- */
 
-/* A number in `unit`, or text with its own, on the other side; lists of them; what is neither stays
- * for the reader to refuse. */
+/* Scales a number in `unit`, a text with its own unit, or a list of these. Other values are
+ * copied, so that the loader refuses them. */
 static json_t *scaled(const struct request *request, const json_t *value, const char *unit)
 {
     double number;
     struct quantity_wrong wrong;
-    if (!quantity_kind_of(unit)) /* a number, a mat, a name */
+    if (!quantity_kind_of(unit)) /* a plain number, a mat number or a name has no unit */
         return json_deep_copy(value);
     if (quantity_json(value, unit, &number, &wrong))
         return json_real(number * factor_of(request, unit));
@@ -216,7 +216,7 @@ static json_t *scaled(const struct request *request, const json_t *value, const 
     return list;
 }
 
-/* Rows whose columns have these units. */
+/* Scales rows whose columns have these units. */
 static json_t *scaled_rows(const struct request *request, const json_t *rows,
                            const char *const *units)
 {
@@ -231,8 +231,8 @@ static json_t *scaled_rows(const struct request *request, const json_t *rows,
     return result;
 }
 
-/* Keys as written, scaled by the scene key's unit or what the name ends with; and so the objects
- * and landings inside. */
+/* Scales every key by its unit: the scene key's, or the unit at the end of its name. Includes
+ * nested objects and landings. */
 static json_t *scaled_object(const struct request *request, const json_t *object)
 {
     static const char *const path[] = {"s", "ft", "lb", NULL}, *const profile[] = {"ft", "ft/s2",
@@ -263,7 +263,7 @@ static json_t *scaled_object(const struct request *request, const json_t *object
     return result;
 }
 
-/* A default that the other side has otherwise; 0: none. */
+/* The default of a key that changes with scale; 0: none. */
 static double default_of(const struct request *request, const struct sim_key *key)
 {
     struct sim_scene plain;
@@ -275,8 +275,9 @@ static double default_of(const struct request *request, const struct sim_key *ke
     return isfinite(value) && value > 0.0 ? value : 0.0;
 }
 
-/* Write out the defaults that change with scale, as the other side's differ. Those of modifications
- * only where `scene` has them, and those of `scene` itself where it is `whole`. */
+/* Adds the defaults that change with scale, because they differ for the other scale. Adds
+ * defaults of modifications only if `scene` has that modification, and defaults of the scene
+ * only if `whole`. */
 static void complete(const struct request *request, const json_t *scene, bool whole, json_t *result)
 {
     static const char *const gates[][2] = {
@@ -304,7 +305,8 @@ static void set_default(json_t *object, const char *key, json_t *value)
         json_object_set_new(object, key, value);
 }
 
-/* Scene, runway, aircraft and engine with every key written out: the defaults are a model's. */
+/* The study with every key of scene, runway, aircraft and engine written out: the defaults are
+ * for the model. */
 static json_t *whole_study(const struct request *request, const json_t *source,
                            const struct landing_series *c, struct error *error)
 {
@@ -320,7 +322,7 @@ static json_t *whole_study(const struct request *request, const json_t *source,
         complete(request, json_object_get(entry, "apply"), false, scene);
     }
     complete(request, scene, true, scene);
-    json_object_del(scene, "F"); /* the landings give them */
+    json_object_del(scene, "F"); /* set by the landings */
     json_object_del(scene, "Vac");
     json_object_set_new(study, "scene", scene);
     if (elastic)
@@ -334,8 +336,8 @@ static json_t *whole_study(const struct request *request, const json_t *source,
     return study;
 }
 
-/* The file on the other side. What is no scene is refused as `sim` does, what is no study as
- * `study` does. */
+/* The scaled file. Loads the source first, so that an invalid file is refused as in `sim` or
+ * `study`. */
 static json_t *scaled_file(const struct request *request, const json_t *source, bool is_study)
 {
     const char *path = request->words[0];
@@ -364,7 +366,7 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
     return other;
 }
 
-/* A scene or a study, which has landings. */
+/* Scales a scene, or a study, which is a file with landings. */
 static int scale_file(const struct request *request, const struct cli *cli)
 {
     output_not_input(request->output_path, request->words[0], fatal);

@@ -1,4 +1,4 @@
-/* matrig show: what a campaign holds, and a landing's summary again. */
+/* matrig show: the contents of a campaign, and the summary of a recorded landing. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,21 +14,21 @@
 #include "host/store/store_journal.h"
 #include "host/survey/survey.h"
 
-/* ---- all of them ---- */
+/* ---- all landings ---- */
 
 #define NOTE_SHOWN 60 /* characters of a note, for people */
 
-/* What a list of a campaign's landings says of each, in the numbers of its summary. The series are
- * read only where the rest leaves a doubt, so that a list of thousands is there at once. */
+/* A row of the list of landings, with the numbers of the landing's summary. Samples are loaded
+ * only if the stop of the gear is in doubt, so that thousands of landings list without delay. */
 struct preview {
-    struct measured measured; /* as measured_load_gear has it */
+    struct measured measured; /* loaded by measured_load_gear */
     struct zones zones;
     struct summary_link link[LINK_KINDS]; /* lost, dropped, silent */
     struct journal journal;
-    size_t seen; /* waves and breaks, without those that were withdrawn */
+    size_t seen; /* observed waves and breaks, without withdrawn ones */
     bool imported;
-    uint16_t can_base; /* of its board */
-    int64_t same;      /* the earlier RUN that is the same landing, 0: none */
+    uint16_t can_base; /* of the landing's board */
+    int64_t same;      /* the earlier RUN of the same landing; 0: none */
 };
 
 static void load_links(struct store *store, int64_t run, struct preview *preview)
@@ -65,7 +65,8 @@ static void preview_free(struct preview *preview)
 
 /* ---- a row ---- */
 
-/* Of a calibration that is not known the notes say so: most landings that were read from files. */
+/* State and calibration marks. An unknown calibration appears in the notes instead: most
+ * imported landings have none. */
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
     const struct measured *measured = &preview->measured;
@@ -137,7 +138,7 @@ static void add(char *out, size_t size, const char *text)
     snprintf(out + used, size - used, "%s%s", used ? "; " : "", text);
 }
 
-/* The newest note, how many there are besides, what was seen, and what else is to be known. */
+/* The newest note, the number of notes, observations, and warnings. */
 static void notes_answer(const struct preview *preview, struct answer *answer)
 {
     char text[NOTE_SHOWN + 140] = "", part[NOTE_SHOWN + 40];
@@ -158,7 +159,7 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
     if (newest) {
         size_t length = strlen(newest), shown = length > NOTE_SHOWN ? NOTE_SHOWN - 3 : length;
         while (length > NOTE_SHOWN && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
-            shown--; /* a character of several bytes stays whole */
+            shown--; /* never cut within a multi-byte character */
         snprintf(part, sizeof part, "%.*s%s", (int)shown, newest, length > NOTE_SHOWN ? "..." : "");
         add(text, sizeof text, part);
     }
@@ -181,7 +182,7 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
     answer_count(answer, "same_as", NULL, preview->same ? preview->same : ANSWER_UNKNOWN);
 }
 
-/* `bases`: people see where on CAN its board was. */
+/* `bases`: also print the CAN base of the board. */
 static void preview_answer(const struct preview *preview, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &preview->measured.landing;
@@ -214,7 +215,7 @@ static void preview_answer(const struct preview *preview, bool bases, struct ans
 static void landings_answer(struct store *store, const struct store_landing *row, size_t count,
                             struct answer *answer)
 {
-    static struct preview preview; /* some ten kilobytes */
+    static struct preview preview; /* static: some ten kilobytes */
     uint16_t base = 0;
     for (size_t i = 0; i < count && !base; i++)
         store_frames_base(store, row[i].id, &base, fatal);
@@ -228,7 +229,7 @@ static void landings_answer(struct store *store, const struct store_landing *row
     answer_close(answer);
 }
 
-/* What is there besides, in a line; and what is next where nothing is. */
+/* Counts of series and surveys; the next step for whatever is missing. */
 static void holds_answer(const char *db, size_t landings, size_t series, size_t surveys,
                          struct answer *answer)
 {
@@ -250,8 +251,8 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
                         series, db, surveys, db);
 }
 
-/* What came of warnings and advice takes the readings of each landing: of more than these the
- * report alone adds them up. */
+/* The record of warnings and advice needs all readings of each landing. Larger campaigns: only
+ * in the report. */
 #define RECORD_MOST 30
 
 static void result_answer(struct store *store, size_t landings, struct answer *answer)
@@ -289,7 +290,7 @@ static void list(struct store *store, const char *db, struct answer *answer)
     free(survey);
 }
 
-/* ---- one ---- */
+/* ---- one landing ---- */
 
 static void reported_answer(struct store *store, const struct store_landing *landing,
                             struct answer *answer)

@@ -1,4 +1,4 @@
-/* matrig sim SCENE: run a mat scene. */
+/* matrig sim SCENE: runs a mat scene. */
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -13,7 +13,7 @@
 #include "host/base/xmalloc.h"
 
 #define M_PER_FT  0.3048
-#define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
+#define HISTORY_S 0.001 /* row interval of --csv, or a thousandth of a shorter run */
 
 struct request {
     const char *scene_path;
@@ -48,7 +48,7 @@ static bool show_progress(void *progress, int pass, double part)
     return sim_progress(progress, pass, part) && !interrupted;
 }
 
-/* Ctrl-C ends the run and leaves what was computed; a second one ends the program. */
+/* Ctrl-C ends the run and keeps the results so far; a second Ctrl-C ends the program. */
 static enum mr_status run_scene(struct request *request, const struct sim_scene *scene,
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
@@ -68,7 +68,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     return error->status;
 }
 
-/* History of the mats asked for, one row per sample: displacements, and in the planar models
+/* History of the requested mats, one row per sample: displacements, and in planar models the
  * heights of left ends. */
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
                                 const struct sim_result *result, const struct cli *cli,
@@ -97,7 +97,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     return output_end(&output, error);
 }
 
-/* With --csv the mats asked for are sampled at their middles. */
+/* Samples the requested mats for --csv at their middles. */
 static void ask_history(struct request *request, const struct sim_scene *scene, double **stations)
 {
     size_t count = sim_shown_count(scene);

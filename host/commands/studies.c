@@ -1,4 +1,4 @@
-/* The studies' options; what runs them is host/study/NAME_run.c, in matrig-study. */
+/* Options of the studies. Each study runs in matrig-study, from host/study/NAME_run.c. */
 #include "host/commands/studies.h"
 #include "host/base/xmalloc.h"
 
@@ -27,9 +27,9 @@ static bool try(char *path, size_t size, const char *folder, size_t length, cons
            access(path, X_OK) == 0;
 }
 
-/* Where matrig-study is: beside the matrig of this path, else in ../libexec/matrig from there, else
- * in the first folder of `search` that has it (as PATH; empty ones are left out; NULL: none).
- * False: nowhere. */
+/* Finds matrig-study: beside the matrig of this path, then in ../libexec/matrig from there, then
+ * in the folders of `search` (like PATH; empty entries are skipped; NULL: none). False: not
+ * found. */
 static bool study_find(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');

@@ -1,5 +1,5 @@
-/* matrig survey: gage points read with a caliper, what they say, and the slack they give a
- * board. */
+/* matrig survey: caliper readings of gage points, their analysis, and the joint openings that a
+ * board gets from them. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@
 
 #define LINE_MAX_BYTES 256
 
-/* ---- what a survey says ---- */
+/* ---- results of a survey ---- */
 
 static void head(const struct survey *survey, struct answer *answer)
 {
@@ -45,7 +45,7 @@ static void head(const struct survey *survey, struct answer *answer)
 static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
                                                          "line 5", "line 6", "line 7"};
 
-/* For people; in the JSON are all places, read or not (matrices). */
+/* Printed table; the JSON has all places, read or not (see matrices). */
 static void spans(const struct survey *survey, const struct survey_found *found,
                   struct answer *answer)
 {
@@ -78,12 +78,12 @@ static void spans(const struct survey *survey, const struct survey_found *found,
                      found->since_previous.change.error_in, 4);
 }
 
-/* Changes of what a diagonal lay has besides; nothing where nothing of it was read. */
+/* Changes across the runway and along the diagonals; tables without readings are left out. */
 static void across_and_diagonals(const struct survey_readings *change, struct answer *answer)
 {
     const struct {
         const char *title;
-        double step_ft; /* 0: places are counted */
+        double step_ft; /* 0: numbered places */
         unsigned lines, places;
         const double *value_in;
     } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
@@ -112,7 +112,7 @@ static void across_and_diagonals(const struct survey_readings *change, struct an
     }
 }
 
-/* Every 10 ft, the nearest gage point. */
+/* Movement every 10 ft, at the nearest gage point. */
 static void movement(const struct survey_found *found, struct answer *answer)
 {
     answer_table(answer, NULL,
@@ -205,7 +205,7 @@ static void worst_bow_answer(const struct survey_found *found, struct answer *an
     answer_close(answer);
 }
 
-/* All places, read or not: only in the JSON. */
+/* All places, read or not; only in the JSON. */
 static void matrices(const struct survey *survey, const struct survey_found *found,
                      struct answer *answer, double factor)
 {
@@ -243,10 +243,10 @@ struct request {
     bool begin_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
-    int64_t number, withdraw; /* 0: the newest; none */
+    int64_t number, withdraw; /* number 0: newest; withdraw 0: none */
 };
 
-/* ---- taking readings ---- */
+/* ---- typed readings ---- */
 
 struct typist {
     const struct request *request;
@@ -333,7 +333,7 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
     }
 }
 
-/* One typed line. */
+/* Handles one typed line. */
 static void take_line(struct typist *typist, const char *line)
 {
     struct survey_entry entry;
@@ -356,7 +356,7 @@ static void take_line(struct typist *typist, const char *line)
     report(typist, outcome, item, &entry);
 }
 
-/* Bytes until Enter make a line; of one too long nothing is taken. */
+/* Collects bytes until Enter; a line that is too long is dropped. */
 struct line {
     char text[LINE_MAX_BYTES];
     size_t length;
@@ -386,7 +386,7 @@ static void take_bytes(struct typist *typist, struct line *line, const char *byt
     }
 }
 
-/* Until all are there, q, or the end of the input. */
+/* Reads lines until all readings are entered, q, or end of input. */
 static void type_in(struct typist *typist)
 {
     struct line keys = {.length = 0};
@@ -407,7 +407,7 @@ static void type_in(struct typist *typist)
 
 /* ---- a sheet ---- */
 
-/* Readings that a person would have been asked about are only taken with --doubtful. */
+/* Readings that would need confirmation at the keyboard are refused without --doubtful. */
 static void take_sheet(struct typist *typist)
 {
     static struct survey_sheet sheet;
@@ -449,7 +449,7 @@ static void take_sheet(struct typist *typist)
 
 /* ---- one run of the command ---- */
 
-/* A sheet that cannot be read begins no survey, and no campaign. */
+/* Checked first: an unreadable sheet must not create a survey or a campaign. */
 static void check_sheet(const struct request *request)
 {
     static struct survey_desk desk;
@@ -483,7 +483,7 @@ static void begin(const struct request *request, struct store *store, struct sur
     survey_get(store, row.id, survey, fatal);
 }
 
-/* What was read stays in the campaign; no command counts it. */
+/* The readings stay in the campaign, but all commands ignore the survey. */
 static int withdraw(const struct request *request, struct store *store)
 {
     static struct survey survey;
@@ -505,7 +505,7 @@ static int withdraw(const struct request *request, struct store *store)
              : 0;
 }
 
-/* One that nothing was read of tells nothing, and would hide the one before it. */
+/* Refuses an empty survey: it would hide the previous survey. */
 static void check_end(const struct request *request, struct store *store, struct survey *survey)
 {
     bool found = false;
@@ -545,13 +545,13 @@ static void take(const struct request *request, struct store *store, struct surv
 
 struct loaded {
     unsigned sent;      /* segments */
-    unsigned different; /* of those sent, by what the board says it holds then */
-    unsigned older;     /* segments that it holds and this survey has not: of an earlier one */
+    unsigned different; /* of those sent: segments for which the board reports another value */
+    unsigned older;     /* segments that the board has from an earlier survey only */
 };
 
-#define ANSWER_S  2.0 /* then it is sent again */
+#define ANSWER_S  2.0 /* then the order is sent again */
 #define TRIES     3
-#define DIGITS_IN 1e-4 /* of the command and of the message */
+#define DIGITS_IN 1e-4 /* resolution of the order and of the message */
 
 struct loading {
     struct dialogue *dialogue;
@@ -618,8 +618,8 @@ static void compare(const struct loading *l, const struct survey_slack *slack,
     }
 }
 
-/* Gives a board the slack of a survey (command `survey`, common/command.h), and reads back what it
- * holds then. */
+/* Loads the joint openings of a survey into a board (command `survey`, common/command.h), and
+ * reads the board's values back. */
 static void load(const struct request *request, struct store *store, const struct survey *survey,
                  const struct survey_found *found, struct loaded *loaded)
 {
@@ -670,7 +670,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     else
         survey_get_open(store, survey, &found, fatal);
     if (!found) {
-        /* an empty one, beside the last readings */
+        /* a new survey, prefilled from the newest one */
         static struct survey newest;
         struct error none = {0};
         survey_desk_init(&survey->desk, request->edges);
@@ -698,7 +698,7 @@ static int run(const struct request *request)
     static struct survey survey;
     static struct survey_found found;
     struct loaded loaded = {.sent = 0};
-    /* the first survey may begin with its sheet */
+    /* a first --sheet may create the campaign */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
     bool begins = !reading && !request->load && !request->end && !request->withdraw;

@@ -1,4 +1,4 @@
-/* matrig uncertainty: the uncertainty budget of each channel, as text or JSON. */
+/* matrig uncertainty: the uncertainty budget of each channel. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,19 +25,19 @@ struct request {
     double hours, kelvin;
     int64_t run;
     int channel;     /* index; -1: all */
-    double at_value; /* NaN: not given */
+    double at_value; /* NaN: peak, or a third of the range */
 };
 
-/* What the budgets are made from. */
+/* Sources of the budgets. */
 struct subject {
     struct mr_config config;
     bool config_known;
-    int64_t run; /* 0: of a configuration alone */
+    int64_t run; /* 0: configuration only */
     struct measured measured;
     struct certificates certificates;
 };
 
-/* One channel's. */
+/* One channel. */
 struct one {
     unsigned index;
     struct mr_channel_config channel;
@@ -93,7 +93,7 @@ static void load(const struct request *r, struct subject *s)
 
 /* ---- one channel ---- */
 
-/* The reading of a landing: its peak as the summary states it, or another one. */
+/* A reading of the landing: its peak as in the summary, or `at_value`. */
 static struct mr_error_case landing_case(const struct subject *s, double at_value, struct one *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];
@@ -104,7 +104,7 @@ static struct mr_error_case landing_case(const struct subject *s, double at_valu
     return measured_error_case(&s->measured, channel, one->value, measured_peak_samples(channel));
 }
 
-/* One of a board that is configured so. */
+/* A reading of a board with this configuration. */
 static struct mr_error_case plain_case(const struct request *r, const struct subject *s,
                                        struct one *one)
 {
@@ -146,7 +146,7 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
     return true;
 }
 
-/* ---- told ---- */
+/* ---- output ---- */
 
 static void certificate_answer(struct answer *answer, const struct one *one)
 {
@@ -209,7 +209,7 @@ static void head_answer(struct answer *answer, const struct one *one)
                  kind_of(one) == UNIT_DISPLACEMENT ? 4 : 2);
 }
 
-/* All of one channel. */
+/* All results of one channel. */
 static void one_answer(struct answer *answer, const struct one *one)
 {
     head_answer(answer, one);
@@ -226,7 +226,7 @@ static void legend_answer(struct answer *answer)
         "temperature; expanded is k times combined, a 95 %% interval.");
 }
 
-/* Sums alone for people; programs get the rows, too. */
+/* People see only the sums; the JSON also has the rows. */
 static void table_answer(const struct request *r, const struct subject *s, const char *name,
                          unsigned from, unsigned to, struct answer *answer)
 {
