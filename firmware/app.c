@@ -11,7 +11,7 @@
 #include "firmware/schedule.h"
 #include "firmware/channels.h"
 
-/* supervision ticks without a block: the scans have stopped */
+/* supervision ticks without a block until the scans count as stopped */
 #define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE)
 
 #define BLOCKS(NAME, period, phase, stalled, who, why)           \
@@ -19,7 +19,7 @@
                    #NAME " does not go into a round without scans");
 #include "firmware/schedule.def"
 
-/* What goes with another row: its blocks are among those of that one. */
+/* Checks at compile time that a row is only due in blocks in which the other row is due, too. */
 #define WITHIN(NAME, OTHER)                                                     \
     _Static_assert(SCHEDULE_##NAME##_PERIOD % SCHEDULE_##OTHER##_PERIOD == 0 && \
                        SCHEDULE_##NAME##_PHASE % SCHEDULE_##OTHER##_PERIOD ==   \
@@ -31,7 +31,7 @@ WITHIN(SAY, LOOK);
 WITHIN(ALL_FAULTS, FAULTS);
 #undef WITHIN
 
-/* A row of the histories whose block there is not. */
+/* Clears the histories' row of a missing block. */
 static void miss_block(struct app *app, uint32_t index)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -40,7 +40,7 @@ static void miss_block(struct app *app, uint32_t index)
         app->tension_lb[index % 4][i] = MR_NAN;
 }
 
-/* No mean goes over readings of two zeros. */
+/* Clears the histories of channels with a new zero: no mean may mix readings of two zeros. */
 static void follow_zeros(struct app *app)
 {
     uint32_t changed = zero_take_changed();
@@ -105,7 +105,7 @@ void app_start(struct app *app)
     memset(app, 0, sizeof *app);
     configstore_start(&app->configstore);
     app->can_base = config.site[0].can_base;
-    board_can_move(app->can_base); /* before anything is sent */
+    board_can_move(app->can_base); /* before the first frame is sent */
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
@@ -124,8 +124,8 @@ void app_start(struct app *app)
     board_warn(false);
 }
 
-/* The blocks just before the one to come, as far as there is no gap: what follows is a function of
- * the record alone. */
+/* Sends the blocks before the next one, back to the last gap, so that everything derived from a
+ * record depends only on the record. */
 static void report_blocks_before(struct app *app)
 {
     uint32_t first = app->next_index;
@@ -143,7 +143,7 @@ static bool is_fitted(const struct app *app, unsigned channel)
     return app->fitted >> channel & 1u;
 }
 
-/* Those that are not fitted stay NaN. */
+/* Channels that are not fitted stay NaN. */
 static void read_channels(struct app *app, const struct mr_block *block)
 {
     unsigned row = block->index % 4;
@@ -159,15 +159,15 @@ static void read_channels(struct app *app, const struct mr_block *block)
     }
 }
 
-/* While nothing is recorded only those blocks are read whose means are told. */
+/* While nothing is recorded, only blocks that a reported mean uses are read. */
 static bool is_reported_while_idle(uint32_t index)
 {
     return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS ||
            BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
 }
 
-/* The first means after arming reach back. Blocks that are missing are so in the histories already,
- * and no mean goes beyond them. */
+/* Fills the histories at arming for the first means. Missing blocks are already marked in the
+ * histories, and no mean reaches beyond one. */
 static void read_blocks_before(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
@@ -178,7 +178,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
-    /* nothing is measured: it would be armed for nothing */
+    /* without blocks the landing would not be measured */
     if (app->ticks_without_block >= STALL_TICKS)
         return MR_NOT_NOW;
     if (calibrate_busy(&app->calibrate) || keystore_writing(&app->keystore))
@@ -209,7 +209,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
     return status;
 }
 
-/* The landing is over; where a gear rolled, the survey holds no more. */
+/* Ends the prediction of a landing. If a gear rolled, the survey is no longer valid. */
 static void end_prediction(struct app *app, uint32_t index)
 {
     if (predict_end(&app->predict, &app->telemetry, &app->landing, index))
@@ -237,7 +237,7 @@ static enum mr_status execute_mark(struct app *app, const struct mr_command *com
 
 static enum mr_status execute_survey(struct app *app, const struct mr_command *command)
 {
-    /* not more than the message `slack` can repeat */
+    /* largest value that the message `slack` can repeat */
     if (command->index >= MR_SEGMENTS || command->argument < 0 ||
         command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
@@ -246,7 +246,8 @@ static enum mr_status execute_survey(struct app *app, const struct mr_command *c
     return MR_OK;
 }
 
-/* What would end the last landing's record before its last pages are written has to wait. */
+/* Whether the last pages of the last record are still to be written. A command that would end the
+ * record has to wait. */
 static bool box_closing(const struct app *app)
 {
     return app->box.state == MR_BOX_CLOSING;
@@ -263,7 +264,7 @@ static enum mr_status execute_bootrom(struct app *app, const struct mr_command *
     return MR_OK;
 }
 
-/* Nothing that was read, passed or summed under the old configuration goes on under the new one. */
+/* Applies a configuration. Readings, switches passed and sums of the old one are discarded. */
 static enum mr_status execute_config_apply(struct app *app, const struct mr_command *command)
 {
     if (calibrate_busy(&app->calibrate) || box_closing(app))
@@ -279,17 +280,19 @@ static enum mr_status execute_config_apply(struct app *app, const struct mr_comm
     return status;
 }
 
-/* Behind the answer, which went to the base that the command came to. */
+/* Moves to a new CAN base. Called after the answer was sent, so the answer uses the base of the
+ * command. */
 static void follow_base(struct app *app)
 {
     if (app->can_base == config.site[0].can_base)
         return;
     app->can_base = config.site[0].can_base;
     board_can_move(app->can_base);
-    configround_burst(&app->telemetry, &app->landing); /* hello, for who listens there */
+    /* includes `hello` for listeners on the new base */
+    configround_burst(&app->telemetry, &app->landing);
 }
 
-/* What a part of the board says to a command that it will answer later, or not at all. */
+/* Status of a command that is answered later or not at all. */
 #define NO_ANSWER ((enum mr_status)1)
 
 static enum mr_status execute_state(struct app *app, const struct mr_command *command)
@@ -332,7 +335,7 @@ static enum mr_status execute_calibrate(struct app *app, const struct mr_command
     enum mr_status status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing,
                                             command, app->next_index);
     if (status == MR_OK && calibrate_busy(&app->calibrate))
-        return NO_ANSWER; /* until it is over */
+        return NO_ANSWER; /* answered when the calibration ends */
     follow_zeros(app);
     return status;
 }
@@ -356,14 +359,15 @@ static enum mr_status execute_live(struct app *app, const struct mr_command *com
 static enum mr_status execute_backlog(struct app *app, const struct mr_command *command)
 {
     enum mr_status status = predict_backlog(&app->predict, command->argument);
-    return status == MR_OK ? NO_ANSWER : status; /* the landing that is replayed had none */
+    /* not answered, because the original landing had no such answer */
+    return status == MR_OK ? NO_ANSWER : status;
 }
 
 static enum mr_status execute_replay(struct app *app, const struct mr_command *command)
 {
     (void)command;
     app->replays = true;
-    return NO_ANSWER; /* likewise */
+    return NO_ANSWER; /* not answered, for the same reason */
 }
 
 static enum mr_status execute_box(struct app *app, const struct mr_command *command)
@@ -374,13 +378,13 @@ static enum mr_status execute_box(struct app *app, const struct mr_command *comm
 static enum mr_status execute_key(struct app *app, const struct mr_command *command)
 {
     if (app->box.state != MR_BOX_MISSING && !blackbox_idle(&app->box))
-        return MR_WAIT; /* it may erase for minutes */
+        return MR_WAIT; /* the black box may erase for minutes */
     enum mr_status status = keystore_execute(&app->keystore, command);
-    return status == MR_OK ? NO_ANSWER : status; /* when it is done */
+    return status == MR_OK ? NO_ANSWER : status; /* answered when the key is written */
 }
 
-/* The part that obeys it. No call through a pointer: the stack's bound rests on there being
- * none. */
+/* Passes a command to its part. A switch, not function pointers: the computed stack bound requires
+ * that there are none. */
 static enum mr_status hand_on(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
@@ -392,7 +396,7 @@ static enum mr_status hand_on(struct app *app, const struct mr_command *command)
     }
 }
 
-/* Of each code: enum mr_command_when, 0: there is no such code; enum mr_command_links; enum
+/* Per command code: enum mr_command_when (0: no such code), enum mr_command_links, enum
  * mr_privilege. */
 static const struct allowed {
     uint8_t when, links, privilege;
@@ -402,7 +406,7 @@ static const struct allowed {
 #include "common/catalogue.def"
 };
 
-/* May what came by this link be obeyed? */
+/* Whether commands from this link may be executed. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
     bool jumper = links != MR_LINKS_BOTH && board_jumper();
@@ -420,20 +424,21 @@ static enum mr_status execute(struct app *app, const struct mr_command *command,
     if (command->code >= sizeof allowed / sizeof allowed[0] || !allowed[command->code].when)
         return MR_UNKNOWN;
     const struct allowed *rule = &allowed[command->code];
-    /* before all else: an order that is refused now may not be given again by who overheard it */
+    /* first: a checked proof is used up, so an eavesdropper cannot repeat a command refused
+     * below */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
                                             app->by_serial, payload);
         if (status != MR_OK)
             return status;
     }
-    /* the state first: a landing that is replayed, by whatever link, is answered the same */
+    /* the state before the link: a replayed landing then gets the same answer on either link */
     if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;
     return check_link(app, (enum mr_command_links)rule->links) ?: hand_on(app, command);
 }
 
-/* MR_OK: answered, whatever the answer; else it was no command. */
+/* MR_OK: the command was answered; otherwise the payload was no command. */
 static enum mr_status take_command(struct app *app, const uint8_t *payload, size_t length)
 {
     struct mr_command command;
@@ -442,7 +447,7 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
         return status;
     blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     status = execute(app, &command, payload);
-    if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
+    if (command.code == MR_COMMAND_ARM && status == MR_OK) /* the command that began the record */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
         TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status,
@@ -451,7 +456,7 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
     return MR_OK;
 }
 
-/* A word of a new configuration, which `config-apply` will take into force. */
+/* Stores a word of a new configuration for the command `config-apply`. */
 static void take_word(struct app *app, const uint8_t *payload, size_t length)
 {
     enum mr_config_locked locked = landing_recording(&app->landing) ? MR_CONFIG_RECORDING
@@ -497,7 +502,8 @@ static void take_commands(struct app *app)
     tasks_done(MR_TASK_COMMANDS);
 }
 
-/* Mean of the last `count` rows of a history of 4; NaN when one is missing. `row` is the newest. */
+/* Mean of the last `count` rows of a history of 4 rows; NaN if one is missing. `row` is the
+ * newest. */
 static void mean_of_last(const float *history, unsigned width, unsigned row, unsigned count,
                          float *mean)
 {
@@ -509,7 +515,7 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-/* Temperature and slow log: what goes on while nothing does. */
+/* Temperature and slow log: measured mostly between landings. */
 static void take_slow(struct app *app, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -612,21 +618,21 @@ static void miss_blocks(struct app *app, uint32_t next_index)
     app->next_index = next_index;
 }
 
-/* The next block, in its place among the newest, where one stands that nobody asks for any more.
- * NULL: none. */
+/* Takes the next block into the slot of its index among the newest. The block stored there is no
+ * longer needed. NULL: none. */
 static struct mr_block *next_block(struct app *app)
 {
     struct mr_block *expected = &app->newest[app->next_index % APP_NEWEST];
     if (!board_block_take(expected))
         return NULL;
     struct mr_block *block = &app->newest[expected->index % APP_NEWEST];
-    if (block != expected) /* after a gap */
+    if (block != expected) /* blocks are missing in between */
         *block = *expected;
     return block;
 }
 
-/* The board's key has the memory first when the board starts, and while it is changed, with nothing
- * armed; true: it has it now. */
+/* Runs the board's key storage. The key has the memory first at start, and during a change while
+ * nothing is armed. True: the key uses the memory now. */
 static bool keep_key(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
@@ -643,15 +649,15 @@ static bool keep_key(struct app *app, bool free)
     return store->under_way || store->state == MR_KEY_NOT_READ;
 }
 
-/* Who has the memory: the board's key, the black box, and when both have nothing to do, the
- * predictor's runway, one operation at a time. One of the runway that is under way when a landing
- * begins is over after a page's time (3 ms at most); an erase, which is begun only while nothing is
- * armed, after 400 ms: the box keeps as much of its ring free as for an erase of its own. */
+/* Shares the memory between the board's key, the black box and the predictor's runway, one
+ * operation at a time; the runway only when the others are idle. A page of the runway that is being
+ * written when a landing begins takes 3 ms at most. An erase takes 400 ms; it begins only while
+ * nothing is armed, and the box keeps free pages in its ring for it, as for an erase of its own. */
 static void share_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
-    bool begun = app->keystore.state != MR_KEY_NOT_READ; /* before it nobody has had it */
+    bool begun = app->keystore.state != MR_KEY_NOT_READ; /* the key must be read first */
     runwaystore_follow(store, box->state != MR_BOX_MISSING);
     if (!runwaystore_busy(store, &app->predict, app->slack_in) &&
         !keep_key(app, !begun || blackbox_idle(box))) {
@@ -686,8 +692,7 @@ bool app_poll(struct app *app)
     return any;
 }
 
-/* Without scans there is no block to take, no landing to follow: those whose work that is are not
- * late. */
+/* Without scans there are no blocks and no landing: the tasks that handle them are not late. */
 static void excuse_tasks(void)
 {
     tasks_done(MR_TASK_BLOCKS);
@@ -696,7 +701,7 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
-/* A row that goes on without scans is due at this phase of the round. */
+/* Whether a row that continues without scans is due at this phase of the round. */
 static bool due_without_scans(uint32_t phase)
 {
     bool due = false;
@@ -706,8 +711,8 @@ static bool due_without_scans(uint32_t phase)
     return due;
 }
 
-/* With no scans at all the block index stands still: one round of the regular messages each second
- * instead, all but those that need a block; there is no time base. */
+/* Without scans the block index stands still. Each second sends one round of the regular messages
+ * that need no block or time base. */
 static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {

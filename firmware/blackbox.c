@@ -5,27 +5,28 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-#define STEPS        128u /* of the memory in one poll; a read takes two polls or more */
+#define STEPS        128u /* steps per poll; a read needs two polls or more */
 #define VERIFY_TRIES 2u
 #define ERASE_TRIES  2u
 #define FAILURES_MAX 64u
-#define ERASE_MS     60u /* until one was timed */
+#define ERASE_MS     60u /* assumed until an erase was timed */
 #define READ_TRIES   4u
-#define SCAN_TRIES   32u /* each page of a sector twice */
-/* pages of the ring: 8 of configuration at 4 ms each, 58 bytes per ms meanwhile, twice over */
+#define SCAN_TRIES   32u /* twice per page of a sector */
+/* free pages of the ring: 8 pages of configuration at 4 ms each, 58 bytes per ms meanwhile,
+ * twice */
 #define SLACK        16u
-#define SLACK_ERASE  112u /* 400 ms of the same, and those */
+#define SLACK_ERASE  112u /* SLACK plus 400 ms of the stream */
 #define PAGES        NOR_PAGES_PER_SECTOR
 
-/* A sector that belongs to no record. */
+/* States of a sector that belongs to no record. */
 enum {
-    SECTOR_BAD = 0xf9, /* does not program or erase */
+    SECTOR_BAD = 0xf9, /* programming or erasing failed */
     SECTOR_UNREAD = 0xfa,
-    /* dirty, and carries the mark that its record was freed: erased after the others */
+    /* dirty, with the mark that its record was freed: erased after the other dirty ones */
     SECTOR_LAST = 0xfb,
     SECTOR_DIRTY = 0xfc,
-    SECTOR_FOREIGN = 0xfd, /* holds pages of more records than there are places: left alone */
-    /* or its first page looked erased at start: one that is not is found when it is written */
+    SECTOR_FOREIGN = 0xfd, /* belongs to a record for which there is no place: left alone */
+    /* erased, or its first page looked erased at start: writing shows if another page is not */
     SECTOR_ERASED = 0xff,
 };
 _Static_assert(BLACKBOX_RECORDS <= SECTOR_BAD, "a place must not look like a state");
@@ -65,7 +66,7 @@ static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
     box->sector[sector] = state;
 }
 
-/* The next sector of a state from `from` on, around the memory; NOR_SECTORS: none. */
+/* The next sector in a state from `from` on, wrapping around the memory; NOR_SECTORS if none. */
 static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t state)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
@@ -94,7 +95,7 @@ static int find_record(const struct blackbox *box, uint16_t record)
     return -1;
 }
 
-/* --- the memory's work: `buffer` takes what a job reads, `read_buffer` what JOB_READ does --- */
+/* --- jobs of the memory: JOB_READ reads into `read_buffer`, all others into `buffer` --- */
 
 static void begin_job(struct blackbox *box, enum job job, unsigned sector, unsigned page)
 {
@@ -109,7 +110,7 @@ static void begin_read(struct blackbox *box, enum job job, unsigned sector, unsi
     nor_begin_read(address_of(sector, page), box->buffer, NOR_PAGE);
 }
 
-/* Its sectors are to be erased. */
+/* Frees a record: marks its sectors as dirty. */
 static void drop_record(struct blackbox *box, unsigned place)
 {
     struct blackbox_record *record = &box->records[place];
@@ -120,9 +121,9 @@ static void drop_record(struct blackbox *box, unsigned place)
     record->used = false;
 }
 
-/* --- pages put together --- */
+/* --- pages --- */
 
-/* The ring forgets its oldest page when it is full: nothing is written. */
+/* Whether the ring drops its oldest page when full, because nothing is written. */
 static bool is_rolling(const struct blackbox *box)
 {
     return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;
@@ -177,7 +178,7 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
 
 _Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
 
-/* By words: `bits` holds whole ones, zeroes beyond `count`. */
+/* Appends `count` bits word by word: `bits` holds whole words, padded with zeroes. */
 static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
                    size_t count)
 {
@@ -195,17 +196,18 @@ static void append(struct blackbox *box, struct blackbox_writer *writer, const u
             close_page(box, writer);
             writer->bit = held + n - 32;
         }
-        writer->held = word >> 1 >> (31 - held); /* by 32 when nothing was held */
+        /* two shifts: one shift by 32 would be undefined */
+        writer->held = word >> 1 >> (31 - held);
     }
 }
 
-/* The end tag, and ones to the end of the page. */
+/* Ends a page with the end tag, then ones. */
 static void flush(struct blackbox *box, struct blackbox_writer *writer)
 {
     static const uint8_t end_tag[4] = {3};
     append(box, writer, end_tag, MR_PACK_TAG_BITS);
     uint8_t ones[4];
-    unsigned left = (32u - writer->bit % 32u) % 32u; /* of a word */
+    unsigned left = (32u - writer->bit % 32u) % 32u; /* bits left in the word */
     mr_put_u32(ones, (1u << left) - 1u);
     append(box, writer, ones, left);
     if (writer->bit) {
@@ -286,19 +288,19 @@ void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payloa
     size_t count = mr_pack_message(id, payload, length, bits);
     unsigned left = (BLACKBOX_CONFIG - box->config_put) * MR_BOXPAGE_PAYLOAD * 8u - box->meta.bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
-        /* the end tag, and a word that flush may close the page with */
+        /* room for the end tag and the word that flush may add */
         append(box, &box->meta, bits, count);
         return;
     }
     health_count(MR_FAULT_BOX_LOST, 1);
-    /* what is there ends as it should: a reader would go on with the stream's bits otherwise */
+    /* ends the page properly: otherwise a reader would continue with bits of the stream */
     flush(box, &box->meta);
     box->configuring = false;
 }
 
-/* What precedes the first key in the ring cannot be read: it is left out. So is what would leave no
- * room for the blocks that come while the configuration is written, and while an erase that began
- * before arming ends. */
+/* Skips the pages ahead of the first key: they cannot be read. Also skips enough to keep free pages
+ * in the ring for the blocks that arrive while the configuration is written and a running erase
+ * ends. */
 static void begin_at_key(struct blackbox *box)
 {
     uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE
@@ -318,7 +320,7 @@ static void begin_at_key(struct blackbox *box)
     box->first_stored = box->key_stored[slot];
 }
 
-/* --- what is there at start: steps, each when its job is done --- */
+/* --- scan of the memory at start: the next step follows when a job ends --- */
 
 static void scan_next(struct blackbox *box)
 {
@@ -367,7 +369,7 @@ static void scan_page(struct blackbox *box)
         scan_next(box);
     } else if (++box->tries < SCAN_TRIES) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
-    } else { /* torn, or never ours */
+    } else { /* torn, or not a page of the black box */
         set_sector(box, box->job_sector, SECTOR_DIRTY);
         scan_next(box);
     }
@@ -386,7 +388,7 @@ static void scan_head(struct blackbox *box)
     scan_next(box);
 }
 
-/* How far the record came in its last sector. */
+/* Walks through the last sector of a record to its last page. */
 static void scan_walk(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->scan_place];
@@ -465,7 +467,7 @@ static bool begin_scan(struct blackbox *box)
     return false;
 }
 
-/* --- reading out --- */
+/* --- reading a record --- */
 
 static bool begin_read_out(struct blackbox *box)
 {
@@ -546,7 +548,7 @@ void blackbox_finish(struct blackbox *box)
         box->state = MR_BOX_CLOSING;
 }
 
-/* The rest of the stream and the end page, as soon as the ring has room for both. */
+/* Writes the rest of the stream and the end page as soon as the ring has room for both. */
 static void write_end(struct blackbox *box)
 {
     if (box->state != MR_BOX_CLOSING || box->end_written ||
@@ -569,7 +571,7 @@ static void close_record(struct blackbox *box, bool complete)
     record->blocks = box->end.blocks;
     record->lost = box->end.lost;
     if (record->first_sector == NOR_SECTORS)
-        record->used = false; /* not a single page found its place */
+        record->used = false; /* not a single page was written */
     box->state = MR_BOX_READY;
     begin_ring(box);
 }
@@ -595,7 +597,7 @@ static bool begin_program(struct blackbox *box)
     if (box->head_page == PAGES) {
         unsigned sector = find_sector(box, box->head, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
-            /* full: what is in the ring stays there and what comes is lost */
+            /* memory full: the ring keeps its pages and new data is lost */
             if (box->state == MR_BOX_CLOSING)
                 close_record(box, false);
             return false;
@@ -629,7 +631,7 @@ static void page_holds(struct blackbox *box)
         box->head = (box->head + 1) % NOR_SECTORS;
 }
 
-/* The page goes into the next sector. */
+/* Continues with the next sector after a page failed. */
 static void page_fails(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);
@@ -669,7 +671,7 @@ static void begin_erase(struct blackbox *box, unsigned sector)
     nor_begin_erase(address_of(sector, 0));
 }
 
-/* A sector just erased, page by page to its end. */
+/* Checks an erased sector page by page. */
 static void check_erased_page(struct blackbox *box)
 {
     if (mr_is_blank(box->buffer, NOR_PAGE)) {
@@ -678,7 +680,7 @@ static void check_erased_page(struct blackbox *box)
         else
             begin_read(box, JOB_LOOK, box->job_sector, box->job_page + 1);
     } else if (box->state != MR_BOX_READY || box->armed) {
-        return; /* it stays dirty until there is time again */
+        return; /* the sector stays dirty until a later erase */
     } else if (++box->tries < ERASE_TRIES) {
         begin_erase(box, box->job_sector);
     } else {
@@ -717,11 +719,11 @@ static void check_mark(struct blackbox *box)
     if (!(box->buffer[MR_BOXPAGE_KIND] & MR_BOXPAGE_LIVE))
         drop_record(box, (unsigned)box->freeing);
     else
-        health_count(MR_FAULT_NOR_FAILED, 4); /* it stays */
+        health_count(MR_FAULT_NOR_FAILED, 4); /* the record stays */
     box->freeing = -1;
 }
 
-/* --- all together --- */
+/* --- poll --- */
 
 static bool begin_next_job(struct blackbox *box)
 {
@@ -887,8 +889,8 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
         return status;
     if (place < 0)
         return MR_UNKNOWN;
-    /* Every sector holds at most PAGES of them, so page n is in the record's sector n / PAGES or
-     * behind it. */
+    /* A sector holds at most PAGES pages of the record, so page n is in sector n / PAGES of the
+     * record or a later one. */
     box->read_sector = box->records[place].first_sector;
     for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector;
          n++)

@@ -8,7 +8,7 @@
 #include "firmware/schedule.h"
 #include "firmware/configround.h"
 
-#define PAGE_BITS 15u /* of the argument of box-read */
+#define PAGE_BITS 15u /* bits of the argument of box-read */
 
 enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
                                struct telemetry *telemetry, const struct mr_command *command)
@@ -70,7 +70,7 @@ static uint16_t at_most_u16(uint32_t value)
     return value > UINT16_MAX ? UINT16_MAX : (uint16_t)value;
 }
 
-/* One record a block. */
+/* Sends one record of the list per block. */
 static void list(struct boxlink *link, const struct blackbox *box, struct telemetry *telemetry)
 {
     const struct blackbox_record *record = NULL;
@@ -93,7 +93,7 @@ static void list(struct boxlink *link, const struct blackbox *box, struct teleme
     link->listing = record != NULL;
 }
 
-/* Half a page a block: 146 kB/s of the 200 that serial carries. */
+/* Sends half a page per block: 146 kB/s of the 200 kB/s that serial carries. */
 static void read_out(struct blackbox *box, struct telemetry *telemetry)
 {
     uint8_t payload[MR_BOX_PART_BYTES];

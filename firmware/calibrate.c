@@ -12,7 +12,7 @@
 #define ZERO_MOVES_IN 0.004f
 #define MOVES_LB      0.75f
 #define ZERO_FAR_LB   30.0f
-#define SPAN_OFF      0.01f /* of what it should be; and three standard errors */
+#define SPAN_OFF      0.01f /* relative to the expected span; at least SURE standard errors */
 #define SURE          3.0f
 #define HALF          (CALIBRATE_BLOCKS / 2u)
 
@@ -67,8 +67,7 @@ static bool takes_part(const struct calibrate *calibrate, unsigned channel)
 
 /* ---- means of a phase ---- */
 
-/* The code that the zero stands against in common/channels.h: without the ratio there, so without
- * it here. */
+/* Code in the form in which common/channels.h applies the zero: without the ratio. */
 static float code_of(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
@@ -113,7 +112,7 @@ static float deviation_of(const struct calibrate_mean *mean)
     return __builtin_sqrtf(variance > 0.0f ? variance : 0.0f);
 }
 
-/* Standard deviation, or how far the halves are apart, whichever is more. */
+/* The larger one of standard deviation and difference of the halves. */
 static float spread_of(const struct calibrate_mean *mean)
 {
     float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half) / (float)HALF,
@@ -165,7 +164,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
     calibrate->command = 0;
 }
 
-/* A zero that was measured before, given again: the argument's bits are the code. */
+/* Sets a zero measured earlier: the bits of the argument are the code. */
 static enum mr_status set_zero(const struct mr_command *command)
 {
     unsigned channel = command->index - 1u;
@@ -208,8 +207,8 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* Noise of a mean over 256 blocks against one over 512. The stated error of the gain is not an
- * excuse: the shunt exists to check it. */
+/* The noise is that of a mean over 256 blocks against one over 512. The configured gain error does
+ * not widen the limit: the shunt exists to check the gain. */
 static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
@@ -258,7 +257,7 @@ static void report_begin(struct calibrate *calibrate, struct telemetry *telemetr
          .landing = landing->number, .block = calibrate->began_block);
 }
 
-/* One gage a block: no burst. */
+/* Reports one gage per block, to avoid a burst. */
 static void report_next(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
 {
     while (calibrate->telling && !has_shunt(MR_GAGES - calibrate->telling))

@@ -3,8 +3,8 @@
 #include "firmware/config.h"
 #include "firmware/health.h"
 
-#define LEAST_TICKS   MR_TICKS_PER_BLOCK /* between two frames: a millisecond */
-#define LATELY_BLOCKS 1000u              /* ticks compare within 25 s */
+#define LEAST_TICKS   MR_TICKS_PER_BLOCK /* least time between two frames: a millisecond */
+#define LATELY_BLOCKS 1000u              /* ticks can be compared within 25 s */
 #define TOO_FAST      2u                 /* detail of the fault */
 
 enum mr_status camera_command(struct camera *camera)
@@ -30,7 +30,7 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
     uint32_t ticks[CAMERA_FRAMES];
     size_t count = board_frames_take(until_tick, ticks, CAMERA_FRAMES);
     for (size_t i = 0; i < count && recording; i++) {
-        /* Captures that ran over each other come in any order; one from before the last is noise
+        /* Captures that overran each other may be in any order; one before the last frame is noise
          * too. */
         if (camera->frame_known && index - camera->frame_block < LATELY_BLOCKS &&
             (int32_t)(ticks[i] - camera->frame_tick) < (int32_t)LEAST_TICKS) {
@@ -46,7 +46,8 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
     }
 }
 
-/* Where the wheel is when the pulse would begin: the block is over by then. */
+/* Whether the wheel is at the camera's station when a pulse would begin, after the end of the
+ * block. */
 static bool at_station(const struct landing *landing, uint32_t tick)
 {
     return landing->state == MR_LANDING_LANDING &&
@@ -77,7 +78,7 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         camera->high = false;
     }
     if (!fitted) {
-        camera->due = 0; /* it was for the camera that is gone */
+        camera->due = 0; /* the pulse was for a camera that is no longer configured */
         return;
     }
     report_frames(camera, telemetry, index, until_tick, landing_recording(landing));

@@ -27,7 +27,7 @@ static enum mr_can_state state_of(const struct canwatch *watch)
     if (errors->bus_off)
         return MR_CAN_OFF;
     if (stalled && watch->state == MR_CAN_OFF)
-        return MR_CAN_OFF; /* until something passes: it comes and goes on a shorted bus */
+        return MR_CAN_OFF; /* until a frame passes: on a shorted bus bus-off ends and returns */
     if (stalled)
         return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
                                                                            : MR_CAN_STUCK;
@@ -47,7 +47,8 @@ static uint16_t *drops_now(struct canwatch *watch)
     return watch->state == MR_CAN_OFF ? &watch->drops.bus_off : &watch->drops.timeout;
 }
 
-/* The way of what waits: kept, dropped, and the alarm in its place. */
+/* Handles the waiting frames during an outage: kept, then dropped, then replaced by the alarm as a
+ * probe. */
 static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_news *news)
 {
     switch (watch->phase) {
@@ -74,7 +75,7 @@ static void leave_bus_off(struct canwatch *watch)
 {
     if (watch->rejoin_ticks)
         watch->rejoin_ticks--;
-    if (watch->rejoining) { /* the controller has had a tick to stop */
+    if (watch->rejoining) { /* the controller has had one tick to stop */
         board_can_rejoin(false);
         watch->rejoining = false;
     } else if (watch->errors.bus_off && !watch->rejoin_ticks) {

@@ -11,7 +11,7 @@
 #include "firmware/schedule.h"
 
 #define BLOCKS_PER_H  3600000.0f
-#define QUALITY_ROUND 1000u /* blocks in which each channel has its turn */
+#define QUALITY_ROUND 1000u /* blocks in which each channel is checked once */
 _Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCHED, "a turn for each channel");
 
 void channels_start(struct channels *channels)
@@ -94,8 +94,8 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 
 /* ---- zero ---- */
 
-static uint32_t measured; /* bit per channel */
-static uint32_t changed;  /* likewise, not yet asked for */
+static uint32_t measured; /* channels with a measured zero, bit per channel */
+static uint32_t changed;  /* channels with a new zero since zero_take_changed */
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
 void zero_start(void)

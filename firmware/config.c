@@ -5,7 +5,7 @@
 #include "firmware/builtin.h"
 
 /* Transducers: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in. Their mechanical zero is set at
- * 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
+ * 0.050 V (62.06 codes), so that an unexcited transducer does not read as zero. */
 #define IN_PER_CODE            (3.3f / 4096.0f / BUILTIN_TRANSDUCER_V_PER_IN)
 #define DISPLACEMENT_ZERO_CODE (0.050f * 4096.0f / 3.3f)
 
@@ -17,20 +17,21 @@
 #define LB_PER_CODE       (3.3f / 4096.0f / GAGE_V_PER_LB)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
 
-/* Errors and limits of sensors that nobody has calibrated yet: a calibration sheet replaces
- * them. What the electronics add is that of the circuits (hil/circuits/figures.def) over 10
- * degrees either way; tests/hil/test_electronics.c holds what is stated here against it.
- * Electrolytic transducer of 3 in travel, read better than 0.5 % (uniform: 0.5 % over the root
- * of 3), its drive and amplifier to 0.38 %, its conductivity 0.07 % a degree: 0.65 % in all; its
- * zero is set by hand to 0.01 in; linear to 0.1 % of its travel; conductivity moves the zero
- * with temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in the
- * standard series, 100 in/s is twenty times that. Bridge: gage factor to 0.5 % (uniform),
- * amplifier to 0.1 %. Before the command `zero`, the zero of a trimmed bridge is within 1 lb.
- * One that nobody trimmed is off by hundreds: where it is beyond the amplifier's range it reads
- * as open or short, and the command `zero` refuses it (firmware/calibrate.h). Once a zero was
- * measured its own error is in force (firmware/channels.h). 0.5 lb an hour; linear to 0.1 lb;
- * the amplifier's output ends at 0 V, -80 lb, and 3.3 V, 580 lb. Band tension rises within some
- * 50 ms: 20000 lb/s is a hundred times what was seen there. Reference: 0.05 % (uniform). */
+/* Errors and limits of uncalibrated sensors; calibration sheets replace them. The share of the
+ * electronics comes from the circuits (hil/circuits/figures.def) over 10 degrees either way;
+ * tests/hil/test_electronics.c checks these values against it.
+ * Electrolytic transducer, 3 in of travel: reading better than 0.5 % (uniform: 0.5 % over the root
+ * of 3), drive and amplifier 0.38 %, conductivity 0.07 % a degree: 0.65 % in all. Its zero is set
+ * by hand to 0.01 in; it is linear to 0.1 % of its travel; conductivity moves the zero with
+ * temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in the standard
+ * series; 100 in/s is twenty times that.
+ * Bridge: gage factor to 0.5 % (uniform), amplifier to 0.1 %. Before the command `zero`, the zero
+ * of a trimmed bridge is within 1 lb. An untrimmed bridge is off by hundreds: beyond the
+ * amplifier's range it reads as open or short, and the command `zero` refuses it
+ * (firmware/calibrate.h). A measured zero has its own error (firmware/channels.h). Drift 0.5 lb an
+ * hour; linear to 0.1 lb. The amplifier's output ends at 0 V (-80 lb) and at 3.3 V (580 lb). Band
+ * tension rises within some 50 ms: 20000 lb/s is a hundred times the observed rate.
+ * Reference: 0.05 % (uniform). */
 #define TRANSDUCER_ERRORS                                                    \
     .gain_error = 0.0065f, .zero_error = 0.0058f, .linearity_error = 0.002f, \
     .drift_error_per_h = 0.002f, .low = -0.5f, .high = 3.0f, .rate_limit_per_s = 100.0f
@@ -39,7 +40,7 @@
     .low = -75.0f, .high = 575.0f, .rate_limit_per_s = 20000.0f
 #define REFERENCE_GAIN_ERROR 0.00029f
 
-/* All of this is in codes of a converter of 3.3 V. */
+/* Codes are of a converter with a 3.3 V supply. */
 #define NOMINAL_MV   3300u
 #define REFERENCE_MV 2500u
 
@@ -50,7 +51,7 @@
                .unit_per_code = IN_PER_CODE,        \
                .zero_code = DISPLACEMENT_ZERO_CODE, \
                TRANSDUCER_ERRORS},
-/* The shunt of a bridge stands for 40 lb of tension. */
+/* The shunt of a bridge corresponds to 40 lb of tension. */
 #define GAGE(n, on_band, station)                               \
     [MR_TRANSDUCERS + (n)-1] = {.kind = MR_KIND_TENSION,        \
                                 .number = n,                    \
@@ -62,9 +63,9 @@
                                 .gage_factor = 2.0f,            \
                                 .shunt_lb = 40.0f},
 
-/* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge)
- * and give its speed. Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along
- * the runway differ by 56 codes or more. */
+/* Every 5 ft. The first two switches are on the track before touchdown (negative: before the
+ * runway's edge) and give the track speed. Steps are 64 + 8 i codes, with i permuted as 7 (p - 1)
+ * mod 24, so neighbours along the runway differ by 56 codes or more. */
 #define SWITCH(p)                                                  \
     {                                                              \
         -2.5f + 5.0f * (float)((p)-1), 64 + 8 * (7 * ((p)-1) % 24) \
@@ -109,7 +110,7 @@ struct mr_config config = {
             {.pretension_lb = 100.0f, .yield_lb = 240.0f},
             {.pretension_lb = 100.0f, .yield_lb = 240.0f},
         },
-    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints as reproduce its
+    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints that reproduce its
      * movements (tests/runs/README.md); 1300 lb on twelve axles. Critical compression: w L / 2 h0
      * for an irregularity of 0.043 in. */
     .predict = {{
@@ -126,7 +127,7 @@ struct mr_config config = {
         .deceleration_ft_s2 = 5.0f,
         .bump_in = 0.0432f,
     }},
-    /* The lamp follows the verdict. */
+    /* NaN: the lamp follows the predictor's verdict. */
     .risk = {{
         .lamp_cost_ratio = __builtin_nanf(""),
     }},

@@ -8,8 +8,8 @@
 #include "firmware/schedule.h"
 #include "firmware/channels.h"
 
-/* Items by number. Calibrations: two values each; tables only as far as they are in use.
- * Parameters: only where there is a predictor. */
+/* Numbers of the items. Calibrations have two values per part; tables only the points in use.
+ * Parameters exist only with a predictor. */
 #define FIRST_SWITCH          MR_CHANNELS
 #define FIRST_SEGMENT         (FIRST_SWITCH + MR_CONFIG_SWITCHES)
 #define FIRST_CALIBRATION     (FIRST_SEGMENT + MR_SEGMENTS)
@@ -56,8 +56,8 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
          .wheel = config.site[0].wheel);
 }
 
-/* Sent in a burst, so that a host that knew it as fitted learns of it; neither repeated nor
- * stored. */
+/* Whether the item is not fitted. A burst includes such items, so that a host that knew them as
+ * fitted is updated; they are not repeated or stored. */
 static bool is_not_fitted(unsigned item)
 {
     if (item < FIRST_SWITCH)
@@ -65,7 +65,7 @@ static bool is_not_fitted(unsigned item)
     return item < FIRST_SEGMENT && config.gate[item - FIRST_SWITCH].step_codes == 0;
 }
 
-/* The one after an item that has anything to say; 0 after the last. */
+/* The next item after this one that has content; 0 after the last. */
 static unsigned next_item(unsigned item)
 {
     for (item++; item < ITEMS; item++) {

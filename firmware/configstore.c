@@ -7,7 +7,7 @@
 #include "firmware/health.h"
 #include "firmware/channels.h"
 
-#define BOTH_COPIES 3u /* detail of the fault */
+#define BOTH_COPIES 3u /* detail of the fault: both copies */
 
 static uint32_t word_at(const uint8_t *image, unsigned word)
 {
@@ -20,7 +20,8 @@ static uint32_t revision_of(unsigned copy)
     return word_at(flash_copy(copy), 4);
 }
 
-/* Intact is not enough: what an older firmware took for sound may not be so for this one. */
+/* Checks a copy. An intact one may still be refused: another firmware version may have other
+ * rules. */
 static uint8_t check_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
@@ -29,7 +30,7 @@ static uint8_t check_copy(unsigned copy)
              : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
 }
 
-/* Sound by itself, and no channel fitted where the board has no input? */
+/* Whether `config` is valid, and fits no channel for which the board has no input. */
 static enum mr_status check(struct mr_config_reason *reason)
 {
     enum mr_status status = mr_config_check(&config, reason);
@@ -45,7 +46,7 @@ static enum mr_status check(struct mr_config_reason *reason)
     return status;
 }
 
-/* Takes a copy into force; false, and nothing changed, when it is not sound. */
+/* Applies a copy. False: it is invalid, and nothing has changed. */
 static bool take_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
@@ -61,8 +62,8 @@ static bool take_copy(struct configstore *store, unsigned copy)
     return true;
 }
 
-/* The highest revision of copies that are whole and were refused: the next change counts on from
- * there, or it would be older than a copy that another firmware takes again. */
+/* Highest revision of intact copies that were refused. The next change counts on from it: otherwise
+ * it would be older than such a copy if another firmware accepts the copy again. */
 static uint32_t refused_revision(const struct configstore *store)
 {
     uint32_t highest = 0;
@@ -151,7 +152,8 @@ void configstore_word(struct configstore *store, struct telemetry *telemetry,
         report_staged(store, telemetry, word.tag, locked);
 }
 
-/* MR_OK, or MR_LIMIT with the reason. `config` and the image are as before. */
+/* Checks the staged image: MR_OK, or MR_LIMIT with the reason. `config` and the image are unchanged
+ * afterwards. */
 static enum mr_status check_staged(struct configstore *store, struct mr_config_reason *reason)
 {
     uint32_t revision = config.site[0].revision;
@@ -166,7 +168,7 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
     return status;
 }
 
-/* Into a copy that is not in force, the first word last. */
+/* Writes a copy that is not in force; the first word last, so an interrupted copy is not valid. */
 static bool write_copy(const struct configstore *store, unsigned copy)
 {
     flash_begin();
@@ -216,7 +218,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
 {
     if (word >= MR_CONFIG_WORDS)
         return MR_USAGE;
-    zero_exchange(); /* what is configured, not what was measured since */
+    zero_exchange(); /* store the configured zeros, not the ones measured since */
     mr_config_encode(&config, store->image);
     zero_exchange();
     store->staging = false;

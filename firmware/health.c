@@ -45,8 +45,7 @@ uint32_t health_faults(void)
 struct health_counter health_take(enum mr_fault_code fault)
 {
     volatile struct health_counter *counter = &counters[fault];
-    /* Clear first: a fault counted by an interrupt in between is then reported again rather than
-     * lost. */
+    /* Clear first: a fault that an interrupt counts in between is then reported again, not lost. */
     uint8_t changed = counter->changed;
     counter->changed = 0;
     return (struct health_counter){.count = counter->count,
@@ -67,7 +66,7 @@ static volatile uint8_t age_ticks[MR_TASK_COUNT];
 static volatile bool late;
 static uint32_t good_ticks;
 
-/* Not cleared at start; with its complement, for at power on RAM holds anything. */
+/* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
 static volatile struct {
     uint32_t task, complement;
 } present __attribute__((section(".noinit")));
@@ -99,7 +98,7 @@ void tasks_start(void)
     tasks_begin(MR_TASK_LOOP);
 }
 
-/* The first of the late tasks, in the order of the table. */
+/* The first late task in table order; 0 if none. */
 static unsigned first_late(void)
 {
     unsigned found = 0;
@@ -116,7 +115,7 @@ void tasks_tick(uint32_t pc)
 {
     unsigned task = first_late();
     if (task && !late) {
-        /* When the loop itself stands, it stands in the part that runs. */
+        /* If the loop itself is late, the part that runs is the cause. */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);

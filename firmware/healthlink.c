@@ -8,7 +8,7 @@
 
 /* ---- selftest ---- */
 
-/* A driven transducer at its mechanical zero reads 62 codes, one that is not driven none. Sums of
+/* A driven transducer at its mechanical zero reads 62 codes, an undriven one 0. The sums are of
  * four scans of each polarity. */
 #define DRIVEN_SUM (8 * 8)
 
@@ -75,7 +75,7 @@ static bool has_transducers(void)
     return false;
 }
 
-/* What this board and its configuration have. */
+/* Tests that apply to this board and its configuration. */
 static uint16_t wanted(const struct selftest *test)
 {
     unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |

@@ -7,7 +7,7 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-/* In the order in which they follow each other, at a start and at a change. */
+/* Steps in the order of a start, then of a change. */
 enum step {
     STEP_NONE,
     STEP_READ,
@@ -22,13 +22,13 @@ enum step {
 
 #define MARK         0x594b524du /* "MRKY" */
 #define CHECKED      (12u + MR_KEY_BYTES)
-#define RECORD       (CHECKED + 4u) /* MARK once more behind it */
+#define RECORD       (CHECKED + 4u) /* MARK again follows the record */
 #define TRIES        3u
 #define POLLS        20000u
 #define BITS         8u
 #define BITS_A_PAGE  (NOR_PAGE * BITS)
 #define STARTS_MOST  ((NOR_PAGES_PER_SECTOR - 1u) * BITS_A_PAGE)
-#define FAULT_DETAIL 7u /* of MR_FAULT_NOR_FAILED */
+#define FAULT_DETAIL 7u /* detail of MR_FAULT_NOR_FAILED */
 
 static uint32_t address_of(unsigned copy, unsigned page)
 {
@@ -55,7 +55,7 @@ void keystore_follow(struct keystore *store, bool memory)
     }
 }
 
-/* ---- a start: both copies are read, starts counted, this one marked ---- */
+/* ---- start: read both copies, count the starts, mark this one ---- */
 
 static void known(struct keystore *store, enum mr_key_state state)
 {
@@ -69,7 +69,7 @@ static void known(struct keystore *store, enum mr_key_state state)
         health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
 }
 
-/* Takes the record in `buffer` into force. */
+/* Makes the record in `buffer` the key in force. */
 static void take_record(struct keystore *store, unsigned copy)
 {
     const uint8_t *p = store->buffer + 4;
@@ -86,7 +86,8 @@ static bool is_whole(const uint8_t *record)
     return mr_crc32(0, record, CHECKED) == mr_get_u32(&crc);
 }
 
-/* One that is no record is read again: a mistake in reading is not taken for one in the memory. */
+/* Checks a copy. A damaged one is read again: the error may be in the transfer, not in the
+ * memory. */
 static void check_copy(struct keystore *store)
 {
     const uint8_t *p = store->buffer;
@@ -110,7 +111,7 @@ static void check_copy(struct keystore *store)
         known(store, store->damaged && store->copy == KEY_COPIES ? MR_KEY_DAMAGED : MR_KEY_OPEN);
 }
 
-/* The last bit that is 0; one that the power tore may read as either. */
+/* Finds the last bit that is 0. A bit torn by a power loss may read as either. */
 static void count_page(struct keystore *store)
 {
     for (unsigned i = 0; i < NOR_PAGE; i++) {
@@ -129,7 +130,7 @@ static void count_page(struct keystore *store)
     store->page = 1u + store->starts / BITS_A_PAGE;
 }
 
-/* The bit of this start. */
+/* Byte with the bit of this start. */
 static uint8_t *byte_of_start(struct keystore *store)
 {
     return &store->buffer[store->starts % BITS_A_PAGE / BITS];
@@ -167,7 +168,7 @@ static void answer(struct keystore *store, enum mr_status status)
 {
     store->step = STEP_NONE;
     store->answer.status = (int8_t)status;
-    store->answered = store->answer.code != MR_COMMAND_NONE; /* a start ordered nothing */
+    store->answered = store->answer.code != MR_COMMAND_NONE; /* a start has no command to answer */
     store->received = 0;
     memset(store->staged, 0, sizeof store->staged);
 }
@@ -227,7 +228,7 @@ bool keystore_busy(struct keystore *store)
         store->step = STEP_NONE;
         keystore_follow(store, false);
     } else {
-        next_step(store); /* whether it did what it should, reading tells */
+        next_step(store); /* reading back shows whether it succeeded */
     }
     return false;
 }
@@ -236,7 +237,7 @@ bool keystore_begin(struct keystore *store)
 {
     bool of_starts = store->step >= STEP_COUNT && store->step <= STEP_CHECK;
     uint32_t address = address_of(store->at, of_starts ? store->page : 0);
-    /* at a start the chip may still do what a reset broke off */
+    /* at a start the chip may still be busy with an operation that a reset interrupted */
     if (store->step == STEP_NONE || nor_poll() == NOR_BUSY)
         return false;
     store->under_way = true;
@@ -268,7 +269,7 @@ bool keystore_writing(const struct keystore *store)
     return store->step >= STEP_ERASE;
 }
 
-/* ---- orders ---- */
+/* ---- commands ---- */
 
 void keystore_word(struct keystore *store, const uint8_t *payload, size_t length)
 {

@@ -5,7 +5,7 @@
 #include "firmware/schedule.h"
 #include "firmware/configround.h"
 
-#define CLOCK_ERROR 0.01 /* relative, of the internal oscillator */
+#define CLOCK_ERROR 0.01 /* relative error of the internal oscillator */
 
 void landinglink_block(struct telemetry *telemetry, const struct mr_block *block)
 {
@@ -13,7 +13,7 @@ void landinglink_block(struct telemetry *telemetry, const struct mr_block *block
     telemetry_send(telemetry, TO_SERIAL, MR_ID_BLOCK, record, mr_block_put(block, record));
 }
 
-/* Some of `count` from `first` on is fitted. */
+/* Whether any of the `count` inputs from `first` on is fitted. */
 static bool any_of(uint32_t fitted, unsigned first, unsigned count)
 {
     return (fitted >> first & ((1u << count) - 1u)) != 0;
@@ -59,8 +59,8 @@ static void report_pushback(struct telemetry *telemetry, const struct landing *l
          .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
 }
 
-/* Standard error of a quantity that goes with the clock's error, once (speed) or twice
- * (deceleration). The internal oscillator may be 1 % out. */
+/* Standard error with the error of the clock, which affects a quantity once (speed) or twice
+ * (deceleration). The internal oscillator may be 1 % off. */
 static float error_of(const struct telemetry *telemetry, const struct mr_estimate *estimate,
                       double times)
 {
@@ -163,8 +163,8 @@ static void send_faults(struct telemetry *telemetry, bool all)
     }
 }
 
-/* These counts show the host which messages it lost, not only how many frames. All are sent,
- * whatever was sent before: each link has its own, as they are before either is sent. */
+/* Sends the count of one kind of message, so that the host knows which messages it lost, not only
+ * how many frames. Each link gets its own count, taken before both messages are sent. */
 static void send_count(struct telemetry *telemetry)
 {
     unsigned place = telemetry->count_place;

@@ -1,4 +1,4 @@
-/* The loop: take what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
+/* Main loop: handle what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
 #include "firmware/app.h"
 #include "firmware/health.h"
 

@@ -9,7 +9,7 @@
 
 #define TOLD UINT32_MAX
 
-/* The reported runway, and its number. */
+/* Saves the runway state for reports, with its CRC as its number. */
 static void refresh(struct predict *p)
 {
     mr_predictor_save(&p->predictor, &p->state);
@@ -27,7 +27,7 @@ void predict_configure(struct predict *p, const float *slack_in)
 {
     struct mr_predictor_config started;
     if (p->status == MR_OK && p->predictor.config.chain.mats)
-        /* and there it waits while none is configured */
+        /* the saved state remains while no predictor is configured */
         mr_predictor_save(&p->predictor, &p->state);
     p->telling = p->telling_risk = TOLD;
     p->warning = false;
@@ -82,7 +82,7 @@ static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_
     p->updates = p->predictor.updates;
 }
 
-/* Looks, moves the lamp, and sends what is due. */
+/* Evaluates the prediction, sets the lamp and sends the messages that are due. */
 static void predict_and_report(struct predict *p, struct telemetry *telemetry,
                                const struct landing *landing, uint32_t index)
 {
@@ -134,20 +134,20 @@ static void report_joints(const struct predict *p, struct telemetry *telemetry, 
     TELL_THIS(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
 }
 
-/* On the links: this now, the joints in the blocks that follow. */
+/* Reports the runway on the links: the summary now, the joints in the next blocks. */
 static void begin_report(struct predict *p, struct telemetry *telemetry)
 {
     report_runway(p, telemetry, TO_LINKS);
     p->telling = 0;
 }
 
-/* Chart and plan, then the lamp's limit: number n of the list. */
+/* Number n of the list of chart and plan, then lamp limit. */
 static float risk_item(const struct predict *p, unsigned n)
 {
     return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
 }
 
-/* A missing chart is reported for the first two rows only. False: nothing is missing. */
+/* Reports an item; missing values of a chart only for its first two rows. False: nothing sent. */
 static bool report_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                              unsigned n)
 {
@@ -161,11 +161,11 @@ static bool report_risk_item(const struct predict *p, struct telemetry *telemetr
 
 static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
 {
-    if (p->telling != TOLD) /* one after the other */
+    if (p->telling != TOLD) /* one report after the other */
         return;
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
         i += report_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
-        /* the limit is that of a landing */
+        /* the lamp limit belongs to a landing */
         if (p->telling_risk >= (p->predictor.armed ? MR_RISK_TOLD : MR_RISK_ITEMS))
             p->telling_risk = TOLD;
     }
@@ -190,8 +190,8 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
 {
     if (p->status != MR_OK)
         return;
-    /* Armed with the reported values: openings to 0.01 mil. They were saved from this runway, so
-     * they fit. */
+    /* Uses the openings as reported, to 0.01 mil, so that a replay starts from the same values.
+     * Loading cannot fail: the state was saved from this runway. */
     refresh(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
     mr_predictor_surveyed(&p->predictor, slack_in);
@@ -216,7 +216,7 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
     if (p->status != MR_OK || !telemetry_has_box(telemetry))
         return;
     report_store(p, telemetry, TO_CONFIGURATION, copy);
-    p->store_due = true; /* on the links too */
+    p->store_due = true; /* reports the copy on the links too */
     report_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         report_joints(p, telemetry, TO_CONFIGURATION, n);
@@ -224,8 +224,8 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
         (void)report_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
-/* A backlog is met once in a look: what it costs to catch up is over by then, or there is
- * another. */
+/* Handles a backlog at most once per look: by the next look the predictor has caught up, or a new
+ * backlog is reported. */
 static void follow_backlog(struct predict *p, struct telemetry *telemetry,
                            const struct predict_block *block)
 {
@@ -271,7 +271,8 @@ enum mr_status predict_load(struct predict *p, enum mr_runway_source source, con
     enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
     if (status != MR_OK)
         return status;
-    mr_predictor_survey(&p->predictor, slack_in); /* read before it was loaded */
+    /* the survey arrived before the runway was loaded */
+    mr_predictor_survey(&p->predictor, slack_in);
     p->source = (uint8_t)(p->dirty ? MR_RUNWAY_MEASURED : source);
     refresh(p);
     return MR_OK;
@@ -285,7 +286,7 @@ const struct mr_predictor_state *predict_state(struct predict *p)
 
 void predict_kept(struct predict *p, uint32_t crc)
 {
-    p->dirty = p->crc != crc; /* it has changed again */
+    p->dirty = p->crc != crc; /* true if the runway has changed since */
     p->store_due = true;
 }
 
@@ -303,7 +304,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     bool folded = p->status == MR_OK && p->predictor.armed && moved;
     if (p->status != MR_OK || !p->predictor.armed)
         return false;
-    if (p->warning) { /* a warning ends with the landing, and its end is reported */
+    if (p->warning) { /* a warning ends with the landing; its end is reported */
         p->zone = (struct mr_predictor_zone){.level = p->zone.level,
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,
@@ -324,7 +325,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         changed(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.armed = false;
-    if (moved) /* it was for this landing */
+    if (moved) /* the plan was for this landing */
         discard_plan(p);
     return folded;
 }
@@ -359,12 +360,12 @@ static void discard_runway(struct predict *p, uint32_t index)
     changed(p, MR_RUNWAY_UNKNOWN, index);
 }
 
-/* Chart and plan, for the landing to come. */
+/* Accepts chart and plan for the next landing. */
 static enum mr_status take_chart(struct predict *p, uint32_t crc)
 {
     bool right = mr_risk_plan_crc(&p->plan_given) == crc;
     enum mr_status status = right ? mr_risk_plan_check(&p->plan_given) : MR_CRC;
-    /* a chart of another runway is none for the landing to come */
+    /* a chart made for another state of the runway does not apply to the next landing */
     if (status == MR_OK && !__builtin_isnan(p->plan_given.row_ft_s2[0]) &&
         p->plan_given.landings != (float)p->predictor.landings)
         status = MR_VERSION;
@@ -384,7 +385,7 @@ static enum mr_status execute_chart(struct predict *p, const struct mr_command *
     case MR_COMMAND_CHART_WORD:
         memcpy(&value, &command->argument, sizeof value);
         return mr_risk_item_set(&p->plan_given, command->index, value) ? MR_OK : MR_USAGE;
-    case MR_COMMAND_CHART_FORGET: /* and words of one that was begun */
+    case MR_COMMAND_CHART_FORGET: /* also the received words of an incomplete chart */
         mr_risk_plan_clear(&p->plan_given);
         discard_plan(p);
         p->telling_risk = 0;

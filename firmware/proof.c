@@ -12,7 +12,7 @@ void proof_take(struct proof *proof, bool by_serial, const uint8_t *payload, siz
     proof->link[by_serial].given = true;
 }
 
-/* Takes as long whatever differs. */
+/* Compares in constant time. */
 static bool is_equal(const uint8_t *a, const uint8_t *b)
 {
     volatile uint8_t differs = 0;
@@ -21,7 +21,7 @@ static bool is_equal(const uint8_t *a, const uint8_t *b)
     return !differs;
 }
 
-/* Proofs of the old one are none of the new one. */
+/* Makes a new nonce. Proofs made with the old one are no longer valid. */
 static void renew(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
 {
     const uint32_t numbers[3] = {store->change, store->starts, ++proof->nonces};

@@ -45,7 +45,7 @@ static bool is_damaged(uint8_t copy)
     return copy != (uint8_t)MR_OK && copy < RUNWAYSTORE_NOT_READ;
 }
 
-/* The newest whole copy; RUNWAY_COPIES: none is. */
+/* The newest whole copy; RUNWAY_COPIES if there is none. */
 static unsigned newest(const struct runwaystore *store)
 {
     bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
@@ -54,11 +54,12 @@ static unsigned newest(const struct runwaystore *store)
     return a ? 0 : b ? 1 : RUNWAY_COPIES;
 }
 
-/* A copy has been read; one that is damaged is read again: a mistake in reading is not taken for
- * one in the memory. */
+/* Checks a copy that was read. A damaged one is read again: the error may be in the transfer, not
+ * in the memory. */
 static void check_copy(struct runwaystore *store, struct predict *predict)
 {
-    struct mr_predictor_state *state = &predict->state; /* nothing is armed before it is loaded */
+    /* free for use: nothing is armed before the runway is loaded */
+    struct mr_predictor_state *state = &predict->state;
     enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
     store->copy[store->at] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK
                                                                         : (uint8_t)-status;
@@ -78,7 +79,7 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
         health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
 }
 
-/* The newest is whole: it is the runway, unless it is of another one. */
+/* Loads the newest whole copy, unless it belongs to another runway. */
 static void load(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
     enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->at],
@@ -119,7 +120,7 @@ static void writing_ends(struct runwaystore *store, struct predict *predict, boo
     predict_kept(predict, store->crc);
 }
 
-/* A page of the copy has been read. */
+/* Handles a page that was read. */
 static void take_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
     uint8_t *of_image = store->image + store->page * NOR_PAGE;
@@ -157,7 +158,7 @@ bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const 
     return false;
 }
 
-/* The runway as it is now, into the copy that is not the newest. */
+/* Begins to write the present runway into the older copy. */
 static void begin_writing(struct runwaystore *store, struct predict *predict)
 {
     unsigned last = newest(store);
@@ -193,7 +194,7 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
     bool writing = store->step >= STEP_ERASE;
     if (store->missing || predict->status != MR_OK)
         return false;
-    /* written anew when it is quiet again: it will be another one */
+    /* written when quiet again, with the state of that time */
     if (writing && (!quiet || !predict->dirty))
         store->step = STEP_NONE;
     if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty &&

@@ -5,7 +5,7 @@
 #include "common/wire.h"
 #include "firmware/schedule.h"
 
-#define COUNT_LEAST 2u /* readings that make a mean */
+#define COUNT_LEAST 2u /* least number of readings for a mean */
 
 void slowlog_reset(struct slowlog *log)
 {
@@ -36,7 +36,7 @@ static void send_tensions(struct slowlog *log, struct telemetry *telemetry)
     log->unsent -= log->unsent < SLOWLOG_PER_MESSAGE ? log->unsent : SLOWLOG_PER_MESSAGE;
 }
 
-/* A mean needs half of the blocks. */
+/* Writes a row. A mean needs readings in half of the blocks. */
 static void make_row(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                      float temperature_c)
 {
@@ -58,7 +58,7 @@ void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t in
     log->begun = true;
     if (!is_since(index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
-    if (!quiet) { /* as soon as the landing is over */
+    if (!quiet) { /* restart after the landing */
         slowlog_reset(log);
         log->due = index + SLOWLOG_MEAN_BLOCKS;
         return;

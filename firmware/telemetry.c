@@ -89,7 +89,7 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
 
 /* ---- timesync ---- */
 
-/* a full queue ahead of it takes 33 ms; then there is no pair this time */
+/* a full queue ahead of the sync frame takes 33 ms; in that case this pair is skipped */
 #define FOLLOW_BLOCKS 10u
 
 void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,

@@ -8,15 +8,15 @@
 enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };
 
 enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
-#define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it is over */
+#define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it has ended */
 #define CONFIG_UPPER    0x61u /* 12 bits; shut down */
-/* as at power-up: 4 Hz (when not shut down), alert inactive, not extended */
+/* lower byte at power-up: 4 Hz (when not shut down), alert inactive, not extended */
 #define CONFIG_LOWER    0xa0u
 #define C_PER_COUNT     0.0625f
 #define LOWEST_C        (-55.0f) /* the part's range */
 #define HIGHEST_C       125.0f
-/* The data sheet's limits, 0.5 C between 0 and 65 C, 1 C elsewhere, over the root of 3; rounding to
- * 0.0625 C is far below. */
+/* Data sheet limits over the root of 3: 0.5 C between 0 and 65 C, 1 C elsewhere. Rounding to 0.0625
+ * C is negligible. */
 #define ERROR_C         0.289f
 #define ERROR_BEYOND_C  0.577f
 
@@ -61,7 +61,8 @@ static void read_register(struct thermometer *t, enum step step, uint32_t index,
     begin(t, step, index, 1, 2);
 }
 
-/* The chip may have lost its supply, or its pointer: from the beginning, in the next second. */
+/* After an error the chip may have lost its supply or its register pointer: starts again in the
+ * next second. */
 static void fail(struct thermometer *t, enum thermometer_fault detail)
 {
     health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);
@@ -93,7 +94,7 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         else
             write_config(t, SHUT_DOWN, index, CONFIG_UPPER);
         break;
-    case SHUT_DOWN: /* only from there a conversion can be asked for */
+    case SHUT_DOWN: /* a one-shot conversion needs the shut-down state */
         t->shut_down = true;
         write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         break;
@@ -105,7 +106,7 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         if (index - t->since >= THERMOMETER_CONVERSION)
             read_register(t, ASK, index, REGISTER_CONFIG);
         break;
-    case ASK: /* over, and still the chip that was set up */
+    case ASK: /* conversion ended, and the configuration is still the one set */
         if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
             read_register(t, READ, index, REGISTER_TEMPERATURE);
         else

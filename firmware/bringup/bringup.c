@@ -1,6 +1,6 @@
-/* The bring-up image: a small program that reports on the serial port the state of a new board,
- * with the firmware's own drivers. At power on, and whenever `report` is typed, a whole report;
- * then commands. Two of its parts end in a reset, after which it goes on where it was.
+/* The bring-up image: a small program that reports the state of a new board on the serial port,
+ * with the firmware's own drivers. It prints a whole report at power on and whenever `report` is
+ * typed; then it accepts commands. Two tests end in a reset, after which the report continues.
  * docs/howto/bring-up.md shows its use, docs/reference/bring-up.md the meaning of each line.
  *
  * Every wait is bounded and feeds the watchdog; an absent part has the value `none`. */
@@ -20,9 +20,9 @@ extern uint32_t stack_bottom[];
 
 /* ---- chip ---- */
 
-/* Identity of the chip (RM0090 38.6.1, 39), its image, cause of the start, option bytes (3.6.1).
- * The F407 cannot report its package, which is printed on it. */
-/* Half-words beside their complements. */
+/* Identity of the chip (RM0090 38.6.1, 39), image, cause of the start, option bytes (3.6.1). The
+ * F407 cannot report its package; the package name is printed on the chip. */
+/* Option bytes: half-words with their complements. */
 #define OPTIONS_LOW      (*(reg32 *)0x1fffc000u)
 #define OPTIONS_HIGH     (*(reg32 *)0x1fffc008u)
 #define FLASH_SIZE_WORD  (*(reg32 *)0x1fff7a20u) /* KiB in the upper half: address ...22 */
@@ -60,7 +60,7 @@ static void print_chip(void)
     board_identify(&identity);
     print_hex("chip", DBGMCU_IDCODE & 0xfffu, "id");
     print_hex("revision", DBGMCU_IDCODE >> 16, "id");
-    /* ES0182: of revision A of the F405 and F407 it does not */
+    /* ES0182: prefetch does not work on revision A of the F405 and F407 */
     bool broken = (DBGMCU_IDCODE & 0xfffu) == 0x413u && DBGMCU_IDCODE >> 16 == 0x1000u;
     print_word("prefetch", broken ? "broken" : "works", "state");
     print_hex("core", SCB_CPUID, "id");
@@ -85,7 +85,7 @@ static void print_options(void)
     print_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
     print_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
     print_number("stop_resets", !(optcr & OPTCR_NRST_STOP) + !(optcr & OPTCR_NRST_STDBY), "modes");
-    /* of 512 KiB the other bits are reserved; RM0390 3.8.7 */
+    /* on chips of 512 KiB the other bits are reserved; RM0390 3.8.7 */
     uint32_t sectors = FLASH_SIZE_WORD >> 16 > 512u ? 0xfffu : 0xffu;
     print_hex("write_protected", ~(optcr >> 16) & sectors, "sectors");
     print_word("options_stored", same ? "as_loaded" : "differ", "state");
@@ -93,16 +93,16 @@ static void print_options(void)
 
 /* ---- clocks ---- */
 
-/* Clocks against each other. The crystal is compared with the internal oscillator at start
- * (clock.c), the internal low-speed one by the watchdog. Here: the core's cycles, SysTick
- * and the timers, which must be whole multiples; where the timers stand to each other; where in the
- * scan the converters are. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
+/* Compares the clocks. The crystal was compared with the internal oscillator at start (clock.c);
+ * the watchdog test measures the internal low-speed one. Here: core cycles, SysTick and timers,
+ * which must be whole multiples; the offset between the timers; the phase of the conversions in the
+ * scan. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
 #define INTERNAL_KHZ  16000u
 #define CRYSTAL_KHZ   8000u
-#define SPAN_US       5000u /* shorter than SysTick's 10 ms */
+#define SPAN_US       5000u /* shorter than SysTick's period of 10 ms */
 #define SCAN_TICKS    10500u
 #define CONVERSION_US 1000u
-#define NEWEST_US     100000u /* for one to come */
+#define NEWEST_US     100000u /* wait for one new block */
 #define ADC1_STREAM   4u
 
 static void print_crystal(void)
@@ -113,7 +113,7 @@ static void print_crystal(void)
         print_none("internal", "kHz");
         return;
     }
-    /* each by the other, as if that were right */
+    /* only the ratio is known: each value assumes that the other clock is exact */
     print_number("crystal", (int32_t)khz, "kHz");
     print_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
 }
@@ -141,7 +141,7 @@ static void print_rates(void)
     print_milli("systick_per_tick", (int32_t)((uint64_t)systicks * 1000u / ticks), "ratio");
 }
 
-/* One that has just come: what has waited is left out. */
+/* Drops the queued blocks and takes the next one that ends. */
 static bool take_newest_block(struct mr_block *block)
 {
     uint32_t begun = pace_begin();
@@ -154,8 +154,8 @@ static bool take_newest_block(struct mr_block *block)
     return true;
 }
 
-/* TIM2 minus TIM4 within a scan: TIM2 is read between two looks at TIM4. It wraps after 51 s, and
- * that is no whole number of scans: a block gives its ticks since the start. */
+/* TIM2 minus TIM4 within a scan; TIM2 is read between two reads of TIM4. TIM2 wraps after 51 s,
+ * which is no whole number of scans, so the block index supplies the ticks since the start. */
 static void print_timers(void)
 {
     struct mr_block block;
@@ -175,7 +175,7 @@ static void print_timers(void)
                  offset > (int32_t)SCAN_TICKS / 2 ? offset - (int32_t)SCAN_TICKS : offset, "ticks");
 }
 
-/* TIM4's count when the stream of converter 1 has moved on. */
+/* Waits for the next conversion of converter 1 and returns TIM4's count. */
 static bool wait_for_conversion(uint32_t *tick)
 {
     uint32_t begun = pace_begin(), left = DMA2->stream[ADC1_STREAM].NDTR;
@@ -195,7 +195,7 @@ static void print_conversions(void)
     for (unsigned n = 0; come && n < 32; n++) {
         come = wait_for_conversion(&tick);
         if (n == 0)
-            continue; /* may have been late */
+            continue; /* the first wait may have begun after its conversion */
         first = come && tick < first ? tick : first;
         last = come && tick > last ? tick : last;
     }
@@ -219,14 +219,14 @@ static void print_clocks(void)
 
 /* ---- noise ---- */
 
-/* Level and noise of each input, with the flash's prefetch and without: prefetch is said to disturb
- * the converters (AN4073). The core runs from flash meanwhile, as it does while it predicts.
+/* Level and noise of each input, with and without flash prefetch, because prefetch can disturb the
+ * converters (AN4073). The core runs from flash meanwhile, as during a prediction.
  *
- * Noise of one conversion from the sums of 8, or 4, in block records: differences of one block to
- * the next have twice the variance of a sum, a drift drops out. White noise is assumed; hum counts
- * more than it should. */
+ * Noise of one conversion from the sums of 8, or 4, codes in block records. A difference of two
+ * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum counts more
+ * than it should. */
 #define BLOCKS         400u
-#define SKIPPED        20u /* what the queue held */
+#define SKIPPED        20u /* blocks that the queue may hold */
 #define BLOCK_US       5000u
 #define BUSY_BYTES     512u
 #define REFERENCE_MV   2500u
@@ -234,12 +234,12 @@ static void print_clocks(void)
 
 static struct {
     struct mr_block last;
-    uint32_t count; /* of differences */
+    uint32_t count; /* number of differences */
     uint64_t squares[MR_BLOCK_SUMS];
     uint32_t sums[MR_BLOCK_SUMS];
 } seen;
 
-/* The next block; the core is busy until it comes. */
+/* Waits for the next block with the core busy. */
 static bool next_block(struct mr_block *block)
 {
     uint32_t begun = pace_begin(), at = 0;
@@ -273,7 +273,8 @@ static bool measure(void)
         if (!next_block(&block))
             return false;
     }
-    seen.last.index = block.index - 2u; /* none follows it */
+    /* no block follows this index, so the first block makes no difference */
+    seen.last.index = block.index - 2u;
     for (unsigned n = 0; n < BLOCKS; n++) {
         if (!next_block(&block))
             return false;
@@ -292,7 +293,7 @@ static uint32_t root(uint64_t of)
     return (uint32_t)r;
 }
 
-/* Thousandths of a code, of one conversion; `codes` are summed. */
+/* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
 static int32_t noise_milli(unsigned sum, unsigned codes)
 {
     return (int32_t)root(seen.squares[sum] * 1000000u / (2u * codes * seen.count));
@@ -306,7 +307,7 @@ static int32_t level_milli(unsigned sum, unsigned codes)
 static void print_channel(const char *what, unsigned channel, const char *signal, bool level)
 {
     bool transducer = channel < MR_TRANSDUCERS;
-    /* of a transducer the sums with forward excitation */
+    /* transducers: the sums with forward excitation */
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
@@ -322,8 +323,8 @@ static void print_channels(const char *what, bool level)
 #include "firmware/boards/pins.def"
 }
 
-/* The converters' supply by the reference of 2.500 V; 0: no reference is there, for the chip does
- * not stand so much. */
+/* The converters' supply from the 2.500 V reference. 0 if the result exceeds the chip's limit:
+ * there is no reference then. */
 static uint32_t supply_mv(void)
 {
     uint32_t sum = seen.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
@@ -332,8 +333,8 @@ static uint32_t supply_mv(void)
     return mv <= SUPPLY_MOST_MV ? mv : 0;
 }
 
-/* And how far it is from what the board's should be: the staircase is read relative to the one, its
- * wires to the other. */
+/* Prints the supply and its deviation from the board's nominal supply. The staircase is read
+ * relative to the converters' supply, its wires to the board's. */
 static void print_supply(void)
 {
     uint32_t mv = supply_mv();
@@ -359,15 +360,15 @@ static void print_noise(void)
 
 /* ---- cost ---- */
 
-/* Cycles of the predictor, a block of a landing braked at 8 ft/s2 in each round, beside what its
- * budget assumes: 1.5 an instruction, a division or root 12.5 more (tests/budget.sh).
- * Instructions of a block: mean of COST_ROUNDS, counted by the emulated board, whose cycle
- * counter counts them. */
+/* Cycles of the predictor for one block of a landing at 8 ft/s2. For comparison, the budget assumes
+ * 1.5 cycles an instruction and 12.5 more for a division or root (tests/budget.sh). INSTRUCTIONS is
+ * the mean per block over COST_ROUNDS, counted on the emulated board, where the cycle counter
+ * counts instructions. */
 #define COST_ROUNDS  600u
 #define INSTRUCTIONS 41581u
 #define DIVIDES      35u
 #define SPEED_FT_S   33.0f
-#define BRAKING      8.0f /* ft/s2 */
+#define BRAKING      8.0f /* deceleration, ft/s2 */
 #define START_FT     3.0f /* on the runway from the first round on */
 
 static void predictor_input(const struct mr_predictor_config *started, uint32_t round,
@@ -392,7 +393,7 @@ static void print_cost(void)
     const uint32_t assumed = (3u * INSTRUCTIONS + 25u * DIVIDES) / 2u;
     uint64_t spent = 0;
     mr_config_predictor(&config, &started);
-    started.updates_per_block = 1u << 20; /* every mat, whatever it costs */
+    started.updates_per_block = 1u << 20; /* no limit: always the full level */
     if (mr_predictor_start(&predictor, &started) != MR_OK) {
         print_none("cycles_predict", "cycles");
         return;
@@ -415,14 +416,14 @@ static void print_cost(void)
 
 /* ---- can ---- */
 
-/* The CAN controller's frames to itself, silent: the pins stay recessive. Its driver sends and
- * receives them, at the bit rate of the firmware; it stays so, for the bus is others'. RM0090
- * 32.4.4 (loop back with silent mode). */
+/* Sends CAN frames from the controller to itself. In silent mode the pins stay recessive, so other
+ * nodes see nothing. The firmware's driver sends and receives at the firmware's bit rate. The
+ * controller stays silent afterwards. RM0090 32.4.4 (loop back combined with silent mode). */
 #define FRAMES     100u
 #define MODE_POLLS 100000u
-#define FRAME_US   2000u /* a frame takes 0.13 ms */
+#define FRAME_US   2000u /* a frame lasts 0.13 ms */
 
-/* Init mode, a new BTR, and out of it. */
+/* Enters init mode, sets mode bits in BTR, and leaves init mode. */
 static bool set_mode(uint32_t bits)
 {
     CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP;
@@ -457,7 +458,8 @@ static bool is_received_back(const struct board_can_frame *sent)
 static void print_can(void)
 {
     struct board_can_errors errors;
-    /* alternating bits: no stuff bit among the data. Of an id that the driver's filter lets in. */
+    /* Alternating bits need no stuff bits in the data. The driver's filter accepts this
+     * identifier. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     board_can_state(&errors);
     board_can_move(0);
@@ -482,13 +484,13 @@ static void print_can(void)
 
 /* ---- memory ---- */
 
-/* The black box's memory: who it is, and a sector erased, programmed and verified again and again.
- * Of a record or the runway nothing is touched: the sector is one of the black box's
- * that holds nothing, and holds nothing afterwards. A sector bears 100,000 erases (W25Q128JV rev. F
- * 9.6). */
-#define LOOKS        9000u /* 9 s or more: nor.c gives up after 6 s of an erase */
+/* Identifies the black box's memory, then erases, programs and verifies a sector several times. The
+ * sector is an empty one of the black box and is empty afterwards: records and runway are not
+ * touched. A sector endures 100,000 erases (W25Q128JV rev. F 9.6). */
+#define LOOKS        9000u /* polls, 9 s or more: nor.c ends an erase after 6 s */
 #define TICKS_PER_US 84u
-#define SEARCHED     256u /* sectors, from the last of the black box's down */
+/* sectors searched for an empty one, from the black box's last one down */
+#define SEARCHED     256u
 #define NO_SECTOR    UINT32_MAX
 #define ROUNDS       3u
 
@@ -496,11 +498,11 @@ static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
 
 struct outcome {
     uint32_t rounds, wrong, failed;
-    uint32_t erase_us, erase_most_us, program_us, program_most_us; /* sums, and most */
+    uint32_t erase_us, erase_most_us, program_us, program_most_us; /* sums and maxima */
 };
 
-/* Asleep between two looks: each block of the scan wakes, or each supervision tick. By TIM2, which
- * goes on meanwhile, as the core's cycle counter does not. */
+/* Sleeps between two polls, until the next block or supervision tick. Times are from TIM2, which
+ * runs during sleep; the core's cycle counter does not. */
 static void sleep_until_interrupt(void)
 {
     struct mr_block block;
@@ -510,7 +512,7 @@ static void sleep_until_interrupt(void)
     (void)board_sleep();
 }
 
-/* Until the operation is over; how long it took. */
+/* Waits for the end of an operation and returns its duration. False: it failed. */
 static bool ends(uint32_t *us)
 {
     uint32_t begun = TIM2->CNT;
@@ -563,7 +565,7 @@ static bool erase(uint32_t sector, struct outcome *o)
     return done;
 }
 
-/* Every page another content, and every round. */
+/* Different content for each page and round. */
 static void fill_page(uint32_t round, uint32_t number)
 {
     uint32_t random = round * 2654435761u + number * 40503u + 1u;
@@ -615,7 +617,7 @@ static void print_outcome(uint32_t sector, const struct outcome *o)
     print_number("memory_program_most", (int32_t)o->program_most_us, "us");
 }
 
-/* It may still be busy with what it did before a reset. */
+/* Whether the memory answers. It may still be busy with an operation from before a reset. */
 static bool memory_is_there(void)
 {
     uint32_t us;
@@ -642,16 +644,15 @@ static void print_memory(void)
 
 /* ---- brown-out ---- */
 
-/* The brown-out level, which chips leave the factory without. At 168 MHz the core wants 2.7 V (data
- * sheet, table 14 with RM0090 5.1.3), so what is wanted is the highest level that the board's own
- * supply is above for sure: a board whose supply is below the level that is set never starts
- * again.
+/* Sets the brown-out level, which new chips do not have set. At 168 MHz the core needs 2.7 V (data
+ * sheet, table 14 with RM0090 5.1.3). The best level is the highest one that the board's own supply
+ * certainly exceeds: below the set level a board never starts again.
  *
  *     level  starts at, most   (data sheet, VBOR1 to VBOR3, rising)
- *     3      2.97 V            from 3.15 V on
- *     2      2.63 V            from 2.80 V on
+ *     3      2.97 V            set if the supply is 3.15 V or more
+ *     2      2.63 V            set if the supply is 2.80 V or more
  *
- * The supply is measured by the reference of 2.500 V, and must be what the board's own should be: a
+ * The supply is measured against the 2.500 V reference and must match the board's nominal supply: a
  * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
 #define KEY1            0x08192a3bu
 #define KEY2            0x4c5d6e7fu
@@ -661,10 +662,10 @@ static void print_memory(void)
 #define OPTCR_BOR       (3u << OPTCR_BOR_SHIFT)
 #define OPTCR_RDP       (0xffu << 8)
 #define RDP_LEVEL_0     (0xaau << 8)
-#define OPTION_POLLS    48000000u /* some seconds; the loop stands still with the flash */
+#define OPTION_POLLS    48000000u /* a few seconds; the loop stalls while the flash is busy */
 #define LEVEL_3_MV      3150u
 #define LEVEL_2_MV      2800u
-#define OFF_PERCENT     5u /* from what the board's supply should be */
+#define OFF_PERCENT     5u /* allowed deviation from the board's nominal supply */
 
 static bool is_the_boards(uint32_t mv)
 {
@@ -674,7 +675,7 @@ static bool is_the_boards(uint32_t mv)
 
 static bool write_options(uint32_t options)
 {
-    uint32_t mask = irq_mask(); /* their handlers are in the flash that stands still */
+    uint32_t mask = irq_mask(); /* the handlers are in flash, which is busy now */
     watchdog_patience(WATCHDOG_FLASH);
     if (FLASH_OPTCR & OPTCR_OPTLOCK) {
         FLASH_OPTKEYR = KEY1;
@@ -695,7 +696,7 @@ static void set_level(uint32_t level)
 {
     uint32_t before = FLASH_OPTCR & ~(OPTCR_OPTLOCK | OPTCR_OPTSTRT);
     uint32_t wanted = (before & ~OPTCR_BOR) | (3u - level) << OPTCR_BOR_SHIFT;
-    /* Anything else than level 0 of the read protection: an error here could lock the chip. */
+    /* Changing option bytes under read protection could lock the chip after an error. */
     if ((before & OPTCR_RDP) != RDP_LEVEL_0)
         print_word("brown_out_set", "protected", "result");
     else if (before == wanted)
@@ -721,14 +722,14 @@ static void set_brown_out(void)
     print_number("brown_out", (int32_t)(3u - (FLASH_OPTCR >> OPTCR_BOR_SHIFT & 3u)), "level");
 }
 
-/* ---- falls ---- */
+/* ---- tests that end in a reset ---- */
 
-/* Tests that end in a reset: a stack overflow, and a watchdog that is not fed. Their results are
- * known afterwards from the note of the fault (fault.c), and from a count that RAM keeps. */
+/* A stack overflow, and a watchdog that is not fed. After the reset the results are in the fault
+ * record (fault.c) and in a count in RAM. */
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u
-#define COUNTS         (WATCHDOG_USUAL + 1u) /* RM0090 table 107: the last one is of 0 */
+#define COUNTS         (WATCHDOG_USUAL + 1u) /* RM0090 table 107: the count includes 0 */
 #define LSI_DIVIDER    32u
 #define CFSR_BFARVALID (1u << 15)
 #define CFSR_STKERR    (1u << 12)
@@ -743,11 +744,11 @@ static uint8_t reset_cause(void)
     return identity.reset_cause;
 }
 
-/* As a chain of calls that is too deep does: the stack is at its bottom, then comes one more. */
+/* Pushes with the stack pointer at the stack's bottom, like a chain of calls that is too deep. */
 static void overflow_stack(void)
 {
     __asm volatile("mov sp, %0\n\tpush {r0-r7}\n\tdsb" : : "r"(stack_bottom) : "memory");
-    for (;;) { /* nothing stopped it; the watchdog does, and the note is missing then */
+    for (;;) { /* not stopped: the watchdog resets, without a fault record */
     }
 }
 
@@ -783,7 +784,7 @@ static void starve_watchdog(void)
 {
     (void)irq_mask();
     starved_cycles = 0;
-    watchdog_patience(WATCHDOG_USUAL); /* and feeds it, for the last time */
+    watchdog_patience(WATCHDOG_USUAL); /* also feeds the watchdog, for the last time */
     uint32_t begun = pace_begin();
     while (pace_cycles(begun) < STARVED_S * 1000000u * PACE_MHZ)
         starved_cycles = pace_cycles(begun);
@@ -805,8 +806,8 @@ static void print_watchdog(void)
 
 #define WORD_BYTES 16u
 
-/* Where the report is; kept through resets, with its complement, for at power on RAM holds
- * anything. */
+/* Stage of the report, kept through resets. The complement shows if it is valid: at power on RAM
+ * holds anything. */
 enum stage { STAGE_NONE, STAGE_STACK, STAGE_WATCHDOG };
 static struct {
     uint32_t stage, complement;
@@ -845,7 +846,7 @@ static void continue_with_watchdog(void)
     print_flush();
     keep_stage(STAGE_WATCHDOG);
     starve_watchdog();
-    print_watchdog(); /* the watchdog did not act: report that */
+    print_watchdog(); /* reached only if the watchdog did not reset */
     end_report();
 }
 
@@ -877,7 +878,7 @@ static void start_next_round(enum stage stage)
     }
 }
 
-/* Where the ROM does not listen at this port it could not be reached. */
+/* On some boards the boot ROM does not use this serial port and could not be reached. */
 static void enter_rom(void)
 {
     if (!BOARD_ROM_HEARS_SERIAL) {
@@ -904,7 +905,7 @@ static void execute(const char *word)
     }
 }
 
-/* A line that came, without its end; false: none yet. */
+/* Takes a line that has arrived, without its end. False: no whole line yet. */
 static bool take_word(char word[WORD_BYTES])
 {
     static char line[WORD_BYTES];
@@ -929,7 +930,7 @@ int main(void)
     struct mr_block block;
     char word[WORD_BYTES];
     board_start();
-    board_note_good(); /* resets are what it is for: no row of them */
+    board_note_good(); /* resets are intended here: they must not count as a row of failures */
     board_identify(&identity);
     pace_start();
     uart_rate(PRINT_BAUD);
@@ -937,7 +938,7 @@ int main(void)
     start_next_round(take_stage());
     for (;;) {
         watchdog_feed();
-        while (board_block_take(&block)) { /* or there is no sleep */
+        while (board_block_take(&block)) { /* waiting blocks would prevent sleep */
         }
         (void)board_sleep();
         if (take_word(word))

@@ -6,10 +6,10 @@
 #include "firmware/f407/drivers.h"
 
 #define LINE_BYTES    80u
-#define WAIT_US       2000000u /* the ring of uart.c, 8 KiB, leaves in 0.7 s */
-#define LAST_BYTES_US 200u     /* two bytes take 174 */
+#define WAIT_US       2000000u /* uart.c sends its ring of 8 KiB in 0.7 s */
+#define LAST_BYTES_US 200u     /* two bytes last 174 us */
 
-/* Kept through resets; what it holds at power on is overwritten by print_begin. */
+/* Kept through resets; print_begin overwrites the random content at power on. */
 static struct {
     uint32_t lines, crc;
     char section[12];
@@ -73,7 +73,7 @@ static void send(struct line *line)
     }
 }
 
-/* A line within a section. */
+/* Sends a line that counts in the section's lines and CRC. */
 static void send_counted(struct line *line)
 {
     send(line);

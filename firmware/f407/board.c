@@ -1,4 +1,4 @@
-/* board.h on the STM32F407: start-up in order, identity, sleep, supervision tick. */
+/* board.h on the STM32F407: start-up sequence, identity, sleep, supervision tick. */
 #include "common/crc32.h"
 #include "common/version.h"
 #include "firmware/f407/drivers.h"
@@ -13,12 +13,12 @@ static uint32_t asleep_ticks, load_since_tick;
 
 /* ---- image ---- */
 
-/* The header of this image, and whether flash holds what was built. */
+/* Header of this image, and the check that flash holds the image as built. */
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
 
-/* What is not known before linking is written by firmware/stamp/stamp.c. Only that reads this
- * object: the board reads flash. */
+/* firmware/stamp/stamp.c fills in the values that are unknown before linking. Only it reads this
+ * object; the board reads the header from flash. */
 __attribute__((section(".header"), used)) static const struct {
     uint32_t magic;
     uint16_t format, bytes;
@@ -88,7 +88,7 @@ void board_start(void)
     identity.reset_cause = take_reset_cause();
     quiet = fault_recall(identity.reset_cause);
     clock_reset();
-    /* Before the crystal, which may take 100 ms: until then outputs float. */
+    /* Before the crystal, which may take 100 ms to start: outputs float until here. */
     pins_start();
     enum mr_clock_source clock = clock_start(!fault_crystal_stops());
     memory_start();
@@ -160,13 +160,13 @@ __attribute__((naked)) void systick(void)
 void systick_irq(const uint32_t *frame)
 {
     tick_passed = true;
-    tasks_tick(frame[6]); /* the processor was there */
+    tasks_tick(frame[6]); /* frame[6] is the interrupted program address */
 }
 
 bool board_sleep(void)
 {
-    /* WFI wakes for a pending interrupt even while masked, so nothing that comes after the check is
-     * slept through. */
+    /* WFI also wakes for a pending interrupt while interrupts are masked, so no event after this
+     * check is slept through. */
     uint32_t mask = irq_mask();
     if (!scan_ready() && !tick_passed) {
         uint32_t before = TIM2->CNT;
@@ -175,7 +175,7 @@ bool board_sleep(void)
     }
     irq_restore(mask);
     bool passed = tick_passed;
-    if (passed) /* one that comes right now is for the next call */
+    if (passed) /* a tick after this is for the next call */
         tick_passed = false;
     return passed;
 }
@@ -200,11 +200,11 @@ uint16_t board_load_permille(void)
 #define KEY_UNLOCK   0x5555u
 #define KEY_FEED     0xaaaau
 #define KEY_START    0xccccu
-#define UPDATE_POLLS 100000u /* a register takes up to five LSI periods to change */
+#define UPDATE_POLLS 100000u /* a register change takes up to five LSI periods */
 
 void watchdog_start(void)
 {
-    /* a breakpoint must not end in a reset, nor time go on that nobody samples */
+    /* a breakpoint must stop the watchdog, and the timers that nobody reads meanwhile */
     DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP | DBGMCU_APB1_FZ_DBG_TIM2_STOP |
                       DBGMCU_APB1_FZ_DBG_TIM4_STOP;
     IWDG->KR = KEY_START;
@@ -229,14 +229,14 @@ void watchdog_feed(void)
 
 /* ---- boot ROM ---- */
 
-/* Into the chip's boot ROM. It expects the chip as after a reset, so the way there is a reset: a
- * note in RAM that survives it, read before anything else. AN2606 3 (STM32F40x: vectors at
+/* Enters the chip's boot ROM. The ROM expects the chip in reset state, so this resets with a note
+ * in RAM; the start reads the note before anything else. AN2606 3 (STM32F40x: vectors at
  * 0x1FFF0000). */
 
 #define ROM_VECTORS 0x1fff0000u
 #define NOTE_VALID  0x21524f4du /* "MOR!" */
 
-/* Not cleared at start. With its complement, for at power on RAM holds anything. */
+/* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
 static struct {
     uint32_t valid;
     uint32_t complement;
@@ -262,11 +262,13 @@ void board_enter_rom(void)
     }
 }
 
-/* What a reset starts is what stands at address 0: with BOOT0 high that is the boot ROM itself. */
+/* Whether the boot ROM ran first: with BOOT0 high a reset starts it, because address 0 maps to
+ * it. */
 static bool rom_ran_first(const uint32_t *vectors)
 {
     uintptr_t at = 4;
-    __asm volatile("" : "+r"(at)); /* or the compiler takes it for a null pointer's neighbour */
+    /* hides the value: otherwise gcc assumes that an access near address 0 is undefined */
+    __asm volatile("" : "+r"(at));
     return *(const volatile uint32_t *)at == vectors[1];
 }
 
@@ -276,9 +278,10 @@ void rom_if_asked(void)
     if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)
         return;
     note.valid = 0;
-    if (rom_ran_first(vectors)) /* and is through: it has started us */
+    if (rom_ran_first(vectors)) /* the boot ROM has already run and has started this program */
         return;
-    /* Its interrupts (USB, CAN) take their vectors from address 0: VTOR is 0 after a reset. */
+    /* The ROM's interrupts (USB, CAN) use the vectors at address 0, because VTOR is 0 after a
+     * reset. */
     RCC->APB2ENR |= RCC_APB2ENR_SYSCFG;
     (void)RCC->APB2ENR;
     SYSCFG_MEMRMP = SYSCFG_MEMRMP_MEM_MODE_0;

@@ -1,12 +1,12 @@
 /* CAN1 at 1 Mbit/s: 42 MHz / 3 = 14 quanta a bit, sample point after 12 (85.7 %). RM0090 32.7
  * (modes, bit timing), 32.9.
  *
- * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what
- * went before it. Bus-off is left by software, when firmware/canwatch.c says so: the controller
- * itself (ABOM) would come back 400 times a second to a shorted bus.
+ * Frames are sent in queue order (TXFP), so the count in can_health is exactly the number of frames
+ * before it. Software ends bus-off when firmware/canwatch.c requests it: the controller itself
+ * (ABOM) would return 400 times a second to a shorted bus.
  *
- * Identifiers are the bus's (common/canbase.h) in the queue of what is sent and in the controller,
- * the catalogue's everywhere else. */
+ * Identifiers include the base (common/canbase.h) in the send queue and the controller; everywhere
+ * else they are those of the catalogue. */
 #include "firmware/f407/drivers.h"
 #include "firmware/f407/queue.h"
 #include "firmware/health.h"
@@ -16,18 +16,18 @@
 #define RX_QUEUE   64u
 #define ALL_EMPTY  (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS 100000u
-#define SYNC_MARK  0x8000u /* beside the identifier in the queue: it is the sync frame */
+#define SYNC_MARK  0x8000u /* flag in the queue with the identifier: this is the sync frame */
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
 static struct board_can_frame tx_ring[TX_QUEUE], rx_ring[RX_QUEUE];
 static struct queue tx, rx;
 static bool running;
-static volatile uint16_t base; /* of the identifiers on the bus */
-/* frames that mailboxes sent, and gave up when asked to */
+static volatile uint16_t base; /* base of the identifiers on the bus */
+/* ^Frames that left their mailboxes, and frames that mailboxes aborted on request. */
 static volatile uint32_t passed, aborted;
-static uint32_t cleared; /* frames that waited, and were dropped */
+static uint32_t cleared; /* waiting frames that were dropped */
 
-/* The sync frame: its block, its mailbox (3: none), and when it left. */
+/* The sync frame: its block, its mailbox (3: none), and the tick when it was sent. */
 static volatile uint32_t sync_block, sync_tick;
 static volatile unsigned sync_mailbox = 3;
 static volatile bool sync_left;
@@ -43,14 +43,14 @@ static bool wait_init_ack(void)
 
 void can_start(void)
 {
-    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP; /* SLEEP off */
+    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP; /* clears SLEEP */
     if (!wait_init_ack()) {
         health_count(MR_FAULT_CAN_MISSING, 0);
         return;
     }
     CAN1->BTR = BIT_TIMING;
-    CAN1->FMR |= CAN_FMR_FINIT; /* until board_can_move says what is the board's */
-    CAN1->FM1R = 3u;            /* banks 0 and 1: lists of identifiers */
+    CAN1->FMR |= CAN_FMR_FINIT; /* filters stay off until board_can_move sets the identifiers */
+    CAN1->FM1R = 3u;            /* banks 0 and 1: identifier lists */
     CAN1->FS1R = 3u;            /* 32 bits */
     CAN1->FFA1R = 0;            /* to FIFO 0 */
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
@@ -59,9 +59,9 @@ void can_start(void)
     running = true;
 }
 
-/* Filters change while FINIT is set, and reception stops meanwhile: below a microsecond, a frame
- * that ends just then is lost. What came before was taken out of the FIFO by its interrupt, with
- * the base of its time. RM0090 32.7.4. Filters survive bus-off and the way out of it. */
+/* Changes the filters, with FINIT set. Reception stops for less than a microsecond; a frame that
+ * ends in this time is lost. The interrupt has already taken earlier frames from the FIFO, with the
+ * old base. RM0090 32.7.4. Filters survive bus-off and recovery. */
 void board_can_move(uint16_t to)
 {
     if (!running)
@@ -73,8 +73,8 @@ void board_can_move(uint16_t to)
     CAN1->FA1R = 3u;
     base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
-    /* From the first time on it takes part, after 11 recessive bits: who sends before waits. Not
-     * waited for here: a bus that is shorted now may be mended later. */
+    /* Leaves init mode: the first time, the controller joins the bus after 11 recessive bits and
+     * holds frames until then. No wait here: a bus that is shorted now may be repaired later. */
     CAN1->MCR = CAN_MCR_TXFP;
 }
 
@@ -84,8 +84,8 @@ static uint32_t word_of(const uint8_t *bytes)
            (uint32_t)bytes[3] << 24;
 }
 
-/* Mailboxes that may be filled. One whose end the interrupt has still to see is not among them: a
- * new request would take RQCP away, and with it the frame's time. RM0090 32.9.3 */
+/* Mailboxes that may be filled. A mailbox whose end the interrupt has not handled is excluded: a
+ * new request would clear RQCP and lose the frame's time. RM0090 32.9.3 */
 static uint32_t free_mailboxes(void)
 {
     uint32_t tsr = CAN1->TSR, empty = tsr >> 26 & 7u;
@@ -96,7 +96,7 @@ static uint32_t free_mailboxes(void)
     return empty;
 }
 
-/* Fills free mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
+/* Fills free mailboxes from the queue. Call with interrupts masked, or from the CAN interrupt. */
 static void fill_mailboxes(void)
 {
     while (queue_filled(&tx)) {
@@ -123,8 +123,8 @@ void can1_tx_irq(void)
 {
     uint32_t now = TIM2->CNT;
     uint32_t tsr = CAN1->TSR;
-    /* Only what was seen is cleared: a mailbox that is done meanwhile brings the next interrupt,
-     * with its own time. */
+    /* Clear only the flags seen: a mailbox that ends meanwhile raises the next interrupt, with its
+     * own time. */
     for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
         bool left = (tsr & CAN_TSR_TXOK(mailbox)) != 0;
         if (!(tsr & CAN_TSR_RQCP(mailbox)))
@@ -151,8 +151,8 @@ void can1_rx0_irq(void)
         CAN1->RF0R = CAN_RF0R_FOVR;
         health_count(MR_FAULT_CAN_RX_OVERRUN, 0);
     }
-    /* Three at most are stored; a stuck count must not hold the processor here. While a mailbox is
-     * being released the count is still the old one: what is left then brings the next
+    /* At most three frames are stored: the bound keeps a stuck count from blocking the processor.
+     * During a release the count is still the old one; remaining frames raise the next
      * interrupt. */
     for (unsigned n = 0; n < 3; n++) {
         uint32_t fifo = CAN1->RF0R;

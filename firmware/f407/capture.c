@@ -1,25 +1,25 @@
-/* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores it. Edges:
- * channel 1, stream 5. Pulses, on PB3: channel 2, stream 6. What is shorter than 95 ns, or 3 us of
- * a pulse, is noise: the input filter passes it over, and delays what it passes; the one-shot of
- * the edges is 17 us long, the camera's cable is not ours. The camera's trigger is PE2. RM0090
- * 18.3.5, table 42. */
+/* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores the
+ * capture. Edges: channel 1, stream 5. Pulses, on PB3: channel 2, stream 6. Edges shorter than 95
+ * ns and pulses shorter than 3 us are noise: the input filter removes them, and delays the rest.
+ * The one-shot of the edges is 17 us long; the camera's cable is not part of the board. The
+ * camera's trigger is PE2. RM0090 18.3.5, table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
 #define EDGES              64u
-#define FRAMES             32u /* at 200 a second 160 ms */
+#define FRAMES             32u /* 160 ms at 200 a second */
 #define EDGE_STREAM        5u
 #define FRAME_STREAM       6u
 #define EDGE_FILTER_TICKS  8u
 #define FRAME_FILTER_TICKS 256u
-/* Ticks compare within 25 s, and all that is captured is taken with the next block. Without blocks
- * the scans are begun again each second. */
+/* Ticks can be compared within 25 s. Captures are taken with the next block; without blocks the
+ * scans are restarted each second. */
 #define OLD_TICKS          (10u * 84000000u)
 #define TOO_OLD            1u /* details of the fault */
 #define PULSES             2u
 
 static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, frame_tick[FRAMES] DMA_BUFFER;
-static unsigned edge_taken, frame_taken; /* index of the oldest capture not taken */
+static unsigned edge_taken, frame_taken; /* index of the oldest capture not yet taken */
 
 static void start_stream(unsigned number, unsigned channel, volatile uint32_t *ticks, uint32_t size,
                          uint32_t priority)
@@ -45,7 +45,7 @@ void capture_start(void)
     TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM4's start starts it */
 }
 
-/* Up to a tick, oldest first, less the delay of the filter. */
+/* Takes captures up to a tick, oldest first, with the filter delay subtracted. */
 static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned size,
                    unsigned *taken, uint32_t until_tick, uint32_t delay, uint32_t *ticks,
                    size_t capacity)
@@ -60,7 +60,8 @@ static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned 
     return count;
 }
 
-/* Too old to be placed: it would pass for one to come, and hold up all behind it. */
+/* Drops captures that are too old to order: an old one would look like a future one and block all
+ * after it. */
 static void drop_old(unsigned stream, const volatile uint32_t *captured, unsigned size,
                      unsigned *taken, uint8_t detail)
 {
@@ -98,7 +99,7 @@ void board_frames_capture(bool on)
         return;
     start_stream(FRAME_STREAM, 1, frame_tick, FRAMES, DMA_CR_PRIORITY(1));
     TIM2->CCMR1 = (TIM2->CCMR1 & 0xffu) | TIM_CCMR1_CC2_TI2 | TIM_CCMR1_IC2F_256;
-    (void)TIM2->CCR[1]; /* an old capture is none of these */
+    (void)TIM2->CCR[1]; /* discards an old capture */
     TIM2->DIER |= TIM_DIER_CC2DE;
     TIM2->CCER |= TIM_CCER_CC2E; /* rising */
 }

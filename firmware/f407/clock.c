@@ -1,7 +1,7 @@
-/* System clock: 168 MHz from the 8 MHz crystal, or a clock of 8 MHz in its place; from the internal
- * oscillator when that does not start, or has stopped again and again. A PLL that does not lock is
- * a board that stays silent, with its lamp on, until the watchdog's reset tries again. RM0090 7.2;
- * 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+/* System clock: 168 MHz from the 8 MHz crystal or an 8 MHz clock instead; from the internal
+ * oscillator if the crystal does not start, or has stopped repeatedly. If the PLL does not lock,
+ * the board stays silent with its lamp on until the watchdog resets it and it tries again. RM0090
+ * 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -17,11 +17,11 @@
 #define CRYSTAL_KHZ_MOST  8800u
 #define RTC_DIVIDER       31u
 #define CAPTURES          16u
-#define CAPTURE_POLLS     1000u /* 62 us at 4 MHz are 125 */
+#define CAPTURE_POLLS     1000u /* 62 us; 125 us for a crystal of 4 MHz */
 
 #define STOPPED 255u /* detail of the fault */
 
-static uint32_t crystal_khz; /* as measured at start; 0: none */
+static uint32_t crystal_khz; /* measured at start; 0 without a crystal */
 
 static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
 {
@@ -44,10 +44,11 @@ static bool start_pll(bool from_crystal)
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
         return false;
     FLASH_ACR = FLASH_ACR_168MHZ;
-    /* Not faster before the wait states are in force. RM0090 3.5.1 */
+    /* The wait states must be in force before the clock is faster. RM0090 3.5.1 */
     if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY, PLL_POLLS))
         return false;
-    /* A prescaler takes up to 16 cycles to change: not together with the clock. RM0090 7.3.3 */
+    /* A prescaler change takes up to 16 cycles, so it must precede the clock change. RM0090
+     * 7.3.3 */
     const uint32_t prescalers = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CFGR = prescalers;
     if (!wait_for(&RCC->CFGR, prescalers, prescalers, PLL_POLLS))
@@ -84,8 +85,9 @@ static bool capture(uint16_t *count)
     return true;
 }
 
-/* By the internal oscillator, on which the chip still runs: TIM11 captures every eighth edge of the
- * crystal over 31. 0: none came. RM0090 7.2.11, 19.4.11 */
+/* Measures the crystal with the internal oscillator, from which the chip still runs: TIM11 captures
+ * every eighth edge of the crystal divided by 31. Returns 0 without edges. RM0090 7.2.11,
+ * 19.4.11 */
 static uint32_t measure_crystal_khz(void)
 {
     uint16_t first = 0, last = 0;
@@ -106,8 +108,8 @@ static uint32_t measure_crystal_khz(void)
     return came && ticks ? INTERNAL_KHZ * CAPTURES * 8u * RTC_DIVIDER / ticks : 0;
 }
 
-/* Does the crystal swing, at the rate that the PLL is set for? With another one the PLL would leave
- * its range: 504 MHz from 12. */
+/* Starts the crystal and checks that its frequency fits the PLL setting. With another crystal the
+ * PLL would leave its range: 504 MHz from 12 MHz. */
 static bool start_crystal(void)
 {
     if (BOARD_CLOCK_BYPASS)
@@ -116,7 +118,7 @@ static bool start_crystal(void)
     bool swings = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
     if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
-        /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+        /* if the crystal stops later: an NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
         RCC->CR |= RCC_CR_CSSON;
         return true;
     }
@@ -128,7 +130,8 @@ static bool start_crystal(void)
 enum mr_clock_source clock_start(bool crystal_wanted)
 {
     RCC->APB1ENR |= RCC_APB1ENR_PWR;
-    (void)RCC->APB1ENR; /* a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
+    /* the read waits: a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
+    (void)RCC->APB1ENR;
     PWR_CR |= PWR_CR_VOS;
 
     if (!crystal_wanted)

@@ -1,6 +1,6 @@
 /* A processor fault stores its registers and resets; the next start counts and reports it.
  * Unrequested restarts are counted through resets: after QUIET_RESTARTS in a row the board starts
- * without its measuring parts, and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults). */
+ * without its measuring parts and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults). */
 #include <string.h>
 
 #include "common/fault.h"
@@ -11,14 +11,14 @@
 #define QUIET_RESTARTS 5u
 #define CRYSTAL_STOPS  2u
 #define FRAME_WORDS    8u  /* r0-r3, r12, lr, pc, xpsr */
-#define FRAME_FP_WORDS 26u /* and s0-s15, fpscr, one reserved */
+#define FRAME_FP_WORDS 26u /* also s0-s15, fpscr, one reserved */
 #define XPSR_ALIGNED   (1u << 9)
 #define IPSR_MASK      0x1ffu
 
 extern uint32_t stack_bottom[], stack_top[]; /* linker script */
 
-/* Not cleared at start, so that they survive the reset; at power on RAM holds anything, and the CRC
- * does not match. */
+/* Not cleared at start, so it survives a reset. At power on RAM holds anything, and the CRC does
+ * not match. */
 static struct {
     uint32_t words[MR_CRASH_ITEMS];
     uint32_t age;
@@ -35,7 +35,7 @@ static struct {
 
 static struct board_restart restart;
 
-/* r4 to r11 at the fault: the entry puts them here. */
+/* r4 to r11 at the fault, stored by processor_fault. */
 static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
 
 static uint32_t crc_of(const void *words, size_t bytes)
@@ -64,7 +64,7 @@ static void reset_chip(void)
 void processor_fault(void);
 void fault_store(const uint32_t *frame, uint32_t exc_return);
 
-/* The stack pointer may be what is wrong: then the rest runs on a stack of its own making. */
+/* If the stack pointer is outside the stack, the handler continues at the stack's top. */
 __attribute__((naked)) void processor_fault(void)
 {
     __asm volatile("ldr r3, =fault_registers\n\t"
@@ -85,7 +85,7 @@ __attribute__((naked)) void processor_fault(void)
 
 static uint32_t kind_of(uint32_t exception, uint32_t cfsr)
 {
-    if (RCC->CIR & RCC_CIR_CSSF) /* NMI of the clock security comes here too */
+    if (RCC->CIR & RCC_CIR_CSSF) /* the clock security system also raises an NMI */
         return MR_CRASH_CRYSTAL;
     if (exception >= 16)
         return MR_CRASH_UNASKED;
@@ -135,7 +135,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     reset_chip();
 }
 
-/* Of BOR_LEV: 3 off, 2 level 1 ... 0 level 3. RM0090 3.9.10 */
+/* BOR_LEV: 3 is off, 2 is level 1, 0 is level 3. RM0090 3.9.10 */
 static uint8_t brown_out_level(void)
 {
     return (uint8_t)(3u - (FLASH_OPTCR >> 2 & 3u));
@@ -171,7 +171,7 @@ bool fault_recall(uint8_t cause)
         past.restarts = (uint8_t)(past.restarts + (past.restarts < UINT8_MAX));
         past.in_row = (uint8_t)(past.in_row + (past.in_row < UINT8_MAX));
     } else {
-        past.in_row = past.crystal_stops = 0; /* power, a button, a command */
+        past.in_row = past.crystal_stops = 0; /* power, reset button or command */
     }
     if (crash.fresh && crash.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
         past.crystal_stops = (uint8_t)(past.crystal_stops + (past.crystal_stops < UINT8_MAX));

@@ -1,19 +1,19 @@
 /* board.h's flash on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6
  * and 3.9.
  *
- * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it
- * meanwhile: its time is trebled from begin to end. Interrupts are off: their handlers are in the
- * flash that stands still. */
+ * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it during
+ * an erase: its time is trebled from begin to end. Interrupts are off: their handlers are in the
+ * flash, which is busy. */
 #include "firmware/board.h"
 
 #include "firmware/f407/drivers.h"
 
 #define COPY_A   ((uint32_t)MR_CONFIGURATION)
-/* sectors 0 to 3 are of one size, a copy's */
+/* sectors 0 to 3 have the size of one copy */
 #define SECTOR_A ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
 #define KEY1     0x45670123u
 #define KEY2     0xcdef89abu
-/* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */
+/* about 1 s if the loop runs from the cache; otherwise it stalls while the flash is busy */
 #define POLLS    12000000u
 
 static uint32_t interrupts, begun_tick;
@@ -23,8 +23,8 @@ const uint8_t *flash_copy(unsigned copy)
     return (const uint8_t *)(COPY_A + copy * FLASH_COPY_BYTES);
 }
 
-/* What was read of the sectors before they changed must not be read from the cache. RM0090 3.5.2:
- * reset it while it is off. */
+/* The data cache may hold old content of changed sectors. RM0090 3.5.2: reset it while it is
+ * off. */
 static void reset_data_cache(void)
 {
     FLASH_ACR &= ~FLASH_ACR_DCEN;

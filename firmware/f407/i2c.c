@@ -1,20 +1,20 @@
-/* board.h's bus of the thermometer on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both
- * with a pull-up on the board. RM0090 27.3.3 (master mode).
+/* board.h's thermometer bus on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a
+ * pull-up on the board. RM0090 27.3.3 (master mode).
  *
- * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
- * and no device minds (the TMP112 gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the
- * chip's repeated start may come too early (errata ES0182). Two bytes are read with POS, so that
- * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. A
- * bus error alone is none: a master may report one that was not (ES0182), and the transfer goes
- * on. */
+ * Each poll, once a block, handles one event of the controller. The controller holds SCL low until
+ * then, which devices tolerate (the TMP112 times out after 30 ms). 80 kHz, because between 88 and
+ * 100 kHz the chip's repeated start may be too early (errata ES0182). Two bytes are read with POS,
+ * so the timing of software does not matter. A stuck bus is clocked free with the pins as outputs,
+ * one edge per poll. A bus error alone is ignored: a master may report one without cause (ES0182),
+ * and the transfer continues. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
 #define CLOCK_MHZ     42u
 #define CCR_80_KHZ    263u /* 42 MHz / (2 x 80 kHz) */
-#define TRISE_1000_NS 43u  /* 1000 ns in periods of PCLK1, and one */
-#define EVENT_POLLS   20u  /* a byte takes 0.1 ms */
-/* nine clocks: the longest a device can be from the end of its byte */
+#define TRISE_1000_NS 43u  /* 1000 ns in periods of PCLK1, plus one */
+#define EVENT_POLLS   20u  /* a byte lasts 0.1 ms */
+/* nine clocks: a device ends its byte within them */
 #define CLOCK_EDGES   18u
 
 static enum phase {
@@ -86,8 +86,7 @@ static void begin_clocking(void)
     enter(CLOCKING);
 }
 
-/* Nine clocks at most, none more once the line is free; then SDA low and high while SCL is high: a
- * stop. */
+/* Clocks until SDA is free, nine times at most; then SDA low and high while SCL is high, a stop. */
 static void toggle_clock(void)
 {
     bool is_free = pin_read(PIN_THERMOMETER_DATA);
@@ -136,7 +135,7 @@ static void end_transfer(enum i2c_status status)
     enter(STOP);
 }
 
-/* The byte before has gone. */
+/* Called when a byte was sent: sends the next one. */
 static void send_next(void)
 {
     if (sent < out_length) {
@@ -180,7 +179,7 @@ static void see_to(uint32_t sr1)
         break;
     case READ_ADDRESS:
         if (sr1 & I2C_SR1_ADDR) {
-            I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS; /* the second byte is not acknowledged */
+            I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS; /* POS: the second byte is not acknowledged */
             (void)I2C1->SR2;
             enter(RECEIVE);
         }

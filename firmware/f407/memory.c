@@ -1,10 +1,10 @@
-/* Tests of memory: RAM in use and the program piece by piece while idle, how deep the stack went.
+/* Memory tests: RAM in use and the program piece by piece while idle, and the depth of the stack.
  *
  * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by
  * March C- (van de Goor 1991: up w0; up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two
- * backgrounds; what was there is put back. That finds bits that stick or that follow each other
- * within the four words; faults of address lines it cannot find. Buffers of DMA are tested once, at
- * start: what DMA does cannot be masked. */
+ * backgrounds; then the content is restored. This detects bits that are stuck or coupled within the
+ * four words, but not faults of address lines. DMA buffers are tested once, at start, because DMA
+ * cannot be masked. */
 #include <string.h>
 
 #include "common/fault.h"
@@ -14,9 +14,9 @@
 
 #define PAINT        0x5afe57acu
 #define WINDOW_WORDS 4u
-#define WINDOWS      8u    /* a slice */
+#define WINDOWS      8u    /* windows per slice */
 #define FLASH_SLICE  128u  /* bytes */
-#define DMA_REACH    1024u /* bytes from a stream's address on that it may write */
+#define DMA_REACH    1024u /* bytes after a stream's address that the stream may write */
 #define STREAMS      16u
 
 /* linker script */
@@ -28,8 +28,8 @@ static uint32_t *at;            /* next window */
 static const uint8_t *flash_at; /* next byte */
 static uint32_t flash_crc, image_crc;
 
-/* Bits of four words that did not hold. The registers on the stack are put back before they are
- * needed: the stack may be under test itself. */
+/* Returns the bits of four words that failed. The registers saved on the stack are restored before
+ * use: the test may cover the stack itself. */
 static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) uint32_t *words,
                                                        __attribute__((unused)) uint32_t background)
 {
@@ -86,8 +86,8 @@ void memory_set_image_crc(uint32_t crc)
     image_crc = crc;
 }
 
-/* Addresses that streams which run now write to or read from; returns how many. One that begins
- * meanwhile begins in the main loop, which is here, or in a DMA buffer. */
+/* Addresses that active streams write to or read from; returns their number. A stream can start
+ * meanwhile only from the main loop, which is here, or in a DMA buffer. */
 static unsigned find_streams(uint32_t address[STREAMS])
 {
     unsigned count = 0;

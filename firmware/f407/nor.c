@@ -1,10 +1,10 @@
-/* board.h's memory on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz /
- * 2; DMA1 stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet
+/* Memory of board.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz
+ * / 2; DMA1 stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet
  * W25Q128JV rev. F 8.2 (commands), 9.6 (times).
  *
- * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a
- * page is being programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each
- * stretch looks at it; during an erase, which is only while idle, the main loop looks. */
+ * Commands and addresses are sent by polling, 0.4 us a byte; data by DMA, 0.1 ms a page. While a
+ * page is being programmed, DMA reads the status for 0.2 ms at a time, and the interrupt at the end
+ * checks it. Erases happen only while idle, so the main loop polls their status. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
@@ -13,18 +13,18 @@
 #define BYTE_POLLS     200u     /* a byte takes 64 cycles */
 #define STATUS_STRETCH 512u     /* bytes of status: 195 us */
 #define TICKS_PER_MS   84000u   /* TIM2 */
-#define TRANSFER_MS    5u       /* 260 bytes take 0.1 ms */
-#define PROGRAM_MS     45u      /* 3 ms at most; a page that fails keeps busy for longer */
-#define ERASE_MS       6000u    /* 400 ms at most, likewise */
-#define POLLS_MAX      8000000u /* of any operation, should TIM2 stand still */
+#define TRANSFER_MS    5u       /* 260 bytes last 0.1 ms */
+#define PROGRAM_MS     45u      /* 3 ms at most; a page that fails keeps the chip busy longer */
+#define ERASE_MS       6000u    /* 400 ms at most; a failing sector takes longer */
+#define POLLS_MAX      8000000u /* for any operation, if TIM2 has stopped */
 
-/* Data sheet 9.6. Before and after an erase, a program or a status command the chip wants to be
- * deselected for tSHSL2, or two commands become one. The line needs its slew to be high at all
- * (pins.c). After 0xab the chip sleeps on for tRES1. */
+/* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be
+ * deselected for tSHSL2, or two commands become one. SLEW_NS is the rise time of the line (pins.c).
+ * After 0xab the chip needs tRES1 to wake. */
 #define DESELECT_NS      50u
 #define SLEW_NS          10u
 #define WAKE_NS          3000u
-/* 168 from the internal oscillator, which may be 4.5 % fast: STM32F407 data sheet, ACC_HSI */
+/* 168 from an internal oscillator that is 4.5 % fast: STM32F407 data sheet, ACC_HSI */
 #define CORE_MHZ_MOST    176u
 #define CYCLES_OF_NS(ns) (((ns)*CORE_MHZ_MOST + 999u) / 1000u)
 
@@ -44,21 +44,21 @@ enum {
 static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
-/* what comes in while a page goes out; the newest status */
+/* ^DMA targets: `sink` for bytes received while a page is sent, and the newest status. */
 static volatile uint8_t sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 
-/* At least so many cycles of the core, at whatever rate. A round has two instructions, and none of
- * them takes less than one. */
+/* Waits at least this many core cycles at any clock rate: a round has two instructions of at least
+ * one cycle. */
 static void wait_cycles(uint32_t cycles)
 {
     uint32_t rounds = (cycles + 1u) / 2u;
     __asm volatile("dsb\n1:\tsubs %0, #1\n\tbne 1b" : "+l"(rounds) : : "cc", "memory");
 }
 
-/* The only place that moves the line, so each command is preceded by tSHSL2. From here to the first
- * clock it is half a period of SCK at least, 24 ns (tSLCH 5). The last clock is over when BSY is
- * clear, which is after tCHSH (3 ns). */
+/* The only function that moves the select line, so tSHSL2 precedes each command. From here to the
+ * first clock is at least half a period of SCK, 24 ns (tSLCH 5). The last clock has ended when BSY
+ * is clear, which is after tCHSH (3 ns). */
 static __attribute__((noinline)) void select(bool on)
 {
     if (on)
@@ -111,7 +111,7 @@ static void begin_phase(enum phase next)
     phase = next;
 }
 
-/* `in` NULL: into the sink; `out` NULL: filler. */
+/* `in` NULL: received bytes are dropped; `out` NULL: fillers are sent. */
 static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
 {
     struct dma_stream_regs *rx = &DMA1->stream[RX_STREAM], *tx = &DMA1->stream[TX_STREAM];
@@ -147,14 +147,14 @@ void dma1_stream3_irq(void)
     DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
     SPI2->CR2 = 0;
     if (flags & DMA_FLAG_TEIF) {
-        /* the bus refused a store: this board's wiring, not the chip's state */
+        /* the bus refused a store: an error of this driver, not of the chip */
         select(false);
         phase = ABSENT;
     } else if (phase == READING) {
         select(false);
         phase = IDLE;
     } else if (phase == SENDING) {
-        select(false); /* which begins it */
+        select(false); /* deselecting starts the programming */
         phase = PROGRAMMING;
         select(true);
         exchange(STATUS);
@@ -180,7 +180,7 @@ uint32_t nor_jedec(void)
     select(true);
     exchange(IDENTITY);
     uint32_t id = (uint32_t)exchange(filler) << 16;
-    id |= (uint32_t)exchange(filler) << 8; /* 0x40 or 0x70, by ordering code */
+    id |= (uint32_t)exchange(filler) << 8; /* 0x40 or 0x70, depending on the ordering code */
     id |= exchange(filler);
     select(false);
     return id;
@@ -206,7 +206,8 @@ enum nor_status nor_identify(void)
     return is_expected() ? NOR_IDLE : NOR_MISSING;
 }
 
-/* The chip may still be busy with what it did before a reset; nothing there reads as ones. */
+/* Detects the chip. It may still be busy with an operation from before a reset. An absent chip
+ * reads as ones. */
 static void detect_chip(void)
 {
     uint8_t status = read_status();
@@ -229,7 +230,7 @@ void nor_start(void)
     detect_chip();
 }
 
-/* A transfer that never ends is no fault of the chip. */
+/* Stops a transfer that does not end. The chip is not at fault. */
 static void abort_transfer(void)
 {
     uint32_t mask = irq_mask();
@@ -248,16 +249,16 @@ enum nor_status nor_poll(void)
     case ABSENT: return NOR_MISSING;
     case STARTING: detect_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
     case IDLE:
-        memory_fence(); /* what was read is the caller's from here on */
+        memory_fence(); /* what was read now belongs to the caller */
         return failed ? NOR_FAILED : NOR_IDLE;
     case ERASING:
         if (!(read_status() & STATUS_BUSY))
             phase = IDLE;
         else if (takes_longer_than(ERASE_MS) || polls > POLLS_MAX)
             end_program(true);
-        return NOR_BUSY; /* the end is seen by the next poll */
+        return NOR_BUSY; /* the next poll reports the end */
     default:
-        /* A page at most is under way; beyond that only a page that is being programmed */
+        /* longer than a page transfer plus programming: abort */
         if (takes_longer_than(PROGRAM_MS + TRANSFER_MS) || polls > POLLS_MAX)
             abort_transfer();
         return NOR_BUSY;

@@ -25,7 +25,7 @@ static void set_mode(struct pin_place at, enum mode mode)
     at.port->MODER = (at.port->MODER & ~(3u << (2 * at.pin))) | (uint32_t)mode << (2 * at.pin);
 }
 
-/* 6 ns of slew into 40 pF; at speed 0 it may be 100. STM32F407 data sheet, I/O AC
+/* 6 ns of slew into 40 pF; up to 100 ns at speed 0. STM32F407 data sheet, I/O AC
  * characteristics. */
 static void set_fast(struct pin_place at)
 {
@@ -56,7 +56,7 @@ static void set(enum pin_signal signal)
         set_mode(at, (enum mode)setting->mode);
 }
 
-/* Clocks of the ports that the board uses, in the order of the bits of AHB1ENR. */
+/* Bits of AHB1ENR for the ports that the board uses. */
 static uint32_t ports(void)
 {
     return 0u

@@ -1,18 +1,18 @@
-/* Scans: TIM4 reverses the excitation and triggers both converters at 8 kHz, DMA stores the codes,
- * each millisecond becomes a block. RM0090 13.8 (scan, DMA), table 43 (streams), 18.3.15 (timer
+/* Scans: TIM4 reverses the excitation and triggers both converters at 8 kHz. DMA stores the codes,
+ * and each millisecond becomes a block. RM0090 13.8 (scan, DMA), table 43 (streams), 18.3.15 (timer
  * synchronisation).
  *
  *     TIM4 count   0 ... 2 ........ 2352 ................................ 10290 ... 10500 (125 us)
  *                      excitation   trigger  16 conversions of 124/21 us     next
  *                      reverses     (28 us settling)
  *
- * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 +
- * 84000 n of TIM2: edges and samples share one clock without any software in between. Blocks are 8
+ * TIM4's start also starts TIM2, both from 0, so the first trigger of block n is at tick 2352 +
+ * 84000 n of TIM2: edges and samples share one clock without software in between. Blocks are 8
  * scans, an even number, so every block begins with the excitation forward (PD12 high, PD13 low).
  *
- * TIM2 alone determines which block has ended: whatever delayed an interrupt, no block takes the
- * place of another, and blocks not read in time are missing. A debugger that halts the core halts
- * both timers (board.c).
+ * TIM2 alone determines which block has ended. A delayed interrupt therefore cannot give a block a
+ * wrong index; blocks not read in time are missing. A debugger that halts the core halts both
+ * timers (board.c).
  *
  * Channels that are not fitted are not in the sequences. The converter with the longer sequence
  * signals the end of a block; with equal lengths it is ADC1, because the stream of ADC3 has the
@@ -25,15 +25,15 @@
 #define SCAN_TICKS       10500u
 #define TRIGGER_TICK     2352u
 #define REVERSE_TICK     2u
-#define CONVERSION_TICKS 496u /* 124 of 21 MHz */
-/* in the circular buffer: one block is filled while the other is summed */
+#define CONVERSION_TICKS 496u /* 124 cycles at 21 MHz */
+/* scans in the circular buffer: one block is filled while the other is summed */
 #define SCANS            (2 * MR_SCANS_PER_BLOCK)
 #define ADC1_STREAM      4u
 #define ADC3_STREAM      1u
 #define BLOCK_QUEUE      16u
 
-/* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so
- * they lie on words. */
+/* Rows have one code per input in the sequence. Aligned to words, because two codes are added and
+ * compared at a time. */
 static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
 static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
@@ -42,18 +42,19 @@ static bool prepared, timers_run;
 
 static struct mr_block ring[BLOCK_QUEUE];
 static struct queue queue;
-/* Of the block being filled; of the one that began with the first half of the buffer. */
+/* ^Indices of the block being filled, and of the block at the start of the first half of the
+ * buffer. */
 static uint32_t next_index, first_index;
-/* From a block's first trigger until its last conversion begins. */
+/* From a block's first trigger to the start of its last conversion. */
 static uint32_t last_conversion_ticks;
 
-/* Where the other converter's stream stood when the last block was full; of one that stands still,
- * one half in two looks right. */
+/* Position of the other converter's stream at the end of the last block. A stopped stream is at the
+ * expected half in every second block, so a position that has not changed is an error. */
 #define STOOD_NOWHERE UINT32_MAX
 static uint32_t other_stood = STOOD_NOWHERE;
 static bool other_stands;
 
-/* Of each channel. */
+/* Converter input of each channel. */
 static const uint8_t input_of[MR_CHANNELS] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) [BOARD_##SIGNAL] = input,
 #include "firmware/boards/pins.def"
@@ -105,7 +106,7 @@ static void start_converter(struct adc_regs *adc, const uint8_t *channel, unsign
 
 static void start_conversions(void)
 {
-    /* A scan under way would put its rest into the new streams. */
+    /* a scan in progress would store its remaining codes in the new streams */
     ADC1->CR2 = 0;
     ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
@@ -141,7 +142,7 @@ static void start_timers(void)
     TIM4->CCR[1] = REVERSE_TICK;
     TIM4->CCR[3] = TRIGGER_TICK;
     TIM4->EGR = TIM_EGR_UG;
-    /* Levels before the first reversal: backward, so that scan 0 is forward. */
+    /* set the levels to backward: the first reversal makes scan 0 forward */
     TIM4->CCMR1 = TIM_OCM_FORCE_LOW << 4 | TIM_OCM_FORCE_HIGH << 12;
     TIM4->CCMR2 = TIM_OCM_PWM2 << 12;
     TIM4->CCER = 1u << 0 | 1u << 4 | 1u << 12;
@@ -152,9 +153,8 @@ static void start_timers(void)
     timers_run = true;
 }
 
-/* The pins must show what the scan in progress expects: forward from the reversal after a block's
- * last scan on, which is when this runs, or still backward when it runs within the 2.5 us
- * before. */
+/* Compares the pins with the scan in progress. This runs after the last scan of a block: forward if
+ * the reversal has happened, still backward in the last 2.5 us before it. */
 static void check_polarity(void)
 {
     uint32_t before = TIM4->CNT;
@@ -163,13 +163,13 @@ static void check_polarity(void)
     uint32_t after = TIM4->CNT;
     bool reversed_since = before < TRIGGER_TICK;
     if (after < before || before <= REVERSE_TICK)
-        return; /* it reversed between the two readings */
+        return; /* the reversal was between the two readings */
     if (pins != (reversed_since ? 1u : 2u))
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
-/* Blocks that have ended since the last one handled. The flag marks the end of one: during its last
- * conversion it already counts, although that is not complete. */
+/* Blocks that have ended since the last one handled. A block counts as ended from the start of its
+ * last conversion, because the interrupt flag may already be set then. */
 static uint32_t blocks_ended(void)
 {
     int32_t since =
@@ -177,11 +177,10 @@ static uint32_t blocks_ended(void)
     return since < 0 ? 0 : (uint32_t)since / MR_TICKS_PER_BLOCK + 1u;
 }
 
-/* A stream's half is full, or the other: the block is taken from there. The other converter
- * triggers at the same time and is done by now: its stream must stand at the same half, or a scan
- * of it was lost. It stands there until its first code of the next scan, 36 us at least. Once it
- * has not moved for a block no block is whole until supervision, which misses them, starts the
- * scans again. */
+/* Handles the interrupt of a full buffer half and builds the block. The other converter has the
+ * same trigger and has finished: its stream must be at the same half, otherwise it lost a scan. It
+ * stays there for at least 36 us, until the first code of the next scan. If it has not moved for a
+ * block, all blocks are refused until supervision restarts the scans. */
 static void end_block(unsigned stream, unsigned other, unsigned other_count)
 {
     uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
@@ -193,7 +192,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
 
     uint32_t ended = blocks_ended();
     if (ended == 0)
-        return; /* it is missing already */
+        return; /* the block was already counted as missing */
     next_index += ended;
     uint32_t index = next_index - 1u;
     unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
@@ -245,8 +244,7 @@ void dma2_stream4_irq(void)
 void adc_irq(void);
 void adc_irq(void)
 {
-    /* Leave OVR set and stop asking: supervision sees that blocks stopped and starts the scans
-     * again. */
+    /* Leave OVR set and disable its interrupt: supervision restarts the scans when blocks stop. */
     health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
     ADC1->CR1 &= ~ADC_CR1_OVRIE;
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
@@ -275,17 +273,17 @@ bool board_block_take(struct mr_block *block)
 #define TRIGGER_LOW_FROM (MR_SCANS_PER_BLOCK * SCAN_TICKS - TRIGGER_TICK)
 #define BEGIN_TICKS      1000u
 
-/* Begin between the last trigger of a block and the first of the next, so that blocks keep their
- * place on TIM2; and while TIM4's channel 4 is low again, or arming could pass for an edge, and the
- * polarity be shifted by a scan. What is begun takes 3 us, then the converters settle for 3 (data
- * sheet, tSTAB). The wait is at most a block; 200000 polls bound it should TIM2 stand still. */
+/* Restarts between the last trigger of a block and the first of the next, so blocks keep their
+ * position on TIM2. TIM4's channel 4 must be low again: otherwise arming could count as an edge and
+ * shift the polarity by a scan. The start takes 3 us, then the converters settle for 3 us (data
+ * sheet, tSTAB). The wait is one block at most; the 200000 polls bound it if TIM2 has stopped. */
 static void begin_again(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
         uint32_t mask = irq_mask();
-        /* Since the first trigger of the block before the one expected next. Not since the first of
-         * all: TIM2 wraps after 51 s, and that is no whole number of blocks. A restart is tried
-         * each second, so this has not wrapped. */
+        /* Time since the first trigger of the block before the next one. Not since the very first
+         * trigger: TIM2 wraps after 51 s, which is no whole number of blocks. A restart is tried
+         * every second, so this difference has not wrapped. */
         uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) +
                          MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;

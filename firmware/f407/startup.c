@@ -1,5 +1,5 @@
-/* Vector table and reset. The floating-point unit is on before any code that could use it. Who
- * started the program may have left anything in the core: the boot ROM's Go, a debugger. */
+/* Vector table and reset. The floating-point unit is enabled before any code that could use it. The
+ * boot ROM's Go or a debugger may have started the program and left the core in any state. */
 #include <stdint.h>
 
 #include "firmware/f407/regs.h"
@@ -23,7 +23,8 @@ void dma2_stream7_irq(void);
 typedef void (*handler)(void);
 #define VECTORS (16u + 82u)
 
-/* An unexpected interrupt is a fault too: every entry first, then those that have a handler. */
+/* Unexpected interrupts are faults too: all entries default to the fault handler, and those with a
+ * handler replace it. */
 #pragma GCC diagnostic ignored "-Woverride-init"
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
@@ -69,7 +70,7 @@ __attribute__((used)) void start_program(void)
         NVIC_ICPR[n] = 0xffffffffu;
     }
     rom_if_asked();
-    /* started by the boot ROM, that ROM's vectors are at 0 */
+    /* after a start by the boot ROM, address 0 holds the ROM's vectors */
     SCB_VTOR = (uint32_t)(uintptr_t)&vectors;
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");

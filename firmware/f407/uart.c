@@ -34,7 +34,8 @@ void uart_start(void)
     irq_enable(IRQ_DMA2_STREAM7, PRIORITY_SERIAL);
 }
 
-/* Gives the DMA the next stretch of the ring. Interrupts masked, or inside its own. */
+/* Starts DMA for the next contiguous part of the ring. Call with interrupts masked, or from the DMA
+ * interrupt. */
 static void send_next(void)
 {
     uint32_t waiting = queue_filled(&tx_queue);

@@ -1,10 +1,10 @@
-/* The C library's functions that the image uses; the compiler calls the first four by itself. No
- * loop here may become a call of itself: module.mk has the compiler flag. */
+/* C library functions of the image; the compiler calls the first four by itself. A compiler flag in
+ * module.mk keeps gcc from replacing a loop here with a call of the function itself. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* A word anywhere in memory: the core loads and stores it unaligned. */
+/* A word at any address: the core supports unaligned access. */
 struct word {
     uint32_t value;
 } __attribute__((packed, may_alias));
@@ -84,8 +84,8 @@ char *strncpy(char *restrict to, const char *restrict from, size_t length)
 #define BIAS          1023
 #define INFINITE      (UINT64_C(0x7ff) << FRACTION_BITS)
 
-/* Digit by digit: 53 bits of the root and one more, which together with the remainder determines
- * the rounding. */
+/* Computes digit by digit: 53 bits of the root and one more. With the remainder they determine the
+ * rounding. */
 double sqrt(double x)
 {
     union {
@@ -96,7 +96,7 @@ double sqrt(double x)
     if (left << 1 == 0 || left == INFINITE)
         return x; /* 0 of either sign, infinity */
     if (left >= INFINITE)
-        return x != x ? x : (double)NAN; /* no number; less than 0 */
+        return x != x ? x : (double)NAN; /* NaN, or a negative number */
     int exponent = (int)(left >> FRACTION_BITS) - BIAS;
     if (exponent == -BIAS) { /* subnormal */
         int shift = __builtin_clzll(left) - (63 - FRACTION_BITS);
@@ -117,7 +117,8 @@ double sqrt(double x)
             root += bit;
         }
     }
-    root += left ? root & 1u : 0u; /* never a tie: a root of 54 bits would have a square of 107 */
+    /* never a tie: the square of a 54-bit root would have 107 bits */
+    root += left ? root & 1u : 0u;
     v.bits = (root >> 1) + ((uint64_t)(exponent / 2 + BIAS - 1) << FRACTION_BITS);
     return v.number;
 }

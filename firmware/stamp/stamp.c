@@ -9,7 +9,7 @@
 #include "common/image.h"
 #include "common/crc32.h"
 
-/* Debug information is most of it. */
+/* Most of the file is debug information. */
 #define FILE_MAX (32u << 20)
 
 static uint8_t file[FILE_MAX];
@@ -21,8 +21,8 @@ static int fail(const char *what, const char *where)
     return 1;
 }
 
-/* Bytes of the file that are loaded from `address` on, `length` of them; NULL: not in one
- * segment. */
+/* The `length` bytes of the file that are loaded at `address`; NULL if no segment contains them
+ * all. */
 static uint8_t *loaded(uint32_t address, size_t length)
 {
     Elf32_Ehdr head;
@@ -37,7 +37,7 @@ static uint8_t *loaded(uint32_t address, size_t length)
     return NULL;
 }
 
-/* Over segments that follow each other; gaps between them are erased flash. */
+/* CRC over consecutive segments; gaps between them count as erased flash. */
 static uint32_t program_crc(uint32_t start, uint32_t end)
 {
     uint32_t crc = 0;
@@ -66,7 +66,7 @@ static int write_file(const char *path)
     return to && fclose(to) == 0 && written;
 }
 
-/* 12 hexadecimal digits, "-dirty" or not behind them; or "unknown". */
+/* Accepts 12 hexadecimal digits, optionally with "-dirty", or "unknown". */
 static int take_commit(struct mr_image *image, const char *text)
 {
     unsigned long long value = strtoull(text, NULL, 16);
