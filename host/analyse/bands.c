@@ -7,7 +7,8 @@
 
 #include "host/base/units.h"
 
-/* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */
+/* Block in which the board was armed for the next landing of the session; INT64_MAX: not armed
+ * again. */
 static enum mr_status next_armed(struct store *store, const struct store_landing *landing,
                                  int64_t *block, struct error *error)
 {
@@ -90,19 +91,19 @@ void bands_free(struct bands_summary *bands)
     *bands = (struct bands_summary){0};
 }
 
-/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
+/* Distance in ft of a gage ahead of the lead wheel in a block; NaN: unknown. */
 static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage)
                                          : -1;
     if (c < 0 || block == STORE_NONE)
         return (double)NAN;
-    /* middle of the four blocks up to it */
+    /* middle of the four blocks that end with `block` */
     double t_s = (1000.0 * (double)(block - 1) - (double)measured->t0_us) * 1e-6;
     return (double)measured->channel[c].config.station_ft - measured_station_ft(measured, t_s);
 }
 
-/* The one line that says what the calibrations found; "" without any. */
+/* Summarizes the shunt calibrations in one line; "": none. */
 static void shunts_text(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
@@ -142,9 +143,9 @@ static void shunts_text(const struct bands_summary *bands, bool si, char *out, s
 
 /* ---- answers ---- */
 
-/* An extreme of a band, in the middle of a block, at a gage. */
+/* Smallest or largest tension: a value with its gage and time, the middle of a block. */
 struct extreme {
-    const char *name, *at, *ahead; /* at, ahead: heads of columns */
+    const char *name, *at, *ahead; /* at, ahead: column heads */
     double lb, error_lb;
     int64_t gage, block;
 };

@@ -22,7 +22,7 @@ static void predicted_answer(const struct summary *summary, struct answer *answe
         answer_remark(answer, ", which it reached %s after the warning", after);
 }
 
-/* What the survey and the transducers show, apart from any predictor. */
+/* The outcome by survey and transducers, without the predictor. */
 static void outcome_answer(struct store *store, const struct summary *summary,
                            struct answer *answer)
 {
@@ -73,7 +73,7 @@ static void motion_answer(const struct measured *measured, struct answer *answer
                   fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
-/* The channel with the largest peak or end, whichever is further. */
+/* The channel with the largest peak. */
 static void movement_answer(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
@@ -92,7 +92,7 @@ static void movement_answer(const struct measured *measured, struct answer *answ
     answer_remark(answer, " at most, at %s", station);
 }
 
-/* The band gages with the least and the most tension. */
+/* The band gages with the smallest and the largest tension. */
 static void tension_answer(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *low = NULL, *high = NULL;
@@ -116,7 +116,7 @@ static void tension_answer(const struct measured *measured, struct answer *answe
     answer_words(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most, at_most);
 }
 
-/* What is missing of the record. */
+/* Missing switches and lost frames. */
 static void data_answer(const struct summary *summary, struct answer *answer)
 {
     char switches[200], lost[200] = "";

@@ -22,7 +22,7 @@ void journal_observation_answer(const struct store_observation *o, struct answer
     answer_count(answer, "made_us", NULL, o->made_us);
 }
 
-/* What a field is called and what it is, for people: a quantity with --si in SI units. */
+/* Prints the name and the value of a field; quantities in SI units with --si. */
 static void field_answer(const struct store_change *c, struct answer *answer)
 {
     static const struct {

@@ -8,8 +8,8 @@
 #include "common/emulated.h"
 #include "host/base/xmalloc.h"
 
-#define CLOCK_TOLERANCE  0.01   /* the internal oscillator's, taken as a standard error */
-#define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
+#define CLOCK_TOLERANCE  0.01   /* of the internal oscillator, used as a standard error */
+#define SAMPLE_MIDDLE_MS 0.4375 /* middle of 8 scans, 125 us apart, from the start of the block */
 
 double measured_time_s(const struct measured *measured, size_t sample)
 {
@@ -52,8 +52,7 @@ int measured_find(const struct measured *measured, enum mr_channel_kind kind, un
 
 /* ---- gear ---- */
 
-/* A clock that may be off by a fraction scales every speed by it, and decelerations by twice as
- * much. */
+/* A relative clock error scales speeds by the same factor, and decelerations by twice as much. */
 static void add_clock_error(struct mr_gates_summary *summary)
 {
     struct mr_estimate *speed = &summary->touchdown_speed_ft_s;
@@ -68,7 +67,7 @@ static void shift_gates(struct measured *measured, double by_s)
         measured->gate[i].t_s -= by_s;
 }
 
-/* The fit behind the summary: the same gates, those at or beyond touchdown. */
+/* Repeats the fit of the summary: the gates at or beyond touchdown. */
 static enum mr_status fit_gates(struct measured *measured)
 {
     const struct mr_gate *gates = measured->gate;
@@ -80,7 +79,7 @@ static enum mr_status fit_gates(struct measured *measured)
     return mr_gates_fit_best(gates, count, measured->landing.switch_error_ft, &measured->fit);
 }
 
-/* Nothing came of that time, from any source. */
+/* True: no source has data for that time. */
 static bool in_hole(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
@@ -92,9 +91,9 @@ static bool in_hole(const struct measured *measured, double t_s)
     return false;
 }
 
-/* Of the switches beyond the last that was seen, the first that the gear would have passed, by the
- * fit, while nothing was recorded; 0: none. The last one seen before a hole bends the fit, so a
- * switch just beyond the stop may have been passed, too. */
+/* The first switch beyond the last one seen that the gear, by the fit, passed during a hole in
+ * the record; 0: none. A hole distorts the fit, so a switch up to 3 standard errors beyond the
+ * stop counts, too. */
 static unsigned find_hidden(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -113,8 +112,9 @@ static unsigned find_hidden(const struct measured *measured)
     return 0;
 }
 
-/* The first of several switches between the last seen and the stop, a line carried on then:
- * broken, or the gear stood before them. One alone may be broken. */
+/* The first of several unseen switches between the last one seen and the stop; 0: none. Either a
+ * cable is broken, or the gear stopped ahead of them. A single unseen switch may be broken
+ * itself. */
 static unsigned find_silent(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -127,15 +127,15 @@ static unsigned find_silent(const struct measured *measured)
     return silent > 1 ? first : 0;
 }
 
-/* The last that the board said: the gear is awaited, or moves. */
+/* True: by the last state received, the gear is awaited or moving. */
 static bool was_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
            measured->landing.state == MR_LANDING_LANDING;
 }
 
-/* The stop is known to its error: as long as the board did not say that the gear stood, it may have
- * moved for that much longer. */
+/* The stop time has an error: until the board reports that the gear stopped, the gear may have
+ * moved for two standard errors longer. */
 static bool ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
@@ -160,7 +160,7 @@ void measured_fit_gear(struct measured *measured)
                                               &measured->summary);
     if (measured->fit_status != MR_OK)
         return;
-    /* Once more with touchdown as the origin, to the microsecond. */
+    /* Repeats the fit with touchdown as the origin, to the microsecond. */
     int64_t shift_us = (int64_t)llround(measured->summary.touchdown_t_s.value * 1e6);
     measured->t0_us += shift_us;
     measured->t0_is_touchdown = true;
@@ -170,8 +170,8 @@ void measured_fit_gear(struct measured *measured)
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
-    /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
-     * before it has none. Nor has one without the last edges: the gear seems to roll on. */
+    /* A stop after the end of the record is extrapolated, so the landing has no measured stop.
+     * The same holds if the last edges are missing: the fitted gear rolls on. */
     measured->hidden_switch = measured->edges_told ? 0 : find_hidden(measured);
     measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent(measured);
     if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
@@ -183,7 +183,7 @@ bool measured_ends_early(const struct measured *measured)
 {
     if (measured->samples == 0)
         return false;
-    if (measured->fit_status == MR_TOO_FEW) /* too soon for a stop, even */
+    if (measured->fit_status == MR_TOO_FEW) /* the record ends too soon to fit a stop */
         return measured->gates > 0 && !measured->torn && was_moving_at_end(measured);
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
@@ -214,7 +214,7 @@ void measured_no_stop_text(const struct measured *measured, char out[MEASURED_RE
                  measured_moves_text(measured));
 }
 
-/* A moment of the motion: station and speed at a time. */
+/* Station and speed at a time. */
 struct moment {
     double t_s;
     double station_ft;
@@ -228,7 +228,7 @@ static struct moment fit_at(const struct measured *measured, double t_s)
     return (struct moment){t_s, motion.position_ft.value, motion.speed_ft_s.value};
 }
 
-/* The cubic that has both moments' station and speed. */
+/* Cubic through station and speed of both moments. */
 static struct moment between(struct moment from, struct moment to, double t_s)
 {
     double span_s = to.t_s - from.t_s;
@@ -242,8 +242,8 @@ static struct moment between(struct moment from, struct moment to, double t_s)
                            (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
-/* Touchdown and stop are the summary's; in between the fit, joined to them by cubics outside its
- * first and last gate. */
+/* Station and speed: touchdown and stop from the summary, the fit between its first and last
+ * gate, cubics that join them. */
 static struct moment gear_at(const struct measured *measured, double t_s, double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
@@ -292,7 +292,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
         return (double)NAN;
     double low_s = 0.0;
     double high_s = summary->stop_t_s.value;
-    for (int i = 0; i < 60; i++) { /* to the last bit */
+    for (int i = 0; i < 60; i++) { /* bisection to the last bit */
         double middle_s = 0.5 * (low_s + high_s);
         if (measured_station_ft(measured, middle_s) < station_ft)
             low_s = middle_s;
@@ -304,7 +304,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
 
 /* ---- channels ---- */
 
-/* Sample of the first edge; `samples` when there is none, so that everything is "before". */
+/* Sample of the first edge; `samples` if there is none: all samples are then before it. */
 static size_t first_edge_sample(const struct measured *measured)
 {
     if (measured->gates == 0)
@@ -316,8 +316,8 @@ static size_t first_edge_sample(const struct measured *measured)
     return sample < (double)measured->samples ? (size_t)sample : measured->samples;
 }
 
-/* From what has the full rate, if there is enough of it: what CAN sends is a mean already. Of one
- * value of `stride` samples. */
+/* Noise of one value, which is the mean of `stride` samples. Uses full-rate samples unless there
+ * are more from CAN, which sends means. */
 static void find_noise(struct measured_channel *channel, size_t from, size_t to)
 {
     double squares[2] = {0.0, 0.0};
@@ -361,8 +361,8 @@ static void find_extremes(const struct measured *measured, struct measured_chann
         channel->end = measured_smooth(measured, channel,
                                        measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
-    /* The value at the end is one of those between the extremes. Where it passes them, its error is
-     * the larger one of a peak, whose budget `uncertainty` prints. */
+    /* The end value is an extreme, too. It then has the larger error of a peak, whose budget
+     * `uncertainty` prints. */
     if (channel->end > channel->high)
         channel->high = channel->end;
     if (channel->end < channel->low)
@@ -381,7 +381,7 @@ static void find_missing(const struct measured *measured, struct measured_channe
 {
     size_t begin = from, longest = MEASURED_WINDOW;
     channel->missing_from = channel->missing_to = 0;
-    if (channel->valid == 0) /* nothing is stated of it */
+    if (channel->valid == 0) /* no valid sample: no results */
         return;
     for (size_t i = from; i <= measured->samples; i++) {
         if (i < measured->samples && channel->validity[i] != MR_VALID)
@@ -411,7 +411,7 @@ void measured_find_facts(struct measured *measured)
     }
 }
 
-/* A block is what most of it is: its record's source, else CAN when that filled any of it. */
+/* Source of a block: that of its record, else CAN if any channel has a CAN sample. */
 static enum measured_source source_of_block(const struct measured *measured, size_t sample)
 {
     enum measured_source source = MEASURED_NOTHING;
@@ -486,7 +486,7 @@ size_t measured_in_order(const struct measured *measured, const struct measured_
     return count;
 }
 
-/* The standard errors of measured.h. */
+/* The standard errors defined in measured.h. */
 #define BLOCKS_PER_H 3600000.0
 
 struct mr_error_case measured_error_case(const struct measured *measured,
@@ -500,8 +500,8 @@ struct mr_error_case measured_error_case(const struct measured *measured,
         .noise = (float)channel->noise,
         .averaged = (float)fmax(samples / stride, 1.0),
         .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
-        /* Since power on: when the zero was taken before is in zero_error. A landing is over before
-         * its baseline drifts. */
+        /* Hours since power-on: zero_error covers the age of the zero. A landing ends before its
+         * baseline drifts. */
         .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
         .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
     };
@@ -514,10 +514,11 @@ double measured_error(const struct measured *measured, const struct measured_cha
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-#define SUM_BITS 61 /* of a running sum, without sign */
+#define SUM_BITS 61 /* of a running sum, without the sign bit */
 
-/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a
- * step at the edge of the first is none in the second. Two values of each half at least. */
+/* A peak is found in means over search_reach samples to each side, then taken from means over
+ * peak_reach. The narrower mean excludes a step at the edge of the wider one. Each half of the
+ * values contributes at least two. */
 static size_t search_reach(const struct measured_channel *channel)
 {
     return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
@@ -532,19 +533,19 @@ double measured_peak_samples(const struct measured_channel *channel)
     return 2.0 * (double)peak_reach(channel) + 1.0;
 }
 
-/* Of each half of the values (every second one is of the same), over all samples before. Whole
- * multiples of `unit`, so that no difference of two sums depends on what came before. */
+/* Running sums over all earlier samples, for each half of the values; the halves alternate. The
+ * sums are integers in `unit`, so the difference of two sums is exact. */
 struct sums {
     struct running {
         int64_t sum, count;
-    } * half[2]; /* samples + 1 of each */
+    } * half[2]; /* samples + 1 entries each */
     double unit;
 };
 
 static struct sums sums_of(const struct measured *measured, const struct measured_channel *channel)
 {
     struct sums sums = {.unit = 1.0};
-    double most = 1e-30; /* all zero: any unit does */
+    double most = 1e-30; /* any unit works if all samples are 0 */
     int value_bits, count_bits;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = fabs(measured_value(channel, i));
@@ -553,10 +554,10 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     (void)frexp(most, &value_bits);
     (void)frexp((double)measured->samples, &count_bits);
     sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
-    double per_unit = 1.0 / sums.unit; /* powers of two */
+    double per_unit = 1.0 / sums.unit; /* both are powers of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
-    /* counted on: dividing is dear */
+    /* counters, because a division per sample is slow */
     size_t within = channel->phase % channel->stride, half = channel->phase / channel->stride % 2;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = measured_value(channel, i);
@@ -574,7 +575,7 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     return sums;
 }
 
-/* The mean within `reach` samples of one half of the values. NaN: none is valid. */
+/* Mean of one half of the values within `reach` samples. NaN: no valid value. */
 static double half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
                         size_t samples)
 {
@@ -590,7 +591,7 @@ void measured_peaks(const struct measured *measured, const struct measured_chann
                     size_t from, double *high, double *low)
 {
     *high = *low = (double)NAN;
-    if (measured->samples == 0) /* nor has the channel a stride then */
+    if (measured->samples == 0) /* the stride is not set either */
         return;
     const size_t search = search_reach(channel), peak = peak_reach(channel);
     struct sums sums = sums_of(measured, channel);
@@ -645,7 +646,7 @@ char measured_source_letter(enum measured_source source)
     return sources[source].letter;
 }
 
-/* What was set aside because of its time; false: nothing. */
+/* Records excluded because of their time; false: none. */
 static bool excluded_text(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_aside *aside = &measured->aside;

@@ -17,13 +17,13 @@
 
 /* ---- gates ---- */
 
-/* Named edges in order of time; a switch counts once. */
+/* Collects edges with a known switch in order of time; each switch once. */
 static void collect_gates(struct measured *measured, const struct store_edge *edges,
                           size_t edge_count, const struct store_switch *places, size_t place_count)
 {
     measured->edges = edge_count;
     for (size_t p = 0; p < place_count; p++) {
-        /* of a damaged campaign */
+        /* possible in a damaged campaign */
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted |= 1ull << (places[p].position - 1);
@@ -44,19 +44,19 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
     }
 }
 
-/* ---- which times are the landing's: those of its block records, messages and edges, by the
- * second, are groups between pauses of half a minute. A landing lasts 22 s from its first edge
- * (common/onboard/landing.h), so a group that is small beside the largest is none of it: one wrong
- * time would make the record hours long. What belongs to no group is set aside and counted; the
- * campaign keeps it ---- */
+/* ---- times that belong to the landing: block records, messages and edges form groups separated
+ * by pauses of half a minute. A landing lasts 22 s from its first edge
+ * (common/onboard/landing.h), so a group that is small compared with the largest one does not
+ * belong to it: one wrong time would make the record hours long. Data outside all groups is
+ * counted and excluded; the campaign keeps it ---- */
 
 #define PAUSE_S 30
-#define SHARE   100u /* less than a hundredth of the largest group is none of the landing, */
-#define LEAST   100u /* but with edges in it so many are enough: the link was down before */
+#define SHARE   100u /* a group below a hundredth of the largest one is excluded, */
+#define LEAST   100u /* unless it has edges and this many entries: the link was down before */
 
 struct moments {
     struct group {
-        int64_t from_s, to_s; /* both in it */
+        int64_t from_s, to_s; /* both inclusive */
         size_t count, edges;
     } * group;
     size_t groups;
@@ -86,7 +86,7 @@ static int by_time(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Only groups that belong to the landing are left, in order. */
+/* Keeps only the groups that belong to the landing, in order. */
 static void moments_judge(struct moments *moments)
 {
     size_t joined = 0, left = 0, most = 0;
@@ -113,7 +113,7 @@ static void moments_judge(struct moments *moments)
     moments->groups = left;
 }
 
-/* True of all while there is none. */
+/* True if a group contains the time, or if there are no groups. */
 static bool moments_hold(const struct moments *moments, int64_t second)
 {
     for (size_t g = 0; g < moments->groups; g++) {
@@ -125,21 +125,21 @@ static bool moments_hold(const struct moments *moments, int64_t second)
 
 /* ---- block records and CAN messages ---- */
 
-/* What a landing's series are made of. */
+/* The data from which the samples of a landing are built. */
 struct record {
     struct measured *measured;
     struct moments moments;
-    int64_t from; /* blocks before it are passed over */
+    int64_t from; /* earlier blocks are skipped */
     struct mr_block *block;
-    uint8_t *source; /* enum measured_source, of each */
+    uint8_t *source; /* enum measured_source, one per block */
     size_t blocks;
     struct message {
         const struct mr_series_pack *pack;
-        int64_t newest; /* block */
+        int64_t newest; /* newest block of the message */
         uint8_t data[MR_MESSAGE_MAX];
     } * message;
     size_t messages;
-    int64_t first, last; /* block, of all; last < first: there is none */
+    int64_t first, last; /* of all data; last < first: no data */
 };
 
 static void exclude(struct measured_aside *aside, size_t *count, int64_t block)
@@ -254,8 +254,8 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
     mr_watch_begin(watch, config, index);
 }
 
-/* The board saw what came in a hole; here a channel may have left its band there and come back,
- * while its neighbours moved. What was not stuck before is judged anew. */
+/* A channel may have left its range and returned during a hole, which only the board observed.
+ * Channels that were not stuck are therefore judged anew. */
 #define WATCH_HOLE_BLOCKS 20
 static void pass_hole(struct mr_watch *watch)
 {
@@ -271,8 +271,8 @@ static void set_stuck(struct measured_channel *channel, size_t sample)
     channel->raw[sample] = MR_NAN;
 }
 
-/* As the board does it. A channel that turns out to be stuck has been so since its anchor: those
- * readings are not valid then, and have no value. */
+/* Judges readings like the board. A stuck channel is invalid from its anchor on, so earlier
+ * readings are invalidated back to the anchor. */
 static void read_block(struct measured *measured, struct mr_watch *watch,
                        const struct mr_block *block, enum measured_source source)
 {
@@ -298,7 +298,7 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
     }
 }
 
-/* Samples from CAN: what the board said of a channel that stuck, up to what it said of it next. */
+/* CAN samples: the board reports a stuck channel; invalid until the next report on that channel. */
 static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured,
                                              struct error *error)
 {
@@ -324,8 +324,8 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
     return status;
 }
 
-/* One of the samples that a message is the mean of, if nothing better has it. `end`: sample after
- * the message's last. */
+/* Fills one sample of the mean in a CAN message, unless a better source filled it. `end`: sample
+ * after the message. */
 static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
                         size_t end)
 {
@@ -371,8 +371,8 @@ static void read_blocks(struct measured *measured, const struct record *record)
     measured->source = 2 * from_box > record->blocks ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
-/* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all
- * of it. */
+/* First block to load. A board may be armed for hours before the landing, too much for memory.
+ * INT64_MIN: load all. */
 static int64_t find_from(const struct measured *measured, const struct moments *moments)
 {
     const struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
@@ -420,7 +420,7 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
                          (long long)run, store_path(store));
     if (messages)
         status = store_frames_each(store, run, LINK_CAN, keep_message, record, error);
-    /* a message counts where it lies before or behind all block records */
+    /* messages extend the record only before its first or after its last block record */
     int64_t first = record->first, last = record->last;
     for (size_t i = 0; i < record->messages; i++) {
         const struct message *message = &record->message[i];
@@ -444,7 +444,7 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
 #define STRIDE_MAX 1000
 #define BLOCK_MOST (INT64_MAX / 2)
 
-/* From the first to the last block of all rows. */
+/* Builds samples from the first to the last block of all imported rows. */
 static enum mr_status series_from_import(struct store *store, struct record *record,
                                          struct error *error)
 {
@@ -455,7 +455,7 @@ static enum mr_status series_from_import(struct store *store, struct record *rec
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
             rows[r].first_block >= BLOCK_MOST)
-            rows[r].count = 0; /* of a damaged campaign */
+            rows[r].count = 0; /* possible in a damaged campaign */
         else
             span_add(record, rows[r].first_block, rows[r].first_block + (int64_t)rows[r].count - 1);
     }
@@ -481,7 +481,7 @@ static enum mr_status series_from_import(struct store *store, struct record *rec
     return status;
 }
 
-/* Source, first_block, samples, the raw series and validities. Needs landing and channel
+/* Sets source, first_block, samples, raw samples and validities. Needs landing and channel
  * configuration. */
 static enum mr_status load_series(struct store *store, struct measured *measured,
                                   struct error *error)
@@ -545,7 +545,7 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
-/* A configuration that another matrig wrote says nothing of dates here. */
+/* Finds channels without calibration date; unknown if another version wrote the configuration. */
 static enum mr_status find_calibration(struct store *store, int64_t run, struct measured *measured,
                                        struct error *error)
 {
@@ -592,10 +592,10 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     return load_facts(store, run, measured, error) ?: load_all(store, run, measured, error);
 }
 
-#define NEAR_BLOCKS 1000 /* what comes within a second belongs together */
+#define NEAR_BLOCKS 1000 /* one second: a block record that close to an edge covers the edge */
 
-/* The board heard all edges and said that the landing is over, and there are
- * block records about each edge and beyond the stop: the series can add nothing. */
+/* Fits the gear without loading samples. Enough if the board received all edges, reported the
+ * end of the landing, and has block records near each edge and after the stop. */
 static enum mr_status fit_without_series(struct store *store, struct measured *measured,
                                          bool *enough, struct error *error)
 {
@@ -614,7 +614,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
         return status;
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* as if it never ended, to find the stop first */
+    measured->samples = SIZE_MAX / 4; /* endless, to find the stop first */
     measured_fit_gear(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;

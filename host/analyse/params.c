@@ -4,7 +4,7 @@
 
 #define ROUNDING 1e-9
 
-/* Product of powers: relative errors add in squares, each times its power. */
+/* Product of powers: the squares of the relative errors, each multiplied by its power, add up. */
 static struct estimate product(double constant, const struct estimate *factors,
                                const double *powers, size_t count)
 {
@@ -20,8 +20,8 @@ static struct estimate product(double constant, const struct estimate *factors,
 struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
                                struct estimate cord_ft, struct estimate period_s)
 {
-    /* Turned by a, each end swings out by a d/2 and its cord leans by a d/(2 l): restoring moment W
-     * d^2 a/(4 l). */
+    /* At a rotation a, each end moves by a d/2 and its cord tilts by a d/(2 l): restoring moment
+     * W d^2 a/(4 l). */
     const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
     const double powers[] = {1, 2, -1, 2};
     return product(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
@@ -67,7 +67,7 @@ struct estimate params_mean(const double *readings, size_t count, double each)
     return (struct estimate){mean, sqrt(scatter2 + each * each)};
 }
 
-/* Student's t that chance exceeds once in 200, by degrees of freedom. */
+/* Student's t with a two-sided probability of 1 %, by degrees of freedom. */
 static double student(size_t freedom)
 {
     static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,

@@ -14,7 +14,7 @@
 #include "host/store/store.h"
 #include "host/survey/survey.h"
 
-/* ---- what was said ---- */
+/* ---- predictions ---- */
 
 static enum mr_status take_risk(struct store *store, struct record_row *row, struct error *error)
 {
@@ -46,7 +46,7 @@ static void take_warning(const struct measured *measured, const struct zones *zo
                                                                                    : RECORD_QUIET;
 }
 
-/* Whether it was the landing that the advice was of. */
+/* Compares the landing with its advice: off plan if braking or speed differ. */
 static void take_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
@@ -60,7 +60,7 @@ static void take_plan(const struct measured *measured, struct record_row *row)
                     fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
 }
 
-/* ---- what came of it ---- */
+/* ---- outcome ---- */
 
 static void judge_warned(struct record_row *row)
 {
@@ -92,14 +92,14 @@ static void judge(struct record_row *row)
         row->verdict = row->outcome.came == OUTCOME_CAME ? RECORD_MISS : RECORD_SILENCE;
 }
 
-/* The landings of a campaign around it, of the same board; NULL: there is none. */
+/* The landings before and after, of the same board; NULL: none. */
 struct outcome_between {
     const struct store_landing *before, *after;
 };
 
-#define STEP_SAMPLES  20  /* of 1 ms: the wheel rolls 0.7 ft at most */
-#define STEADY_STEPS  5   /* 0.1 s: a run that joins two for less is the segments' coarseness */
-#define SLOW_FT_S     2.0 /* slower, the wheel is at the end of its way */
+#define STEP_SAMPLES  20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
+#define STEADY_STEPS  5   /* 0.1 s: a shorter zone comes from the coarse segments */
+#define SLOW_FT_S     2.0 /* below, the wheel is about to stop */
 #define LEAST_WATCHED 0.5
 
 const char *outcome_basis_text(enum outcome_basis basis)
@@ -115,9 +115,9 @@ const char *outcome_basis_text(enum outcome_basis basis)
 
 /* ---- surveys ---- */
 
-/* A board tells its survey with each landing, also one that is old. A survey was read anew where
- * at least half of its sums are others than before; of fewer, those alone are new: two readings of
- * a closed segment may be the same to the last digit. */
+/* A board sends its survey with each landing, even an old one. The survey counts as new if at
+ * least half of its openings changed. Otherwise only the changed openings are new: two readings
+ * of a closed segment may be equal to the last digit. */
 static enum mr_status board_survey(struct store *store, int64_t run, int64_t run_before,
                                    struct zones_closure *told, struct error *error)
 {
@@ -141,8 +141,8 @@ static enum mr_status board_survey(struct store *store, int64_t run, int64_t run
     return status;
 }
 
-/* The newest gage survey with readings that was begun between two moments, in place of what was
- * told. */
+/* Replaces the board's survey with the newest gage survey that has readings and was begun
+ * between the two times. */
 static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                   struct zones_closure *slack, struct error *error)
 {
@@ -159,7 +159,8 @@ static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t 
 
 /* ---- transducers ---- */
 
-/* The longest zone that the wheel came to, and from when on it was at one of 50 mats. */
+/* The longest zone that the wheel reached, and the first time the wheel was at a zone of 50
+ * mats. */
 struct came {
     unsigned mats;
     double start_ft, t_s; /* NaN: never for STEADY_STEPS */
@@ -195,8 +196,8 @@ static struct came play(const struct measured *measured, const struct zones_clos
     return came;
 }
 
-/* Share of the way, from touchdown to 50 mats beyond the stop, between the first and the last
- * transducer that spoke to the end. */
+/* Fraction of the track, from touchdown to 50 mats beyond the stop, between the first and the
+ * last transducer that worked to the end. */
 static double watched_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,
@@ -218,7 +219,7 @@ static double watched_share(const struct measured *measured)
 static void by_transducers(const struct measured *measured, const struct zones_closure *slack,
                            struct outcome *outcome)
 {
-    struct zones_closure closed = *slack; /* what was not surveyed taken as closed */
+    struct zones_closure closed = *slack; /* segments without survey count as closed */
     if (measured->fit_status != MR_OK) {
         outcome->why = "the motion of the gear up to its stop is unknown";
         return;
@@ -254,7 +255,7 @@ static void by_transducers(const struct measured *measured, const struct zones_c
     }
 }
 
-/* ---- the survey after, and what was seen ---- */
+/* ---- survey afterwards and observations ---- */
 
 static void by_survey_after(const struct measured *measured, const struct zones_closure *slack,
                             struct outcome *outcome)
@@ -310,7 +311,7 @@ static enum mr_status by_what_was_seen(struct store *store, int64_t run, struct 
     return status;
 }
 
-/* `measured`: with its series, measured_load. */
+/* `measured` must be loaded with samples (measured_load). */
 static enum mr_status outcome_load(struct store *store, const struct measured *measured,
                                    const struct outcome_between *between, struct outcome *outcome,
                                    struct error *error)
@@ -340,7 +341,7 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
 
 /* ---- a landing ---- */
 
-/* The newest advice between the landing before it in the campaign and it. */
+/* The newest advice between the previous landing of the campaign and this one. */
 static void take_advice(const struct store_advice *advice, size_t count, int64_t before,
                         struct record_row *row)
 {
@@ -362,7 +363,7 @@ static const struct store_landing *neighbour(const struct store_landing *all, si
     return NULL;
 }
 
-/* Its series take long to read and are of use with a survey alone. */
+/* Checked first: samples load slowly and are useful only with a survey. */
 static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
 {
     struct zones_closure told;
@@ -393,7 +394,7 @@ static enum mr_status judge_landing(struct store *store, const struct outcome_be
 static enum mr_status load_landing(struct store *store, const struct outcome_between *between,
                                    struct record_row *row, struct error *error)
 {
-    static struct measured measured; /* some ten kilobytes */
+    static struct measured measured; /* static: some ten kilobytes */
     struct zones zones = {0};
     bool surveyed = false;
     enum mr_status status = has_survey(store, row->run, &surveyed, error);
@@ -412,7 +413,7 @@ static enum mr_status load_landing(struct store *store, const struct outcome_bet
     return status;
 }
 
-/* ---- sums ---- */
+/* ---- totals ---- */
 
 static void add_row(struct record *record, const struct record_row *row)
 {
@@ -508,7 +509,7 @@ void record_free(struct record *record)
     record->landing = NULL;
 }
 
-/* The sums of a campaign's record in words and numbers. */
+/* Texts and totals of the campaign's record. */
 const char *record_verdict_text(enum record_verdict verdict)
 {
     static const char *const text[RECORD_VERDICTS] = {

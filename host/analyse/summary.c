@@ -92,7 +92,7 @@ json_t *summary_troubles_json(const int64_t *trouble)
     return object;
 }
 
-/* Why frames that a gap counts are not there. */
+/* Reason why the frames of a gap are missing. */
 static const char *gap_reason(const char *cause)
 {
     static const struct {
@@ -185,7 +185,7 @@ static void summary_mean_answer(const struct store_mean *mean, struct answer *an
         const struct mr_quantity_info *info = mr_quantity_at(i);
         const struct store_mean *m = &mean[i];
         const char *unit = info->unit;
-        while ((unsigned char)*unit >= 0x80) /* the degree */
+        while ((unsigned char)*unit >= 0x80) /* skip the degree sign */
             unit++;
         if (!m->readings && m->told)
             answer_words(answer, NULL, info->name, "none of %lld readings received; %s",
@@ -207,7 +207,8 @@ static bool lacks(const struct measured_channel *channel, enum mr_channel_kind k
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
-/* "1, 2, 5": the channels that lack what the one at `c` lacks; false: an earlier one lacks it. */
+/* "1, 2, 5": the channels with the same missing time as channel `c`. False: an earlier channel
+ * already listed `c`. */
 static bool numbers_text(const struct measured *measured, unsigned c, char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
@@ -323,8 +324,8 @@ static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_
 
 #define DAY_MOST_US 1e17 /* the year 5138 */
 
-/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of
- * two that are none, the one that says more. */
+/* Order of time maps: good ones first, of these CAN, which has the shorter delay. Of two bad
+ * ones the refusal with more information is better. */
 static bool better(const struct store_time_map *a, const struct store_time_map *b)
 {
     if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
@@ -507,7 +508,7 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
     uint64_t unseen = measured->fitted & ~measured->seen;
-    /* beyond it the gear may have stopped */
+    /* the gear may have stopped before the switches beyond the last one seen */
     unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u;
     uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
@@ -532,8 +533,8 @@ static double event_time_s(const struct measured *measured, const struct store_f
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
 
-/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". That a channel is valid
- * again, the line of what was wrong with it says. */
+/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The end of a fault is
+ * part of its line, so events of a channel that is valid again are skipped. */
 static void damage_answer(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
@@ -595,7 +596,7 @@ static void restart_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-/* A line for each, but for the arming that there is no landing without. */
+/* One line for each order except an accepted arming, which every landing has. */
 static void orders_answer(const struct summary *summary, struct answer *answer)
 {
     for (size_t i = 0; i < summary->orders; i++) {

@@ -9,11 +9,11 @@
 #include "host/base/xmalloc.h"
 
 #define PARABOLA         3u
-#define INWARD_S         1e-3 /* for the speed at a gate */
+#define INWARD_S         1e-3 /* distance from a gate for the speed there */
 #define LEAST_HALF_POWER (-16)
 #define MOST_HALF_POWER  6
 
-/* Covariance of station at two times for q = 1, both since the first gate: the integral over u of
+/* Covariance of the station at two times since the first gate, for q = 1: the integral over u of
  * (s - u)^2 (t - u)^2 / 4. */
 static double wander(double a_s, double b_s)
 {
@@ -26,7 +26,7 @@ static double power(double t_s, size_t n)
     return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
 }
 
-/* The system of universal kriging: covariances, bordered by the parabola. */
+/* Matrix of universal kriging: covariances, bordered by the parabola. */
 static size_t set_system(const struct track *track, const struct track_model *model,
                          double system[TRACK_SIZE][TRACK_SIZE])
 {
@@ -51,7 +51,8 @@ static void swap_rows(double *a, double *b, size_t n)
     }
 }
 
-/* Gauss-Jordan with row pivots; false: singular. Also the logarithm of the determinant's size. */
+/* Gauss-Jordan with row pivots; also returns the logarithm of the absolute determinant. False:
+ * singular. */
 static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
                    double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
 {
@@ -87,9 +88,8 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
     return true;
 }
 
-/* Minus twice the restricted log likelihood, but for a constant: the bordered determinant is |S|
- * |X' S^-1 X|, and y' P y is the generalised sum of squares, P the upper left part of the
- * inverse. */
+/* Minus twice the restricted log likelihood, without a constant. The bordered determinant is |S|
+ * |X' S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
 static double unlikeliness(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
@@ -103,7 +103,7 @@ static double unlikeliness(const struct track *track, struct track_model *model)
     return log_determinant + squares;
 }
 
-/* Keeps a model when it is among the likeliest; `unlikely` is in step with track->model. */
+/* Keeps a model if it is among the likeliest. `unlikely` has the same order as track->model. */
 static void keep_model(struct track *track, const struct track_model *model,
                        double unlikeliness_now, double unlikely[TRACK_MODELS])
 {
@@ -121,7 +121,7 @@ static void keep_model(struct track *track, const struct track_model *model,
     unlikely[place] = unlikeliness_now;
 }
 
-/* The grid: half a power of ten in q by ripples from none to many times the gates' error. */
+/* Searches a grid: q in half powers of ten, ripples from none to many times the gates' error. */
 static void find_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
@@ -143,7 +143,7 @@ static void find_models(struct track *track)
         track->model[m].weight /= sum;
 }
 
-/* By one model, between the first gate and the last. Gives the variance. */
+/* Station by one model, between the first and the last gate. Returns the variance. */
 static double by_model(const struct track *track, const struct track_model *model, double since_s,
                        double *station_ft)
 {
@@ -161,7 +161,7 @@ static double by_model(const struct track *track, const struct track_model *mode
         if (i < track->points)
             *station_ft += weight * track->station_ft[i];
     }
-    /* which is motion: between gates there is as much */
+    /* ripple is motion, present between the gates as well */
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
@@ -185,8 +185,8 @@ static struct track_moment gate_moment(const struct track *track, double t_s, do
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
-/* The brake takes a while to rise (common/gates.h: delay d, shape k): where it has bent the way
- * by a d^2 (1 + k) / 2 or not. */
+/* Standard error from the rise of the brake (common/gates.h: delay d, shape k). The rise may or
+ * may not have displaced the track by a d^2 (1 + k) / 2. */
 static double brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
@@ -235,7 +235,7 @@ void track_make(const struct measured *measured, struct track *track)
         set_ends(measured, track);
 }
 
-/* The cubic that has both moments' station and speed; the error goes from one to the other. */
+/* Cubic through station and speed of both moments; the error is interpolated. */
 static struct mr_estimate join(const struct track_moment *from, const struct track_moment *to,
                                double t_s)
 {
@@ -267,12 +267,12 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 
 /* ---- the film ---- */
 
-#define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
-/* steps on each side whose median is the period: half of them may be gaps */
+#define PERIODS_MOST 1e9 /* limits a gap if a damaged time is huge */
+/* steps on each side in the median for the period: half of them may be gaps */
 #define AROUND       7u
 
-/* Median of the steps from `from` to `to`. A gap of n periods is n steps, so a shorter one is taken
- * where there are two. */
+/* Median of the steps from `from` to `to`. Of two middle steps the shorter one: a longer step
+ * may be a gap of several periods. */
 static double median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * AROUND + 1];
@@ -309,8 +309,8 @@ static void number_frames(struct film *film)
     free(number);
 }
 
-/* Pulses in order of their count; one whose time is not known, or not later than the one before, is
- * no frame. */
+/* Adds a frame, in order of pulses. Skips a pulse whose time is unknown or not later than the
+ * previous one. */
 static void take_frame(struct film *film, const struct measured *measured,
                        const struct track *track, const struct store_film_frame *row)
 {

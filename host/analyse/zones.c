@@ -52,13 +52,13 @@ static struct zone_warning first_warning(const struct measured *measured,
     warning.path_known = measured->fit_status == MR_OK;
     warning.reached_t_s = measured_reach_s(measured, row->start_ft);
     warning.reached = !isnan(warning.reached_t_s);
-    if (warning.reached_t_s < warning.t_s) /* it was in the zone already */
+    if (warning.reached_t_s < warning.t_s) /* the wheel was already in the zone */
         warning.reached_t_s = warning.t_s;
     warning.true_lead_s = warning.reached_t_s - warning.t_s;
     return warning;
 }
 
-/* What the predictor said with the first warning. */
+/* Adds the predictor's data at the first warning. */
 static enum mr_status find_reason(struct store *store, const struct measured *measured,
                                   struct zones *zones, struct error *error)
 {
@@ -109,9 +109,9 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
-#define PAUSE_BLOCKS 100 /* two statements: a frame that is lost alone hides no warning for long */
+#define PAUSE_BLOCKS 100 /* two messages: a single lost frame hides no warning for long */
 
-/* `row`: in order of time. */
+/* `row`: sorted by time. */
 static struct zones_received zones_received(const struct measured *measured,
                                             const struct store_zone *row, size_t count)
 {
@@ -251,7 +251,7 @@ static void lead_answer(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_became_s, 3);
 }
 
-/* What a warning said, and what came of it. */
+/* The content of a warning, and its outcome. */
 static void warning_answer(const struct zone_warning *w, struct answer *answer)
 {
     answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
@@ -282,7 +282,7 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
 }
 
-/* "no warning", or that none was received and why one may have come nevertheless. */
+/* "no warning", or the reason why one may have been missed. */
 static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 {
     char doubt[ZONES_HEARD_TEXT];
@@ -299,7 +299,7 @@ bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT])
     return w->warned && zones_received_doubt(&zones->heard, w->t_s, out);
 }
 
-/* In words whether and when; and whether the record can know that. */
+/* Whether and when a warning was given; notes if the record cannot show it. */
 static void warned_answer(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
@@ -384,7 +384,8 @@ bool zones_received_doubt(const struct zones_received *heard, double before_s,
 
 /* ---- foresight ---- */
 
-/* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */
+/* after arming, the transducers' zeros are determined first (0.2 s): missing transducers do not
+ * count */
 #define SETTLING_BLOCKS 500
 
 static void stretch(struct foresight_span *span, double t_s)
@@ -394,8 +395,8 @@ static void stretch(struct foresight_span *span, double t_s)
     span->to_s = t_s;
 }
 
-/* No motion is a lack only where something moves: before the first switches nobody expects one, and
- * then the level is not kinematic. */
+/* Missing motion counts only at the kinematic level: before the first switches no motion is
+ * expected. */
 static void count_lacks(struct foresight *foresight, const struct store_prediction *row, double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
