@@ -9,7 +9,7 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-/* An answer's facts in their order: what answer.c gathers and the printers walk through. */
+/* Facts of an answer in their order. answer.c collects them; the printers read them. */
 enum answer_kind {
     ANSWER_VALUE,
     ANSWER_ESTIMATE,
@@ -26,11 +26,11 @@ enum answer_kind {
 };
 
 struct answer_item {
-    struct answer_fact fact; /* the first: its address is the item's */
+    struct answer_fact fact; /* must be first: it has the item's address */
     enum answer_kind kind;
-    char *name, *label; /* owned; NULL: not for programs, not for people */
+    char *name, *label; /* owned; NULL name: not in the JSON; NULL label: only in the JSON */
     const struct unit *unit;
-    double value, error; /* as shown: converted */
+    double value, error; /* converted to the printed unit */
     const struct unit *json_unit;
     double json_value, json_error;
     int decimals;
@@ -44,8 +44,8 @@ struct answer {
     struct answer_item *item;
     size_t count;
     bool si, as_given;
-    unsigned depth; /* of groups that are open */
-    uint64_t rows;  /* bit d: the group at depth d has a row open, at depth d + 1 */
+    unsigned depth; /* number of open groups */
+    uint64_t rows;  /* bit d: the group at depth d has an open row, which is at depth d + 1 */
 };
 
 static bool answer_is_group(enum answer_kind kind)
@@ -53,7 +53,7 @@ static bool answer_is_group(enum answer_kind kind)
     return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
 }
 
-/* The index after item `i` and all that is in it. */
+/* Index behind item `i` and its contents. */
 static size_t answer_after(const struct answer *answer, size_t i)
 {
     size_t depth = 0;
@@ -65,14 +65,14 @@ static size_t answer_after(const struct answer *answer, size_t i)
     return i;
 }
 
-/* A group without facts: people see neither its heading nor its columns. */
+/* A group without facts is printed without heading and columns. */
 static bool answer_is_empty(const struct answer *answer, size_t i)
 {
     return answer_is_group(answer->item[i].kind) && answer_after(answer, i) <= i + 2;
 }
 
-#define ANSWER_CELL    1200 /* as long as words can be */
-#define ANSWER_COLUMNS 80   /* of a table, for people: more than a campaign has stations */
+#define ANSWER_CELL    1200 /* the longest text of a cell */
+#define ANSWER_COLUMNS 80   /* columns of a printed table: more than a campaign has stations */
 
 #define DIGITS 6
 
@@ -145,7 +145,7 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
                                     enum unit_kind unit, double value, double error, int decimals)
 {
     struct answer_fact *fact = answer_value(answer, name, label, unit, value, decimals);
-    struct answer_item *item = (struct answer_item *)fact; /* its first member */
+    struct answer_item *item = (struct answer_item *)fact; /* fact is its first member */
     item->kind = ANSWER_ESTIMATE;
     item->error = error * item->unit->factor;
     item->json_error = error * item->json_unit->factor;
@@ -240,7 +240,7 @@ void answer_table(struct answer *answer, const char *name, const char *label)
     open_group(answer, ANSWER_TABLE, name, label);
 }
 
-/* What is open: a row, of the group around it. */
+/* True: the innermost open group is a row. */
 static bool in_row(const struct answer *answer)
 {
     return answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
@@ -287,9 +287,9 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
     return cli_fail(error);
 }
 
-/* An answer for people at a terminal. */
-#define WIDTH     100      /* of a terminal that people have */
-#define LABEL     13       /* the least width of the labels of facts */
+/* ---- printed answer ---- */
+#define WIDTH     100      /* of a common terminal */
+#define LABEL     13       /* the smallest width of the label column */
 #define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
 
 static int number(const struct answer_item *item, double value, bool plus, char *text, size_t size)
@@ -299,7 +299,7 @@ static int number(const struct answer_item *item, double value, bool plus, char 
     if (item->fact.bounded && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
-        /* no -0 */
+        /* + 0.0: no "-0" */
         return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0);
     return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals,
                     unit_tidy(value, pow(10.0, -item->decimals)));
@@ -356,7 +356,7 @@ static size_t answer_columns(const struct answer *answer, size_t table, size_t *
 {
     size_t count = 0, end = answer_after(answer, table);
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        /* a new column stands after the one before it in its row */
+        /* a new column goes behind the previous column of the same row */
         size_t place = 0, to = answer_after(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
@@ -386,7 +386,7 @@ static const struct answer_item *answer_in_row(const struct answer *answer, size
     return NULL;
 }
 
-/* Line `line` of a column's head: the parts of its label, then its unit. False: there is none. */
+/* Text of line `line` of a column head: the parts of its label, then its unit. False: no text. */
 static bool head_line(const struct answer_item *column, size_t line, size_t lines,
                       char text[static ANSWER_CELL])
 {
@@ -395,7 +395,7 @@ static bool head_line(const struct answer_item *column, size_t line, size_t line
     for (const char *at = part; (at = strchr(at, '|')); at++)
         parts++;
     text[0] = '\0';
-    if (line + parts + unit < lines) /* heads end at the same line */
+    if (line + parts + unit < lines) /* all heads end on the same line */
         return false;
     line -= lines - parts - unit;
     if (line >= parts)
@@ -435,7 +435,7 @@ static size_t column_width(const struct answer *answer, size_t table,
     return width;
 }
 
-/* Blanks are owed until something follows them, so that no line ends in them. */
+/* Spaces are printed only when text follows, so that no line ends in spaces. */
 static void print_padded(const char *text, size_t width, bool left, size_t *owed, FILE *out)
 {
     size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
@@ -501,7 +501,7 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
         if (block.count > 1 && used + 2 + width > WIDTH) {
-            /* the rest below, beside the first column again */
+            /* remaining columns go below, with the first column repeated */
             print_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
             block.count = 1;
@@ -530,7 +530,7 @@ static void print_fact(const struct answer_item *item, const char *label, int in
             (int)(labels - wrap_width(label, strlen(label))), "", text);
 }
 
-/* The labels' column: facts of groups without a heading stand in it, too. */
+/* Width of the label column, shared with groups that have no heading. */
 static size_t labels_width(const struct answer *answer, size_t from, size_t to)
 {
     size_t labels = LABEL;
@@ -577,7 +577,7 @@ bool answer_text(const struct answer *answer, FILE *out)
     return !ferror(out);
 }
 
-/* An answer for programs. */
+/* ---- JSON answer ---- */
 static void put(json_t *group, const char *name, json_t *value)
 {
     if (json_is_array(group))
@@ -588,7 +588,7 @@ static void put(json_t *group, const char *name, json_t *value)
         json_decref(value);
 }
 
-/* NAME_suffix, NAME_error_suffix */
+/* key: NAME_suffix or NAME_error_suffix */
 static void put_number(json_t *group, const struct answer_item *item, const char *what,
                        double value)
 {
@@ -605,7 +605,7 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
 {
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
-        /* a heading for people; programs find its facts among the others */
+        /* a heading for print only: its facts belong to the outer object */
         put_items(answer, i + 1, answer_after(answer, i), group);
         return;
     }
@@ -656,7 +656,7 @@ json_t *answer_json(const struct answer *answer)
     return object;
 }
 
-/* An answer on a page: facts as <dl>, tables as <table>, headings as <h3>. */
+/* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
 static void html_print_table(const struct answer *answer, size_t table, FILE *out)
 {
     size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
@@ -713,7 +713,7 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
     fputs("</dd></div>\n", out);
 }
 
-/* Facts in a row share one <dl>, which may be open before and after. */
+/* Consecutive facts share one <dl>. `in_list`: a <dl> is open; returns the same for the end. */
 static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
                              FILE *out)
 {

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Each file between two names. dygraphs is a package of Debian (host/base/module.mk). */
+/* Embeds a file between two symbols. dygraphs comes from a Debian package (host/base/module.mk). */
 #define ASSET(name, file)                                  \
     __asm__(".section .rodata\n"                           \
             "asset_" #name ":\n.incbin \"" file "\"\n"     \

@@ -13,14 +13,14 @@
 #include "host/base/xmalloc.h"
 
 #define STACK_BYTES (768u * 1024u)
-#define STACK_LIMIT (1024u * 1024u) /* with arguments, environment and what has been called */
+#define STACK_LIMIT (1024u * 1024u) /* includes arguments, environment and the calls so far */
 #define PAGE_BYTES  4096u
 
-/* Of this run of the program: --json, whether the object is out, the first error. */
+/* state of this process: --json given, JSON already printed, first error */
 static bool wants_json, has_json;
 static struct error failed;
 
-/* What is no UTF-8 (a name of a file) cannot be in JSON. */
+/* JSON strings must be UTF-8, file names need not be. */
 static json_t *text_json(const char *text)
 {
     char ascii[sizeof((struct error *)0)->text];
@@ -52,8 +52,8 @@ __attribute__((noinline)) static void touch_stack(void)
         stack[i - PAGE_BYTES] = 0;
 }
 
-/* What the deepest command takes of the stack is taken now: one that cannot grow later ends a
- * program without a word. */
+/* Reserves the stack of the deepest command at the start: a stack that cannot grow later ends a
+ * program without a message. */
 static void take_stack(void)
 {
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
@@ -66,7 +66,7 @@ static void take_stack(void)
         limit.rlim_cur = STACK_LIMIT;
         setrlimit(RLIMIT_STACK, &limit);
     }
-    free(xmalloc(STACK_LIMIT)); /* says so where the memory is not there */
+    free(xmalloc(STACK_LIMIT)); /* reports missing memory */
     touch_stack();
 }
 
@@ -93,7 +93,7 @@ int cli_fail(const struct error *error)
     return mr_status_exit_code(error->status);
 }
 
-/* Which kind of error it was, in an object that may tell the error itself. */
+/* Adds kind and exit code of the error, and its text unless `object` has one. */
 static void add_error(json_t *object)
 {
     char kind[ERROR_KIND];

@@ -12,7 +12,7 @@
 
 struct parsing {
     const struct command *command;
-    const char *name; /* as the user typed it */
+    const char *name; /* as typed by the user */
     const struct cli *cli;
     char *values;
     bool given[COMMAND_PARTS_MAX];
@@ -23,7 +23,7 @@ static void *place_of(const struct parsing *p, const struct command_option *opti
     return p->values + option->at;
 }
 
-/* Index of the row, or `count`. */
+/* Index of the option, or `count`. */
 static size_t find_option(const struct command *command, const char *word, const char **attached)
 {
     const struct command_part *parts = command->parts;
@@ -35,7 +35,7 @@ static size_t find_option(const struct command *command, const char *word, const
         if (name && strlen(name) == length && strncmp(name, word, length) == 0)
             return i;
     }
-    /* -j4 and -oFILE, as make and cc take them */
+    /* -j4 and -oFILE, as in make and cc */
     for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2];
          i++) {
         const char *name = parts[i].option.name;
@@ -47,7 +47,7 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
-/* `name`: of the command as it was typed; NULL: before any. */
+/* `name`: the command as typed; NULL: before any command. */
 static enum mr_status unknown_option(const struct command *command, const char *name,
                                      const char *word, struct error *error)
 {
@@ -104,7 +104,7 @@ static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *
 {
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
-    if (row != command_matrig.count && !attached && parts[row].text) /* not --version */
+    if (row != command_matrig.count && !attached && parts[row].text) /* false for --version */
         return error_set(
             error, MR_UNKNOWN,
             "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s",
@@ -118,7 +118,7 @@ static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *
 
 /* ---- values ---- */
 
-/* "0.5", or with a unit of its own: "12mm". */
+/* "0.5", or with its own unit: "12mm". */
 static enum mr_status read_number(const struct parsing *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
@@ -198,7 +198,7 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
                      option->name, suggestion, suggestion[0] ? "" : ";", all);
 }
 
-/* A page that is called x.pdf is none: of an output (F.html, F.csv) the ending is the format. */
+/* Refuses a wrong file extension: if the argument is F.html or F.csv, x.pdf is a mistake. */
 static enum mr_status check_ending(const struct command_option *option, const char *text,
                                    struct error *error)
 {
@@ -246,7 +246,7 @@ static void set_standards(const struct parsing *p)
     }
 }
 
-/* The option argv[*at], and its value, which may be the next word: then *at moves on. */
+/* Reads the option argv[*at] and its value. If the value is the next argument, *at advances. */
 static enum mr_status take_option(struct parsing *p, int argc, char **argv, int *at,
                                   struct error *error)
 {
@@ -266,7 +266,7 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     if (p->given[i])
         return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once",
                          option->name, p->name);
-    /* nor is another option's name its value: --note --who kl */
+    /* an option is not a value: in --note --who kl the value is missing */
     const char *next = *at + 1 < argc ? argv[*at + 1] : NULL, *of_next = NULL;
     if (!attached &&
         (!next || (next[0] == '-' && find_option(p->command, next, &of_next) < p->command->count &&
@@ -278,7 +278,7 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     return take_value(p, option, attached ? attached : argv[++*at], error);
 }
 
-/* Behind an option's text it is that text's second word. */
+/* After an option with a text, an extra word probably belongs to an unquoted text. */
 static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
 {
     const char *attached;

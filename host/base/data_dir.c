@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 static const struct {
-    const char *built;  /* from the folder of the program */
-    const char *shared; /* below share/matrig; NULL: not there */
+    const char *built;  /* relative to the folder of the program */
+    const char *shared; /* below share/matrig; NULL: not installed */
 } files[] = {
     [DATA_BOARD] = {"matrig-board", NULL},
     [DATA_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
@@ -18,7 +18,7 @@ static const struct {
     [DATA_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
-static const char *program; /* NULL: the running one */
+static const char *program; /* NULL: the running program */
 
 void data_dir_set_program(const char *path)
 {
@@ -44,7 +44,7 @@ static void program_folder(char *folder, size_t size)
         snprintf(folder, size, ".");
 }
 
-/* True when it can be read; then its path, without links and dots. */
+/* True: the file is readable; `path` is then its resolved path. */
 static bool try(char *path, size_t size, const char *folder, const char *below, const char *name)
 {
     char candidate[PATH_MAX];

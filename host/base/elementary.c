@@ -3,12 +3,12 @@
 #include <math.h>
 #include <stddef.h>
 
-#define LN2_HIGH 0.6931471803691238 /* 32 bits: times an exponent it is exact */
+#define LN2_HIGH 0.6931471803691238 /* 32 bits: the product with an exponent is exact */
 #define LN2_LOW  1.9082149292705877e-10
 #define LOG2_E   1.4426950408889634
 #define PI_2     1.5707963267948966
 #define PI_2_LOW 6.123233995736766e-17
-/* pi / 2 in two parts, the first of 32 bits */
+/* pi / 2 in two parts, the first of 32 bits: n * PI_2_A is exact */
 #define PI_2_A   1.5707963267341256
 #define PI_2_B   6.077100506506192e-11
 
@@ -22,7 +22,7 @@ static double polynomial(double x, const double *c, size_t count)
 }
 #define POLYNOMIAL(x, c) polynomial(x, c, sizeof(c) / sizeof(c)[0])
 
-/* x = k log 2 + r, |r| at most half of log 2: e^r - 1, by its series to r^13. */
+/* x = k log 2 + r, |r| at most half of log 2: e^r - 1 by its series up to r^13. */
 static double reduced_expm1(double x, int *k)
 {
     static const double c[] = {1.0 / 2,       1.0 / 6,        1.0 / 24,        1.0 / 120,
@@ -74,7 +74,7 @@ double elementary_log(double x)
         k--;
     }
     double f = m - 1.0, s = f / (2.0 + f), z = s * s, half = 0.5 * f * f;
-    /* 2 s = f - s f: what s lost in rounding does not count */
+    /* 2 s = f - s f: the rounding of s cancels */
     double rest = s * (half + 2.0 * z * POLYNOMIAL(z, c));
     return k * LN2_HIGH - ((half - (rest + k * LN2_LOW)) - f);
 }
@@ -127,8 +127,8 @@ double elementary_tan(double x)
     return quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
 }
 
-/* (asin(x)/x - 1)/x^2 as a polynomial of z = x^2 at the Chebyshev points of 0 to 1/4, to 1.5e-17;
- * beyond by asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)). */
+/* (asin(x)/x - 1)/x^2 as a polynomial in z = x^2, fitted at the Chebyshev points of 0 to 1/4,
+ * accurate to 1.5e-17. Larger x use asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)). */
 static double asin_rest(double z)
 {
     static const double c[] = {0.16666666666666669,  0.07499999999998433,  0.04464285714635543,

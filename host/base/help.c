@@ -19,7 +19,7 @@ const char *help_group_title(enum command_group group)
     return titles[group];
 }
 
-/* With the options that may stand before every command. */
+/* Includes the options allowed before every command. */
 static void print_usage(const char *words)
 {
     fputs("usage: matrig", stdout);
@@ -87,9 +87,9 @@ const struct command *help_find(const struct command_table *table, const char *n
     return NULL;
 }
 
-/* ---- a command that is none ---- */
+/* ---- unknown command ---- */
 
-/* The terms' first words, in `copies`: what is near is one of them. */
+/* Copies of the first words of all terms; a suggestion points to one of them. */
 #define WORDS 40
 struct words {
     char copy[WORDS][20];
@@ -139,7 +139,7 @@ enum mr_status help_unknown(const struct command_table *table, const char *word,
                      text[0] ? "" : ";");
 }
 
-/* The table for a program. */
+/* All commands as JSON. */
 static int print_json(const struct command_table *table, const struct command *only)
 {
     json_t *list = json_array();
@@ -180,8 +180,8 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     return 0;
 }
 
-#define LINE_MOST 80 /* of a line of text that has room for a unit */
-#define TERM_MOST 14 /* longest term whose text begins on the same line */
+#define LINE_MOST 80 /* longest line of text that still has room for a unit */
+#define TERM_MOST 14 /* longest term with its text on the same line */
 
 void help_each_part(const struct command *command,
                     void (*each)(void *context, const struct command_part *part), void *context)
@@ -194,7 +194,7 @@ void help_each_part(const struct command *command,
     }
 }
 
-/* {low}, {high} and {standard} as numbers, the rest as it is. */
+/* Prints the text with {low}, {high} and {standard} replaced by numbers. */
 static void put_text(FILE *out, const struct command_part *part)
 {
     const struct command_option *option = &part->option;
@@ -217,7 +217,7 @@ static void put_text(FILE *out, const struct command_part *part)
     }
 }
 
-/* Of a quantity: what a bare number is in. In a line of its own where the last one is full. */
+/* Prints the unit of a bare number, on a new line if the last one is full. */
 static void put_unit(FILE *out, const struct command_part *part)
 {
     const struct command_option *option = &part->option;
@@ -241,7 +241,7 @@ static char *made_text(const struct command_part *part, const char *before)
     put_unit(out, part);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
-    if (!prose || written == 0 || part->text[written - 1] != ' ') /* else the line goes on */
+    if (!prose || written == 0 || part->text[written - 1] != ' ') /* blank: the line continues */
         fputc('\n', out);
     if (fclose(out) != 0)
         abort();
@@ -269,7 +269,7 @@ static void add_row(void *context, const struct command_part *part)
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
-    if (!term && last && !last->term) { /* prose goes on */
+    if (!term && last && !last->term) { /* joins consecutive prose */
         char *both = xasprintf("%s%s", last->text, text);
         free(last->text);
         free(text);

@@ -10,14 +10,14 @@ void html_bytes(FILE *out, const char *text, size_t length)
         case '>': fputs("&gt;", out); break;
         case '&': fputs("&amp;", out); break;
         case '"': fputs("&quot;", out); break;
-        case '+': /* "+-" */
+        case '+': /* "+-" becomes a plus-minus sign */
             fputs(i + 1 < length && text[i + 1] == '-' ? "\xc2\xb1" : "+", out);
             break;
         case '-':
             if (i == 0 || text[i - 1] != '+')
                 fputc('-', out);
             break;
-        case '2': /* "ft/s2" */
+        case '2': /* "ft/s2" becomes ft/s with a superscript */
             fputs(i >= 2 && text[i - 1] == 's' && text[i - 2] == '/' ? "\xc2\xb2" : "2", out);
             break;
         default: fputc(text[i], out); break;

@@ -12,10 +12,10 @@
 
 #define DRAFTS_MAX 100
 
-/* ---- where ---- */
+/* ---- target ---- */
 
-/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file
- * is read: a pipe or a terminal would be waited for. */
+/* A landing cannot be repeated, so an output never replaces a database. Reads only regular
+ * files: a pipe or a terminal would block. */
 bool output_is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";
@@ -71,14 +71,14 @@ static enum mr_status cannot(const char *path, struct error *error)
                      strerror(errno), path);
 }
 
-/* The folder of a path, with its last slash. */
+/* The folder of a path, including its last slash. */
 static void folder_of(const char *path, char folder[PATH_MAX])
 {
     const char *slash = strrchr(path, '/');
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* The file that is to be made or replaced, behind symbolic links. */
+/* Resolves symbolic links to the file that is created or replaced. */
 static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
 {
     char folder[PATH_MAX], whole[PATH_MAX];
@@ -93,7 +93,7 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
     return MR_OK;
 }
 
-/* ---- whether ---- */
+/* ---- checks ---- */
 
 enum mr_status output_not_input(const char *path, const char *input, struct error *error)
 {
@@ -115,7 +115,7 @@ enum mr_status output_keep(const char *path, bool force, struct error *error)
         "file exists already: %s; give a different file, or --force to replace this file", path);
 }
 
-/* Whether the regular file at `target`, which the user named `path`, may be replaced. */
+/* Checks that the regular file `target`, given by the user as `path`, may be replaced. */
 static enum mr_status may_replace(const char *path, const char *target, struct error *error)
 {
     if (!output_is_database(target))
@@ -154,7 +154,7 @@ enum mr_status output_check(const char *path, const char *input, struct error *e
     return read ? error->status : check(path, error);
 }
 
-/* ---- into place ---- */
+/* ---- writing ---- */
 
 static bool write_all(int fd, const char *bytes, size_t length)
 {
@@ -170,13 +170,13 @@ static bool write_all(int fd, const char *bytes, size_t length)
     return true;
 }
 
-/* What is in `fd`, at `draft`, goes on disk and to its place. */
+/* Syncs the draft to disk and renames it to the target. */
 static enum mr_status finish(int fd, const char *draft, const char *target, const char *path,
                              struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
-        /* whose it is and who may read it stays, as far as we may say so */
+        /* keep owner and mode as far as permitted */
         int failed = fchown(fd, info.st_uid, info.st_gid);
         failed |= fchmod(fd, info.st_mode & 07777u);
         (void)failed;
@@ -188,7 +188,7 @@ static enum mr_status finish(int fd, const char *draft, const char *target, cons
     return rename(draft, target) == 0 ? MR_OK : cannot(path, error);
 }
 
-/* A new file beside the target; -1: none can be made. */
+/* Creates a draft beside the target; -1: failed. */
 static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64])
 {
     char folder[PATH_MAX];
@@ -203,7 +203,7 @@ static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64]
     return fd;
 }
 
-/* `error` may end the program: not before the draft is gone. */
+/* Setting `error` may end the program, so the draft is removed first. */
 static enum mr_status replace(const struct output *output, struct error *error)
 {
     char target[PATH_MAX], draft[PATH_MAX + 64];
@@ -225,7 +225,7 @@ static enum mr_status replace(const struct output *output, struct error *error)
     return error_set(error, failed.status, "%s", failed.text);
 }
 
-/* To a pipe, a terminal or a device. */
+/* Writes directly to a pipe, a terminal or a device. */
 static enum mr_status write_through(const struct output *output, struct error *error)
 {
     int fd = open(output->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
@@ -239,7 +239,7 @@ static enum mr_status write_through(const struct output *output, struct error *e
     return error->status;
 }
 
-/* ---- the whole of it ---- */
+/* ---- interface ---- */
 
 enum mr_status output_begin(struct output *output, const char *path, struct error *error)
 {

@@ -13,20 +13,20 @@
 
 #define LIMIT_S 120.0
 #define NO_FILE "cannot create a temporary file (%s): /tmp, for the plot; make room there"
-#define COLUMNS 1000 /* a longer line keeps the least and the greatest value of each */
+#define COLUMNS 1000 /* a longer line is reduced to the smallest and largest value of each column */
 
 struct plot {
     char *title, *text;
     size_t length;
-    FILE *script; /* one `plot` per panel, with its data */
+    FILE *script; /* one `plot` command per panel, with its data */
     unsigned width, height, columns, panels;
-    char *elements; /* of the panel that is being drawn */
+    char *elements; /* of the current panel */
     size_t elements_length;
     FILE *list;
-    unsigned blocks, drawn; /* of data in all; series of the panel */
+    unsigned blocks, drawn; /* data blocks in total; series in the current panel */
 };
 
-/* In single quotes gnuplot replaces nothing. */
+/* gnuplot substitutes nothing within single quotes. */
 static void quote(FILE *out, const char *text)
 {
     fputc('\'', out);
@@ -61,7 +61,7 @@ static void end_panel(struct plot *plot)
     if (!plot->list)
         return;
     fclose(plot->list);
-    /* An empty panel shows its axes. */
+    /* an empty panel still shows its axes */
     fprintf(plot->script, "plot %s\n", plot->drawn > 0 ? plot->elements : "NaN notitle");
     free(plot->elements);
     plot->list = NULL;
@@ -72,7 +72,7 @@ static void set_axis(FILE *out, char name, const struct plot_axis *axis)
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
     set_text(out, what, axis->label);
-    fprintf(out, "set xlabel offset 0,0.4\n"); /* clear of the key */
+    fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps clear of the key */
     fprintf(out,
             axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
                       : "unset logscale %c\nset format %c '%%h'\n",
@@ -111,8 +111,8 @@ static void row(FILE *out, const struct plot_series *series, size_t i)
         number(out, series->high[i], '\n');
 }
 
-/* Samples [from, to) of a longer line: the least and the greatest value in their order; of a band
- * its outline. A NaN stands for all of them. */
+/* Reduces samples [from, to): the smallest and the largest value in order of time, or the
+ * outline of a band. A NaN replaces all of them. */
 static void thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
 {
     const double *high = series->high ? series->high : series->y;
@@ -157,7 +157,7 @@ static void rules(struct plot *plot, const struct plot_series *series, const cha
     fputs("NaN ", plot->list);
 }
 
-/* A constant is a function, which an axis without limits makes room for. */
+/* A constant is plotted as a function: an axis without limits then includes it. */
 static void levels(struct plot *plot, const struct plot_series *series, const char *look)
 {
     for (size_t i = 1; i < series->count; i++)
@@ -169,7 +169,7 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
 {
     static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
                                                       "#a67c00", "#222222", "#56b4e9", "#8a9099"};
-    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* gnuplot's; one less: open */
+    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* point types; one less: open */
     int shape = shapes[series->shape % PLOT_SHAPES] - series->open;
     char look[48];
     if (series->count == 0)
@@ -199,7 +199,7 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
     quote(plot->list, series->key ? series->key : "");
 }
 
-/* What chooses gnuplot's terminal; NULL: another ending. */
+/* The gnuplot terminal for a file extension; NULL: unsupported. */
 static const char *terminal_of(const char *path)
 {
     static const char *const endings[][2] = {
@@ -230,7 +230,7 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
     fputs("unset multiplot\n", out);
 }
 
-/* The script's picture to `picture`. */
+/* Runs gnuplot on the script and writes its output to `picture`. */
 static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
 {
     static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};

@@ -15,18 +15,18 @@
 
 #define POLL_NS 5000000
 
-/* In the child. Does not return. */
+/* Runs in the child and does not return. */
 static void become(const char *const words[], const int streams[3])
 {
     sigset_t none;
     sigemptyset(&none);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    sigprocmask(SIG_SETMASK, &none, NULL); /* this program may have some blocked, */
-    signal(SIGPIPE, SIG_DFL);              /* and ignore this one */
+    sigprocmask(SIG_SETMASK, &none, NULL); /* undo the caller's blocked signals */
+    signal(SIGPIPE, SIG_DFL);              /* and its ignored SIGPIPE */
     for (int i = 0; i < 3; i++) {
         if (streams[i] < 0)
             continue;
-        /* one that is in its place already would be closed with the others */
+        /* a stream already in place must lose its close-on-exec flag */
         if (streams[i] == i ? fcntl(i, F_SETFD, 0) < 0 : dup2(streams[i], i) < 0)
             _exit(126);
     }

@@ -55,7 +55,7 @@ void progress_at(struct progress *u, const char *format, ...)
 void progress_end(struct progress *u)
 {
     if (u->runs) {
-        close(u->wake[1]); /* the thread reads the end of the pipe */
+        close(u->wake[1]); /* the thread sees the end of the pipe and ends */
         pthread_join(u->thread, NULL);
         close(u->wake[0]);
         u->runs = false;

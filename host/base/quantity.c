@@ -9,7 +9,7 @@
 
 #include "common/decimal.h"
 
-/* What units are made of. A mass is force time2 / length. */
+/* Dimensions of units. Mass is force time2 / length. */
 enum base { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, BASES };
 
 #define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
@@ -29,14 +29,14 @@ enum base { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, BASES };
 #define OF_TEMPERATURE  {0, 0, 0, 0, 1}
 /* clang-format on */
 
-/* 1 of this word is times / over * 10^ten of the SI units of its bases; `times` and `over` are
- * whole numbers, but for pi. */
+/* The unit equals times / over * 10^ten in SI units of its dimensions. `times` and `over` are
+ * integers, except for pi. */
 struct word {
     const char *text;
     signed char power[BASES];
     double times, over;
     int ten;
-    bool any_case; /* also in other capitals */
+    bool any_case; /* case is ignored */
 };
 
 static const struct word words[] = {
@@ -58,7 +58,7 @@ static const struct word words[] = {
     {"K", OF_TEMPERATURE, 1, 1, 0, false},    {"F", OF_TEMPERATURE, 5, 9, 0, false},
 };
 
-/* The first unit of a kind stands for it. */
+/* quantity_kind_of finds a kind by its first unit. */
 static const struct quantity_kind kinds[] = {
     {"a length", "ft, in, mm, cm, m", "m", NULL},
     {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
@@ -80,7 +80,7 @@ static const struct quantity_kind kinds[] = {
     {"a thermal expansion", "1/F, 1/K", "1/K", NULL},
 };
 
-/* Each also as a plural with s. */
+/* A plural with s is accepted for each. */
 static const struct {
     const char *spelling, *word;
 } spellings[] = {
@@ -94,7 +94,7 @@ static const struct {
     {"degF", "F"},        {"degC", "K"},
 };
 
-/* What a name may end with; the longer one comes first. */
+/* Units by the end of a name; longer endings come first. */
 static const struct {
     const char *ending, *unit;
 } endings[] = {
@@ -126,10 +126,10 @@ struct unit {
     int power[BASES];
     long double times, over; /* exact for every unit of a kind */
     int ten;
-    bool is_kg; /* kg alone */
+    bool is_kg; /* the unit is just kg */
 };
 
-/* A capital M is mega: "Mm" and "M" are no mm and m. Wholly in capitals is another spelling. */
+/* A capital M means mega: "Mm" and "M" are not mm and m. "MM" is a spelling of mm. */
 static bool is_mega(const char *text, size_t length)
 {
     return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
@@ -182,7 +182,7 @@ static void multiply(struct unit *unit, const struct word *word, int power)
         unit->power[b] += power * word->power[b];
 }
 
-/* "m2", "m^2"; the text behind it, NULL: there is none. */
+/* Reads "m2" or "m^2". Returns the text behind it; NULL: invalid. */
 static const char *read_power(const char *text, int sign, struct unit *unit)
 {
     size_t length = 0;
@@ -202,7 +202,7 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
     return isalnum((unsigned char)*text) ? NULL : text;
 }
 
-/* False: not a unit. "": no unit, all powers 0. */
+/* False: not a unit. "": no unit, all powers are 0. */
 static bool read_unit(const char *text, struct unit *unit)
 {
     *unit = (struct unit){.times = 1.0L, .over = 1.0L};
@@ -224,7 +224,7 @@ static bool is_alike(const struct unit *a, const struct unit *b)
     return memcmp(a->power, b->power, sizeof a->power) == 0;
 }
 
-/* kg alone becomes kgf where `wanted` is a force. */
+/* Replaces a bare kg by kgf if `wanted` is a force. */
 static void take_kg_as_force(struct unit *unit, const struct unit *wanted)
 {
     struct unit force;
@@ -268,9 +268,9 @@ double quantity_convert(double value, const char *from, const char *to)
     return is_same(&a, &b) ? value : converted((long double)value, &a, &b);
 }
 
-/* ---- what is wrong ---- */
+/* ---- error messages ---- */
 
-/* "write ft, in, mm, cm or m behind the number, or no unit for ft" */
+/* "write ft, in, mm, cm or m after the number, or no unit for ft" */
 static void advise(const char *unit, const char *bare, struct quantity_wrong *wrong)
 {
     const struct quantity_kind *kind = quantity_kind_of(unit);
@@ -320,7 +320,7 @@ static bool is_of_another_kind(const char *came, const char *unit, const char *b
     return is_wrong(wrong, what, unit, bare);
 }
 
-/* Three digits behind it: thousands, or decimals. */
+/* Three digits after a comma are ambiguous: thousands or decimals. */
 static bool is_with_comma(const char *text, const char *comma, struct quantity_wrong *wrong)
 {
     snprintf(wrong->what, sizeof wrong->what, "a comma");
@@ -356,7 +356,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (!*own && !*bare && *unit)
         return is_wrong(wrong, "a number without a unit", unit, bare);
     const char *came = *own ? own : bare;
-    if (strcmp(came, unit) == 0) /* also a word that the table does not have */
+    if (strcmp(came, unit) == 0) /* also accepts units that are not in the table */
         return true;
     if (!read_unit(came, &from))
         return is_wrong(wrong, *unit ? "unknown unit" : "a unit after a plain number", unit, bare);
@@ -410,7 +410,7 @@ const struct quantity_kind *quantity_kind_of(const char *text)
         return NULL;
     for (size_t i = 0; i < COUNT(kinds); i++) {
         size_t length = strcspn(kinds[i].units, ",");
-        memcpy(name, kinds[i].units, length); /* a few letters */
+        memcpy(name, kinds[i].units, length); /* static text of a few letters */
         name[length] = '\0';
         if (read_unit(name, &first) && is_alike(&unit, &first))
             return &kinds[i];

@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LONGEST   32u /* of words that are compared */
-#define BEGINNING 5u  /* letters in common that are a word in another form */
+#define LONGEST   32u /* longest word that is compared */
+#define BEGINNING 5u  /* so many equal first letters: another form of the word */
 
 static const char *bare(const char *word)
 {
@@ -23,7 +23,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Letters to change, insert, leave out, or swap with their neighbour. */
+/* Number of letters to change, insert, delete, or swap with the next. */
 static size_t edits(const char *a, size_t a_length, const char *b, size_t b_length)
 {
     size_t row[LONGEST + 1][LONGEST + 1];
@@ -67,7 +67,7 @@ void spell_suggest_try(struct spell_suggest *near, const char *candidate)
     if (distance > allowed) {
         if (beginning < BEGINNING && !(beginning == shorter && shorter >= 3))
             return;
-        distance = 3; /* behind what was typed wrongly */
+        distance = 3; /* ranks after a typing error */
     }
     if (near->best && near->distance <= distance)
         return;

@@ -53,7 +53,7 @@ void sort_numbers(double *values, size_t count)
 
 struct wilson wilson_of(size_t count, size_t of)
 {
-    const double z = 1.959963984540054; /* of the normal distribution, 2.5 % beyond */
+    const double z = 1.959963984540054; /* normal distribution: 2.5 % above */
     if (of == 0)
         return (struct wilson){0.0, 1.0};
     double n = (double)of, p = (double)count / n, z2 = z * z / n;

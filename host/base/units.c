@@ -40,7 +40,7 @@ const struct unit *unit_given(enum unit_kind kind)
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
-/* Of those that quantity.h reads, the ones of a calibration; a weight on a scale is read in kg. */
+/* Units of calibration points, a subset of quantity.h. kg: a weight on a scale. */
 static const struct unit_word written[] = {
     {"in", UNIT_DISPLACEMENT}, {"mm", UNIT_DISPLACEMENT}, {"cm", UNIT_DISPLACEMENT},
     {"m", UNIT_DISPLACEMENT},  {"ft", UNIT_DISPLACEMENT}, {"lb", UNIT_TENSION},
@@ -54,7 +54,7 @@ const struct unit_word *unit_words(size_t index)
 
 const struct unit_word *unit_read(const char *word, size_t length)
 {
-    /* "kn" in a column of forces is no knot */
+    /* "kn" in a column of forces is kN, not knots */
     const char *known = length == 2 && strncasecmp(word, "kn", 2) == 0
                           ? "kN"
                           : quantity_word(word, length);

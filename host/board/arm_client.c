@@ -4,7 +4,7 @@
 
 #include "common/command.h"
 
-#define STATE_S 2.0 /* it is told on change, and once a second */
+#define STATE_S 2.0 /* the board sends its state on change and once a second */
 
 const char *arm_client_refusal(enum mr_status answer)
 {
@@ -76,7 +76,7 @@ static bool reached(const void *context)
     return talk->landing_told && talk->landing.state == talk->wanted;
 }
 
-/* Without an answer: the state was another one before. */
+/* If the answer is lost: the order worked if the state changed to the wanted one. */
 static bool changed(const void *context)
 {
     const struct arm_client *talk = context;

@@ -12,8 +12,8 @@
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
-#define ANSWER_S    15.0 /* to the first line: a reset takes a second, on a busy emulator ten */
-#define SILENCE_S   30.0 /* between two lines: its watchdog, the memory's erases, a slow flash */
+#define ANSWER_S    15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
+#define SILENCE_S   30.0 /* between two lines: watchdog test, memory erases, slow flash */
 #define ALL_S       120.0
 #define SAY_AGAIN_S 3.0
 
@@ -36,7 +36,7 @@ static enum mr_status take_line(struct bringup *b, const char *line, size_t leng
     l->none = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
                                                 : strtod(l->value, &end);
-    if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words */
+    if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words, not numbers */
         l->number = (double)NAN;
     b->lines++;
     return MR_OK;
@@ -63,14 +63,14 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
     return MR_OK;
 }
 
-/* Length without the line's end; SIZE_MAX: it has none. */
+/* Length without the line end; SIZE_MAX: no line end. */
 static size_t line_length(const char *text, size_t length)
 {
     const char *end = memchr(text, '\n', length);
     return end ? (size_t)(end - text) : SIZE_MAX;
 }
 
-/* The text has no carriage returns. */
+/* `text` has no carriage returns. */
 static enum mr_status parse(struct bringup *b, const char *text, size_t length, struct error *error)
 {
     int format;
@@ -106,7 +106,7 @@ enum mr_status bringup_parse(struct bringup *b, const char *text, size_t length,
     *b = (struct bringup){.lines = 0};
     b->text = xcalloc(length + 1u, 1);
     size_t kept = 0;
-    for (size_t i = 0; i < length; i++) { /* what a terminal put in */
+    for (size_t i = 0; i < length; i++) { /* removes carriage returns, which terminals insert */
         if (text[i] != '\r')
             b->text[kept++] = text[i];
     }
@@ -137,11 +137,11 @@ struct listening {
     char text[TEXT_MAX + 1];
     size_t length;
     double heard_s, begun_s, said_s;
-    size_t ready_at; /* where the line is that the word was last said after */
-    size_t bytes;    /* ever */
+    size_t ready_at; /* position of the "ready:" line after which the word was last sent */
+    size_t bytes;    /* in total */
 };
 
-/* Where a line begins with `word`; NULL: none does. */
+/* The first line that begins with `word`; NULL: none. */
 static const char *find_line(const char *text, const char *word)
 {
     for (const char *at = text; at; at = strchr(at, '\n')) {
@@ -152,7 +152,7 @@ static const char *find_line(const char *text, const char *word)
     return NULL;
 }
 
-/* The section is there to its end; only then, for another may go before it. */
+/* Returns the section only when it is complete: another section may come first. */
 static const char *whole_section(struct listening *l, const char *section)
 {
     char begin[64], end[64];
@@ -170,7 +170,7 @@ static bool has_begun(const struct listening *l, const char *section)
     return find_line(l->text, begin) != NULL;
 }
 
-/* At another rate most of what comes is none. */
+/* At a wrong baud rate most bytes are not printable. */
 static bool is_text(const struct listening *l)
 {
     size_t others = 0;
@@ -211,7 +211,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
         return status == MR_TOO_FEW ? MR_OK : status;
     }
     for (size_t i = l->length; status == MR_OK && i < l->length + count; i++) {
-        if (l->text[i] == 0) /* noise on the line: it is no text */
+        if (l->text[i] == 0) /* noise, not the end of the text */
             l->text[i] = '?';
     }
     if (status == MR_OK && count) {
@@ -223,7 +223,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
     return status;
 }
 
-/* Bytes without a begin are no report: they make room. */
+/* Bytes without a "begin" line are not a report: removed to make room. */
 static void discard_noise(struct listening *l)
 {
     if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
@@ -232,14 +232,13 @@ static void discard_noise(struct listening *l)
     }
 }
 
-/* A word is lost while the board resets itself, or before it runs: it is said again when the board
- * says that it is ready, and when nothing comes; not once it is obeyed, for each copy would be
- * obeyed as well. */
+/* A word is lost while the board resets or before it runs. It is sent again after "ready:" or
+ * after silence, but not once the section has begun: every copy would be executed. */
 static enum mr_status send_again(struct listening *l, struct link *link, const char *section,
                                  struct error *error)
 {
     char word[32];
-    /* what stood in its line before is no word */
+    /* the leading newline ends a partial line on the board */
     snprintf(word, sizeof word, "\n%s\n", section);
     if (has_begun(l, section))
         return MR_OK;
@@ -260,13 +259,13 @@ static enum mr_status send_again(struct listening *l, struct link *link, const c
 static bool takes_too_long(const struct listening *l)
 {
     double now_s = monotonic_s();
-    bool begun = find_line(l->text, "begin ") != NULL; /* another one: ours comes after it */
-    bool says = begun || is_text(l);                   /* slow, and at it */
+    bool begun = find_line(l->text, "begin ") != NULL; /* of an earlier section; ours follows */
+    bool says = begun || is_text(l);                   /* the board is slow but alive */
     return now_s - (says ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
            now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
 }
 
-/* Until there is all of `section`, or with NULL the line `answer`. */
+/* Waits for all of `section`; if NULL, for the line `answer`. */
 static enum mr_status wait_for(struct listening *l, struct link *link, const char *section,
                                const char *answer, const char **from, struct error *error)
 {
@@ -283,7 +282,7 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
                              link_spec(link));
         if (status == MR_CLOSED && link_recorded(link))
             return find_line(l->text, "begin ")
-                     ? MR_OK /* cut off: the parser says how */
+                     ? MR_OK /* incomplete: parse reports it */
                      : error_set(error, MR_MALFORMED, "no bring-up text: %s", link_spec(link));
         if (status == MR_CLOSED)
             return error_set(error, MR_CLOSED, "the board has closed the link: %s",
@@ -304,7 +303,7 @@ static enum mr_status ask(struct listening *l, struct link *link, const char *se
     enum mr_status status = link_recorded(link) ? MR_OK : link_line(link, BRINGUP_BAUD, error);
     l->begun_s = l->heard_s = monotonic_s();
     l->said_s = l->begun_s - SAY_AGAIN_S;
-    l->heard_s -= SAY_AGAIN_S; /* the first time at once */
+    l->heard_s -= SAY_AGAIN_S; /* send the first word at once */
     return status ?: wait_for(l, link, section, answer, from, error);
 }
 
@@ -376,7 +375,7 @@ static bool fits(const struct bringup_limit *limit, const char *name)
                                          : strcmp(limit->name, name) == 0;
 }
 
-/* `none`: of a whole group, too: `noise none` stands for all of noise_... */
+/* `none` can stand for a whole group: `noise none` for all of noise_... */
 static const struct bringup_limit *limit_of(unsigned section, const struct bringup_line *line)
 {
     for (size_t i = 0; i < LIMITS; i++) {
@@ -388,7 +387,7 @@ static const struct bringup_limit *limit_of(unsigned section, const struct bring
     return NULL;
 }
 
-/* One of the words, which stand with blanks between them. */
+/* True: `word` is in `words`, which are separated by blanks. */
 static bool is_among(const char *words, const char *word)
 {
     size_t length = strlen(word);

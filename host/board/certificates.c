@@ -105,7 +105,7 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
                                   struct error *error)
 {
     char *copy = xstrdup(text), *rest = NULL;
-    unsigned seen = 2; /* no laboratory: it may be absent */
+    unsigned seen = 2; /* bit 1 set: the laboratory is optional */
     for (char *part = strtok_r(copy, ",", &rest); part && error->status == MR_OK;
          part = strtok_r(NULL, ",", &rest)) {
         char *equals = strchr(part, '=');

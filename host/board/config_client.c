@@ -55,9 +55,9 @@ bool configwords_follow(struct configwords *words, const struct mr_config_image 
 
 /* ---- reading and changing ---- */
 
-#define WINDOW_S 2.0 /* without the answer to a window of words, they are sent again */
-#define WINDOW   16u /* words; the board's queues hold more */
-#define ROUNDS   6   /* of asking for what has not come, of sending what did not arrive */
+#define WINDOW_S 2.0 /* then a window of words is sent again */
+#define WINDOW   16u /* words; fits into the board's queues */
+#define ROUNDS   6   /* of requests for absent words, or of sending words again */
 
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
@@ -116,7 +116,7 @@ static enum mr_status not_now(const struct config_client *talk, struct error *er
                      dialogue_spec(talk->dialogue));
 }
 
-/* Those from the first that is absent on, once. */
+/* Requests the words from the first absent one on, once. */
 static enum mr_status ask_for_words(struct config_client *talk, struct error *error)
 {
     struct mr_ack ack;
@@ -133,7 +133,7 @@ static enum mr_status ask_for_words(struct config_client *talk, struct error *er
     if (status == MR_OK)
         status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->words.ended,
                                        &talk->told, WINDOW_S, error);
-    if (status == MR_TIMEOUT && error->status == MR_OK) /* what has not come is asked for again */
+    if (status == MR_TIMEOUT && error->status == MR_OK) /* the caller requests absent words again */
         status = MR_OK;
     if (status == MR_OK && talk->words.there && talk->words.there != MR_CONFIG_WORDS)
         return error_set(error, MR_VERSION,
@@ -175,7 +175,7 @@ enum mr_status config_client_identify(struct config_client *talk, struct dialogu
                                       struct mr_config *config, uint32_t *crc, struct error *error)
 {
     enum mr_status status = config_client_begin(talk, dialogue, error);
-    /* a landing that is done is kept: nothing ends but its state */
+    /* a finished landing is stored already, so disarming is safe */
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
         status = dialogue_execute(
             dialogue,
@@ -193,7 +193,7 @@ enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct
                             "the board must be idle", error);
 }
 
-/* A window of words from `from` on, to the end of the board's next answer. */
+/* Sends a window of words from `from` on, and waits for the board's next message about it. */
 static enum mr_status send_window(struct config_client *talk, const uint8_t *image, unsigned from,
                                   struct error *error)
 {
@@ -210,7 +210,7 @@ static enum mr_status send_window(struct config_client *talk, const uint8_t *ima
     }
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, dialogue_flag, &talk->staged, WINDOW_S, error);
-    /* without an answer they are sent again */
+    /* the caller sends them again */
     return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
 }
 
@@ -263,11 +263,11 @@ enum mr_status config_client_set(struct config_client *talk, const struct mr_con
     static uint8_t image[MR_CONFIG_IMAGE];
     struct mr_ack ack;
     uint32_t crc = mr_config_encode(config, image);
-    /* not that of the words somebody else left staged */
+    /* a new tag, because another program may have left words staged */
     talk->tag = dialogue_next_tag(talk->dialogue);
     enum mr_status status = send_words(talk, image, error)
                               ?: order(talk, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
-    if (status == MR_OK && ack.status == MR_OK) /* the answer was the last at the old base */
+    if (status == MR_OK && ack.status == MR_OK) /* the answer is the last message at the old base */
         dialogue_move(talk->dialogue, config->site[0].can_base);
     if (status != MR_OK || ack.status == MR_OK)
         return status;

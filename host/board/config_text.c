@@ -26,7 +26,7 @@ static const struct mr_config_field *configplace_field(struct config_field_ref a
     return &mr_config_groups[at.group].fields[at.field];
 }
 
-/* The field's bytes in `config`, which may be written to when the caller's is not const. */
+/* The bytes of the field in `config`; const only if the caller's `config` is. */
 static void *configplace_bytes(const struct mr_config *config, struct config_field_ref at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
@@ -34,7 +34,7 @@ static void *configplace_bytes(const struct mr_config *config, struct config_fie
            group->fields[at.field].offset;
 }
 
-/* The next one in the order of the table; false: that was the last. Begin with {0}. */
+/* Advances to the next field of the table; false: no more. Start with {0}. */
 static bool configplace_next(struct config_field_ref *at)
 {
     if (++at->field < mr_config_groups[at->group].field_count)
@@ -56,7 +56,7 @@ static void configplace_name(struct config_field_ref at, char out[CONFIGPLACE_NA
                  configplace_field(at)->name);
 }
 
-/* The field is a day. */
+/* True: the field is a date. */
 static bool configplace_is_day(const struct mr_config_field *field)
 {
     size_t length = strlen(field->name);
@@ -119,7 +119,7 @@ static void write_text(const char *text, unsigned count, char *out, size_t size)
     out[used] = '\0';
 }
 
-/* Nine digits name a single exactly. */
+/* Nine digits represent a float exactly. */
 static void write_reals(const float *values, unsigned count, char *out, size_t size)
 {
     size_t used = 0;
@@ -196,7 +196,7 @@ static bool is_known(const struct mr_config_reason *r)
            r->field < mr_config_groups[r->group].field_count;
 }
 
-/* The other place that a reason speaks of, and its value. */
+/* Finds the other field that the reason refers to. */
 static bool find_other(const struct mr_config_reason *r, struct config_field_ref *other)
 {
     *other = (struct config_field_ref){r->group, r->index, r->field};
@@ -216,7 +216,7 @@ static const char *const right_kinds = "channel[1] to [8] are displacement (1), 
                                        "tension (2), [23] the staircase (3; 0 where no "
                                        "switch is fitted), [24] the reference (4); 0: not fitted";
 
-/* Why a gain is impossible, in figures, and what mistake it looks like. */
+/* Explains an impossible gain with numbers and the probable mistake. */
 static void write_gain_advice(const struct mr_channel_config *channel, unsigned rule, char *out,
                               size_t size)
 {
@@ -349,7 +349,7 @@ static void write_legend(FILE *file, unsigned group)
         const struct words *w = &words[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
         bool day = configplace_is_day(field);
-        if (day) /* as it is written here, not as it is stored */
+        if (day) /* format in the text; stored as a number of days */
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
                     (int)strcspn(w->text, ",;"), w->text);
         else
@@ -385,13 +385,13 @@ char *config_text_write(const struct mr_config *config)
     return text;
 }
 
-/* --- reading --- */
+/* ---- reading ---- */
 
 struct reader {
-    const char *name; /* of the file */
+    const char *name; /* file name */
     unsigned line;
     struct mr_config *config;
-    unsigned *given; /* the line of each field, in the order of the table; 0: not read yet */
+    unsigned *given; /* line number of each field, in the order of the table; 0: not read yet */
     struct error *error;
 };
 
@@ -421,7 +421,7 @@ static bool ends(const char *p)
     return !*p || *p == '#';
 }
 
-/* `group[index].field`, then `=`. */
+/* Reads `group[index].field` and `=`. */
 static enum mr_status read_name(const struct reader *r, const char **p, struct config_field_ref *at)
 {
     char group[32] = "", field[48] = "", what[160];
@@ -543,7 +543,7 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
     return true;
 }
 
-/* Limits of reals are mr_config_check's. */
+/* Does not check limits of reals: mr_config_check does. */
 static bool read_value(const struct mr_config_field *field, const char *p, void *bytes)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)

@@ -16,13 +16,13 @@
 #include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES 16384u
-#define CAN_FRAMES   64  /* of one turn */
-#define KEY_SOON_S   0.2 /* within which it follows hello */
-#define KEY_LATE_S   1.5 /* as often as hello and nonces come */
-#define PROOFS       3u  /* of one order: another program may use the nonce first */
-#define LAST_TURNS   16  /* behind a deadline, while more waits to be read */
+#define CAN_FRAMES   64  /* per turn */
+#define KEY_SOON_S   0.2 /* the key state follows a hello within this time */
+#define KEY_LATE_S   1.5 /* hello and nonce come once a second */
+#define PROOFS       3u  /* per order: another program may use the nonce first */
+#define LAST_TURNS   16  /* after a deadline, while data is still waiting */
 
-/* ---- who speaks ---- */
+/* ---- identity ---- */
 
 static void take_image(struct identity *identity, const uint8_t *bytes, size_t length)
 {
@@ -50,7 +50,7 @@ void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes,
         break;
     case MR_ID_BOARD_IMAGE: take_image(identity, bytes, length); break;
     case MR_ID_IMAGE_COMMIT: (void)mr_image_commit_get(&identity->commit, bytes, length); break;
-    case MR_ID_IMAGE_HEADER: /* the last of them */
+    case MR_ID_IMAGE_HEADER: /* the last message of the identity */
         identity->commit_known |= identity->image_known &&
                                   mr_image_header_get(&identity->header, bytes, length) == MR_OK;
         break;
@@ -120,7 +120,7 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
     *dialogue = (struct dialogue){.now_s = monotonic_s,
                                   .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
-    dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */
+    dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* differs from the tag of another program */
     mr_deframer_init(&dialogue->deframer);
 }
 
@@ -158,7 +158,7 @@ struct dialogue *dialogue_of_command(const char *can, const char *serial)
 {
     struct error error = {0};
     atexit(close_of_command);
-    /* what had been opened before it failed is closed first */
+    /* a link opened before the error is closed first: atexit */
     if (dialogue_open(&of_command, can, serial, &error) != MR_OK)
         error_set(fatal, error.status, "%s", error.text);
     return &of_command;
@@ -179,7 +179,7 @@ double dialogue_now_s(const struct dialogue *dialogue)
     return dialogue->now_s();
 }
 
-/* ---- what comes ---- */
+/* ---- messages ---- */
 
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context)
 {
@@ -194,7 +194,7 @@ void dialogue_reset(struct dialogue *dialogue)
     mr_deframer_init(&dialogue->deframer);
 }
 
-/* The first answer to the order that is under way. Another program's has another tag. */
+/* Keeps the first answer to the current order. Answers to other programs have other tags. */
 static void take_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack heard;
@@ -222,7 +222,7 @@ static enum mr_status take(struct dialogue *dialogue, const struct dialogue_mess
     return status;
 }
 
-/* MR_TOO_FEW: no more now. */
+/* MR_TOO_FEW: no more data now. */
 static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, struct error *error)
 {
     uint8_t bytes[SERIAL_BYTES];
@@ -267,7 +267,7 @@ void dialogue_move(struct dialogue *dialogue, uint16_t base)
         link_set_base(can, base);
 }
 
-/* What waits to be read of both links. `*came`: something did. */
+/* Receives all waiting data of both links. `*came`: true if there was any. */
 static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
                               bool *came, struct error *error)
 {
@@ -394,8 +394,7 @@ bool dialogue_repeats(unsigned code)
     case MR_COMMAND_RUNWAY_JOINTS:
     case MR_COMMAND_RUNWAY_WORD: return true;
     default:
-        /* the second would be refused because of the first, end something twice, or be a second
-         * mark or picture */
+        /* a second copy would be refused, end something twice, or make a second mark or picture */
         return false;
     }
 }
@@ -417,8 +416,8 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
     return link_send_message(link, link_base(link), dialogue->seq++, id, payload, length, error);
 }
 
-/* The proof of a command, where the board wants one: it is sent before. `within_s`: so long what
- * the board says of its key may take. */
+/* Sends the proof of a command, if the board needs one, before the command. `within_s`: time
+ * limit for the state of the board's key. */
 static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, double within_s,
                             bool *proven, struct error *error)
 {
@@ -431,7 +430,7 @@ static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, d
     enum mr_status status = dialogue_until(dialogue, dialogue_flag, &who->key_known, within_s,
                                            error);
     if (status != MR_OK || who->key.state != MR_KEY_SET || !who->image_known)
-        return status == MR_TIMEOUT ? MR_OK : status; /* its answer says what it wants */
+        return status == MR_TIMEOUT ? MR_OK : status; /* the answer shows what is missing */
     status = dialogue_until(dialogue, dialogue_flag, &who->nonce_known, KEY_LATE_S, error);
     identity_uid_text(who, uid);
     if (status == MR_OK)
@@ -442,7 +441,7 @@ static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, d
     return dialogue_send(dialogue, MR_ID_PROOF, proof, sizeof proof, error);
 }
 
-/* Gives the command and waits for the answer, which is in `dialogue` then. */
+/* Sends the command with its proof and waits for the answer in `dialogue`. */
 static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payload, size_t length,
                                   double answer_s, struct error *error)
 {
@@ -495,7 +494,7 @@ enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_o
     dialogue->asking = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&
         order->taken(order->context))
-        status = MR_OK; /* only the answer was lost: it stands as awaited, with status 0 */
+        status = MR_OK; /* only the answer was lost: returns the expected one, with status 0 */
     *answer = dialogue->answer;
     return status;
 }

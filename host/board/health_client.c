@@ -15,7 +15,7 @@ bool crash_take(struct crash_report *report, const struct mr_crash *message)
 {
     if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
         return false;
-    if (message->item == 0 || message->age != report->age) /* told anew */
+    if (message->item == 0 || message->age != report->age) /* a new report begins */
         *report = (struct crash_report){.age = message->age};
     bool whole = report->present == ALL_WORDS;
     report->word[message->item] = message->value;
@@ -34,7 +34,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size)
              (unsigned)word[MR_CRASH_PC], running, (unsigned)word[MR_CRASH_BLOCK]);
 }
 
-/* Headline, registers, stack: object `crash`. */
+/* Prints headline, registers and stack: object `crash`. */
 static void crash_answer(const struct crash_report *report, struct answer *answer)
 {
     char text[300], label[20];
@@ -66,7 +66,7 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
     answer_close(answer);
 }
 
-/* ---- asking ---- */
+/* ---- orders ---- */
 
 #define ANSWER_S DIALOGUE_ANSWER_S
 
@@ -75,7 +75,7 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
         flag = true;                                      \
     break
 
-/* The board has begun again, or is asked anew: what it said before is over. */
+/* Drops old values: the board restarted, or a new request follows. */
 static void discard(struct health_client *talk)
 {
     talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known =
@@ -154,12 +154,12 @@ static bool all_known(const void *context)
            talk->health_known;
 }
 
-/* Hears everything that the board says each second, and what a processor fault left behind. */
+/* Receives everything that the board reports each second, and the report of a processor fault. */
 static void health_client_receive(struct health_client *talk)
 {
     discard(talk);
     order(talk, MR_COMMAND_STATE);
-    /* a whole second of the board, whatever its speed: from one regular hello to the next */
+    /* a whole second of board time: from one regular hello to the next */
     until_hello(talk, talk->hellos + 2);
     if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
@@ -168,7 +168,7 @@ static void health_client_receive(struct health_client *talk)
                   dialogue_spec(talk->dialogue));
 }
 
-/* Fills `test`. */
+/* Runs the self-test and waits for its results. */
 static void health_client_self_test(struct health_client *talk)
 {
     order(talk, MR_COMMAND_SELF_TEST);
@@ -177,13 +177,13 @@ static void health_client_self_test(struct health_client *talk)
                   dialogue_spec(talk->dialogue));
 }
 
-/* Waits until the board speaks again. */
+/* Resets the board and waits for it to restart. */
 static void health_client_reset(struct health_client *talk)
 {
     order(talk, MR_COMMAND_RESET);
     unsigned hellos = talk->hellos;
     double until_s = dialogue_now_s(talk->dialogue) + ANSWER_S;
-    /* a hello that was on its way still names the reset before */
+    /* a hello sent before the reset still has the old reset cause */
     while (dialogue_now_s(talk->dialogue) < until_s) {
         until_hello(talk, ++hellos);
         if ((talk->hello.reset_cause & 5u) == 4u)
@@ -280,7 +280,7 @@ static void test_answer(const struct mr_self_test *test, struct answer *answer)
     }
 }
 
-/* Exit 1: the board found a fault in itself. */
+/* Exit code 1: the board reports a fault. */
 static int print_checks(const char *verb, const struct health_client *talk, const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);

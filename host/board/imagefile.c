@@ -10,7 +10,7 @@
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
 
-#define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
+#define FILE_BYTES_MAX (64u << 20) /* most of an ELF is debug information */
 
 struct source {
     const char *path;
@@ -42,7 +42,7 @@ static enum mr_status read_all(struct source *source, struct error *error)
     return MR_OK;
 }
 
-/* One byte of the image. `place` names where in the file it stands. */
+/* Adds one byte. `place`: the position in the file, for error messages. */
 static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_t byte,
                                const char *place, struct error *error)
 {
@@ -142,7 +142,7 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
     return status;
 }
 
-/* ---- what it holds ---- */
+/* ---- checks ---- */
 
 static enum mr_status check_vectors(const struct imagefile *image, struct error *error)
 {

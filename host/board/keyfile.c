@@ -20,7 +20,7 @@ static void folder(char path[KEYFILE_PATH])
         const struct passwd *user = getpwuid(getuid());
         home = user ? user->pw_dir : "";
     }
-    if (config && config[0] == '/') /* others are to be ignored, as the standard has it */
+    if (config && config[0] == '/') /* the XDG specification ignores relative paths */
         snprintf(path, KEYFILE_PATH, "%s/matrig", config);
     else
         snprintf(path, KEYFILE_PATH, "%s/.config/matrig", home);
@@ -31,7 +31,7 @@ static void path_of(const char *uid, const char *ending, char path[KEYFILE_PATH]
     char in[KEYFILE_PATH];
     folder(in);
     if (snprintf(path, KEYFILE_PATH, "%s/%s.key%s", in, uid, ending) >= (int)KEYFILE_PATH)
-        path[0] = '\0'; /* opens nothing */
+        path[0] = '\0'; /* cannot be opened */
 }
 
 void keyfile_path(const char *uid, char path[KEYFILE_PATH])
@@ -49,7 +49,7 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     char path[KEYFILE_PATH], text[DIGITS + 2];
     struct stat info;
     keyfile_path(uid, path);
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not hold it */
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not block */
     if (fd < 0 && errno == ENOENT)
         return error_set(error, MR_UNKNOWN,
                          "board %s accepts commands only with its key, and this computer does not "
@@ -96,14 +96,14 @@ static enum mr_status cannot_write(const char *path, struct error *error)
     return error_set(error, MR_IO, "cannot write the board's key (%s): %s", strerror(errno), path);
 }
 
-/* And those above it, as far as they are not there. */
+/* Creates the folder and its missing parents. */
 static void make_folder(void)
 {
     char path[KEYFILE_PATH];
     folder(path);
     for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
-        (void)mkdir(path, 0700); /* that it is not there shows when the file is opened */
+        (void)mkdir(path, 0700); /* an error shows when the file is opened */
         *slash = '/';
     }
     (void)mkdir(path, 0700);

@@ -17,7 +17,7 @@
 #include "host/calibrate/jump.h"
 
 #define MB 1e6
-/* Every rig has these to be tested; and these have a name of their own when they are good. */
+/* ALWAYS: tested on every rig. NAMED: listed by name if passed. */
 #define SELF_TESTS_ALWAYS \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_NAMED \
@@ -57,7 +57,7 @@ static enum ready_verdict go_if(bool good)
     return good ? READY_GO : READY_NO_GO;
 }
 
-/* Printed into `out`, of `size` bytes, behind what it holds. */
+/* Appends text to `out` of `size` bytes. */
 static void append(char *out, size_t size, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static void append(char *out, size_t size, const char *format, ...)
@@ -94,7 +94,7 @@ json_t *ready_json(const struct ready_report *report)
     return checks;
 }
 
-#define VALUES        29u /* the column in which what was found begins */
+#define VALUES        29u /* column of the found values */
 #define COLUMNS_LEAST 60u
 
 static void print_check(const struct ready_check *c, unsigned columns, FILE *out)
@@ -171,7 +171,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
                   sensors);
 }
 
-/* A board of an older firmware may hold a gain that is refused today. */
+/* Older firmware may hold a gain that is refused today. */
 static void judge_gains(const struct ready_facts *f, struct ready_report *report)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
@@ -190,8 +190,8 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
     }
 }
 
-/* A bridge's zero holds for the temperature and the trim it was set at; before a landing somebody
- * measures it with the bands slack. */
+/* A bridge zero is valid for the temperature and the trim at which it was set. It must be
+ * measured before the landing with the bands slack. */
 static void judge_zeros(const struct ready_facts *f, struct ready_report *report)
 {
     char is[UNIT_TEXT];
@@ -286,7 +286,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
 }
 
-/* What the board's CRC must be, to be configured as was asked for. */
+/* The CRC that the board must have for the expected configuration. */
 static uint32_t expected_crc(const struct ready_facts *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
@@ -348,7 +348,7 @@ static void judge_orders(const struct ready_facts *f, struct ready_report *repor
               who->key_known ? mr_key_state_text(who->key.state) : "not told");
 }
 
-/* Off as from the factory it is no no-go: a supply that dips is rare, and was so before. */
+/* The factory setting, off, is not a no-go: supply dips are rare. */
 static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
 {
     bool set = f->restarts.brown_out > 0;
@@ -513,7 +513,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
               "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
-/* Switches that open add to the staircase and stay open until they are set. */
+/* An open switch adds to the staircase until someone sets it. */
 static void judge_switches(const struct ready_facts *f, struct ready_report *report)
 {
     const unsigned i = MR_TRANSDUCERS + MR_ADC1_STAIRCASE;
@@ -563,7 +563,7 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
     judge_switches(f, report);
 }
 
-/* ---- the board's own ---- */
+/* ---- black box and health ---- */
 
 static void judge_box(const struct ready_facts *f, struct ready_report *report)
 {
@@ -647,7 +647,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
     unsigned rising = 0, count = 0;
     bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        /* self-test and channels have checks of their own */
+        /* self-test and channels have their own checks */
         rises[i] = f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
         count += f->fault[i].count != 0;
         rising += rises[i];
@@ -677,7 +677,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                   "not used here; the board reports: %s", state);
         return;
     }
-    /* On a bus of several boards what comes at the base given may be another one's. */
+    /* on a shared bus, messages at this base may come from another board */
     if (f->can_frames > 0 && (serial[0] | serial[1]) &&
         (serial[0] != can[0] || serial[1] != can[1])) {
         bool told = (can[0] | can[1]) != 0;
@@ -756,12 +756,12 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 #define TEST_S   5.0
 #define BLOCKS_S 5.0
 #define BOX_S    3.0
-#define REST_S   3.0 /* thermometer, and faults that go on */
+#define REST_S   3.0 /* for the thermometer, and for faults that persist */
 #define LIVE_S   20
-#define FIRST_MS 1500u /* every fault that ever was has been told once by then, board time */
-#define PACE_PPM 700.0 /* further off the board is emulated, or a recording */
+#define FIRST_MS 1500u /* by then every past fault has been sent once, board time */
+#define PACE_PPM 700.0 /* a larger error: the board is emulated, or a recording */
 
-/* What a count that is told again and again rose by since the first time. */
+/* The increase of a repeated count since its first value. */
 struct rise {
     bool known;
     uint16_t first;
@@ -769,9 +769,9 @@ struct rise {
 
 struct asking {
     struct dialogue *dialogue;
-    struct ready_facts *facts; /* filled */
+    struct ready_facts *facts; /* the result */
     struct error *error;
-    double until_s; /* of all of it, by the dialogue's clock */
+    double until_s; /* deadline of the whole check, by the dialogue's clock */
 
     struct config_client config;
     struct mr_block block[READY_BLOCKS_KEPT];
@@ -877,7 +877,7 @@ static void take_serial(struct asking *a, const struct dialogue_message *message
     }
 }
 
-/* CAN is only listened to: how much of what the board queued came. Others on the bus do not
+/* Compares the frames received on CAN with the count that the board sent. Other nodes do not
  * count. */
 static void take_can(struct asking *a, const struct dialogue_message *message)
 {
@@ -909,7 +909,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-/* Not beyond the end of all of it; the facts say what did not come. */
+/* Waits, but not beyond the deadline. The facts show what is missing. */
 static void wait_for(struct asking *a, dialogue_done *done, const void *context, double most_s)
 {
     if (a->error->status == MR_OK)
@@ -917,7 +917,7 @@ static void wait_for(struct asking *a, dialogue_done *done, const void *context,
                              fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
 }
 
-/* What the board answered; MR_TIMEOUT: nothing. */
+/* The status of the board's answer; MR_TIMEOUT: no answer. */
 static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, double most_s)
 {
     struct mr_ack ack;
@@ -940,7 +940,7 @@ static bool box_looked_through(const void *facts)
     return ((const struct ready_facts *)facts)->box.state != MR_BOX_LOOKING;
 }
 
-/* Board time: an emulated board may be faster than this computer's clock. */
+/* Uses board time: an emulated board may run faster than this computer's clock. */
 static bool rested(const void *context)
 {
     const struct asking *a = context;
@@ -951,7 +951,7 @@ static void ask(struct asking *a)
 {
     struct ready_facts *f = a->facts;
     double begun_s = dialogue_now_s(a->dialogue);
-    /* the answer is the whole configuration in force, with the zeros */
+    /* the board answers with its whole configuration, including the zeros */
     (void)order(a, MR_COMMAND_STATE, 0, ANSWER_S);
     if (order(a, MR_COMMAND_LIVE, LIVE_S, ANSWER_S) == MR_OK) {
         wait_for(a, enough_blocks, f, BLOCKS_S);
@@ -959,7 +959,7 @@ static void ask(struct asking *a)
     }
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         ready_measure(&f->config, a->block, f->blocks, c, &f->channel[c]);
-    /* answered when it is over, after its results */
+    /* the board answers after the results */
     f->shunt_status = order(a, MR_COMMAND_SHUNT, 0, SHUNT_S);
     f->shunt_done = f->shunt_status != MR_TIMEOUT;
     if (order(a, MR_COMMAND_SELF_TEST, 0, ANSWER_S) == MR_OK)
@@ -967,7 +967,7 @@ static void ask(struct asking *a)
     f->box_known = false;
     (void)order(a, MR_COMMAND_BOX_LIST, 0, ANSWER_S);
     wait_for(a, dialogue_flag, &f->box_known, ANSWER_S);
-    if (f->box_known) /* until then it is told once a second */
+    if (f->box_known) /* the state arrives once a second during the search */
         wait_for(a, box_looked_through, f, BOX_S);
     wait_for(a, rested, a, begun_s + REST_S - dialogue_now_s(a->dialogue));
     if (f->config.site[0].thermometer)

@@ -113,7 +113,7 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
                          dialogue_spec(talk->dialogue));
 }
 
-/* The board keeps a new runway half a second after it came, and says hello once a second. */
+/* The board stores a new runway after half a second, and sends a hello once a second. */
 static enum mr_status wait_until_kept(struct runway_client *talk, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -156,7 +156,7 @@ enum mr_status runway_client_discard(struct runway_client *talk, struct error *e
 enum mr_status runway_client_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                                    struct error *error)
 {
-    /* words of another one that was never taken are of no chart */
+    /* drops words of an earlier, incomplete chart */
     enum mr_status status = order(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
     for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
         float value = mr_risk_item(plan, i);

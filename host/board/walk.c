@@ -19,7 +19,7 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
     motion->limit = limit;
 }
 
-/* Half a second in which nothing moved by half the limit; `mean` of it. */
+/* True: nothing moved by half the limit for half a second; `mean` of that time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
     if (motion->rows < WALK_ROWS)
@@ -69,7 +69,7 @@ unsigned walk_motion_take(struct walk_motion *motion, const float *value)
     return moved;
 }
 
-/* ---- answers ---- */
+/* ---- responses ---- */
 
 void walk_start(struct walk *walk, const struct mr_config *config)
 {
@@ -150,7 +150,7 @@ bool walk_take_reading(struct walk *walk, const struct mr_block *block, enum wal
 
 /* ---- the table ---- */
 
-/* The numbers that are fitted and answered, in the order in which they did, each once. */
+/* The fitted switches or gages in the order of their first response. */
 static unsigned in_order(const struct walk *walk, enum walk_kind kind, unsigned order[WALK_ITEMS])
 {
     unsigned count = 0;
@@ -213,7 +213,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
         ready_add(report, READY_NOT_DONE, name, NULL, NULL, "none of %u responded", fitted);
         return;
     }
-    /* sorted, the other way round when most of the walk went so */
+    /* ascending or descending, whichever fits most of the walk */
     memcpy(meant, order, sizeof meant);
     for (unsigned i = 1; i < count; i++)
         down += order[i] < order[i - 1];
