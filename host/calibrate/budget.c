@@ -6,9 +6,9 @@
 #include "common/channels.h"
 
 #define PER_MILLION 1e-6
-#define WIDTHS      400 /* steps over a rectangular distribution */
+#define WIDTHS      400 /* steps of the sum over a rectangular distribution */
 
-/* The reference circuits' figures that are used here. */
+/* Values of the reference circuits that this file uses. */
 static const struct figures {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
@@ -62,7 +62,7 @@ double budget_noise_codes(void)
     return figures.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
 }
 
-/* The stated error with all but one of its sources taken away. A gain of 0 has no rounding. */
+/* The stated error with a single source. A gain of 0 has no rounding error. */
 static double alone(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
@@ -73,14 +73,14 @@ static double alone(const struct budget_case *of, enum budget_source source)
     case BUDGET_NOISE: reading.noise = of->reading.noise; break;
     case BUDGET_ROUNDING:
         if (!(fabsf(of->reading.noise) < MR_QUANTISATION_NOISE_CODES * fabsf(step)))
-            return 0.0; /* the noise averages it away */
+            return 0.0; /* noise averages the rounding away */
         channel.unit_per_code = step;
         break;
     case BUDGET_GAIN: channel.gain_error = of->channel->gain_error; break;
     case BUDGET_ZERO: channel.zero_error = of->channel->zero_error; break;
     case BUDGET_DRIFT: channel.drift_error_per_h = of->channel->drift_error_per_h; break;
     case BUDGET_LINEARITY: channel.linearity_error = of->channel->linearity_error; break;
-    default: /* the reference scales the zero of an absolute reading, too */
+    default: /* without a baseline, the reference also scales the zero */
         reading.reference_error = of->reading.reference_error;
         if (!(reading.baseline_blocks > 0.0f))
             reading.value += of->channel->zero_code * step;
@@ -114,7 +114,7 @@ static double divisor(const struct budget_case *of, enum budget_source source)
     return source == BUDGET_ROUNDING || source == BUDGET_TEMPERATURE ? sqrt(3.0) : 1.0;
 }
 
-/* In or lb a kelvin, of what the stated error does not have already. */
+/* In or lb per kelvin, beyond the part that the stated error includes. */
 static double per_kelvin(const struct budget_case *of, const struct budget *budget, double kelvin)
 {
     const struct mr_channel_config *channel = of->channel;
@@ -143,8 +143,9 @@ static double sensitivity(const struct budget_case *of, const struct budget *bud
     }
 }
 
-/* Within `k` standard uncertainties, of which the rectangular one brings `wide` half widths and the
- * normal one `narrow` standard deviations: the mean over the former. */
+/* Probability of an error within `k` standard uncertainties. `wide`: half width of the
+ * rectangular part, `narrow`: standard deviation of the normal part, both in standard
+ * uncertainties. */
 static double held(double k, double wide, double narrow)
 {
     double sum = 0.0;

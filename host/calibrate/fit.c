@@ -5,15 +5,15 @@
 
 #include "host/base/statistics.h"
 
-#define FOLLOWS 3.0 /* standard errors by which the slope must differ from none */
+#define FOLLOWS 3.0 /* standard errors by which the slope must differ from 0 */
 
 static bool before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
 
-/* Mean value and code of each known value, in order of the straight line's reading. Returns how
- * many. */
+/* Mean value and mean code of each known value, sorted by the reading of the straight line.
+ * Returns their number. */
 static size_t distinct(const struct calibrate_point *point, size_t count,
                        struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
@@ -49,7 +49,7 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
                          "too many known values: the calibration has %zu, a table holds %u; leave "
                          "some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
-    bool falls = channel->unit_per_code < 0.0f; /* the straight reading rises with falling codes */
+    bool falls = channel->unit_per_code < 0.0f; /* the reading rises as codes fall */
     channel->points = (uint8_t)values;
     for (size_t i = 0; i < values; i++) {
         const struct calibrate_point *p = &mean[falls ? values - 1 - i : i];
@@ -80,8 +80,8 @@ static void find_residuals(const struct calibrate_point *point, size_t count,
         }
     }
     fit->linearity_error = sqrt(squares / (double)(count - 2));
-    /* between the points of a table: straight lines miss a curve by a quarter of how far its
-     * neighbours' chord misses a point */
+    /* Error between the points of a table: a straight line deviates from a curve by a quarter of
+     * the distance between a point and the chord of its neighbours. */
     double curve = 0.0;
     for (unsigned i = 1; i + 1 < channel->points; i++) {
         const float *x = channel->point_reading, *y = channel->point_value;
@@ -128,7 +128,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);
-    /* at the zero itself, or at the nearest known value when it lies outside them */
+    /* at the zero, or at the nearest known value if the zero is outside their range */
     double at = fmin(fmax(0.0, fit->low), fit->high),
            at_code = fit->zero_code + at / fit->unit_per_code;
     double variance = line.intercept.error * line.intercept.error +

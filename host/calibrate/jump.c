@@ -25,7 +25,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
     if (!mr_channel_measures(new) || old->kind != new->kind || old->number != new->number ||
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
-    /* else it is its first calibration */
+    /* false: another sensor, or the first calibration */
     bool same = !is_another(old, new) && (old->calibrated_day || !new->calibrated_day);
     double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
            ratio = fabs(is / was),
@@ -56,8 +56,8 @@ bool jump_channel_read(const char *name, size_t length, unsigned *index)
 
 /* ---- mistake ---- */
 
-/* How far a gain is from the middle of what is possible, as a ratio's logarithm; infinite when it
- * is not possible. */
+/* Distance of a gain from the middle of the possible range, as the logarithm of the ratio;
+ * infinite outside the range. */
 static double distance(const struct mr_gain_limits *limits, double gain)
 {
     double least = (double)limits->least, most = (double)limits->most;

@@ -17,7 +17,7 @@ struct reader {
     const char *path;
     unsigned line;
     enum unit_kind kind;
-    bool named; /* the first line was there */
+    bool named; /* the header line was read */
     struct calibrate_points *points;
     struct error *error;
 };

@@ -5,14 +5,14 @@
 
 #include "common/catalogue.h"
 
-/* A jump of more than half the range is a sender that began again, not a loss. */
+/* A jump of more than half the range is a restarted sender, not a loss. */
 #define SEQ_JUMP_MAX 0x8000u
 #define SEQ_RANGE    0x10000
 
-/* At 1 Mbit/s a frame of no data takes 47 bit times: 21 a block. */
+/* Upper limit: at 1 Mbit/s an empty frame takes 47 bit times, so 21 fit into a block. */
 #define FRAMES_PER_BLOCK 21
 #define IDLE_BLOCKS      100  /* between two readings of an idle board (firmware/schedule.def) */
-#define SLACK_BLOCKS     1000 /* clocks come every 100 blocks, and may be lost */
+#define SLACK_BLOCKS     1000 /* tolerance: clocks are sent every 100 blocks and can be lost */
 
 void account_start(struct account *account, enum link_kind kind)
 {
@@ -42,8 +42,7 @@ void account_settle(struct account *account)
     account->doubtful = false;
 }
 
-/* So many frames may have been sent between two blocks; one that is not known (-1) forbids
- * nothing. */
+/* True: so many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
 static bool possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
@@ -64,7 +63,7 @@ bool account_message_count(struct account *account, const struct mr_message_coun
     if (account->count_known[place] && !possible((int64_t)(count->count - account->count_of[place]),
                                                  account->count_block[place], time_of(account)))
         return false;
-    /* The count of message_count itself leaves out the frame that brings it. */
+    /* A message_count does not count its own frame. */
     int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
     if (account->count_known[place] || account->whole) {
         bool known = account->count_known[place];
@@ -104,16 +103,16 @@ static struct store_gap make_gap(const struct account *account, const char *mess
     return gap;
 }
 
-/* With no room left the count is still right; only the row is missing. The collector empties the
- * list at every frame. */
+/* If the list is full, the total is still correct and only the row is missing. The collector
+ * empties the list after every frame. */
 static void add_gap(struct account *account, struct store_gap gap)
 {
     if (account->gaps < ACCOUNT_GAPS)
         account->gap[account->gaps++] = gap;
 }
 
-/* Bytes that this computer lost before the board began again: no number of a frame counts them, so
- * they are taken for frames of the mean size so far. */
+/* Estimates the frames in the bytes that this computer lost before a restart of the board, by
+ * the mean frame size so far: no sequence number covers them. */
 static void add_bytes_lost(struct account *account)
 {
     int64_t lost = account->bytes > 0
@@ -147,9 +146,9 @@ void account_restart(struct account *account, bool whole)
     account_break(account);
 }
 
-/* Frames that the jump stands for. Of bytes that this computer counted as lost, more frames may be
- * gone than the number counts: it is taken to have wrapped as often as fits best to frames of the
- * mean size so far. 0: none are lost. */
+/* Number of lost frames for a jump of the sequence number; 0: none. If this computer also lost
+ * bytes, the number may have wrapped: the number of wraps is the best fit to the mean frame size
+ * so far. */
 static int64_t frames_lost(const struct account *account, uint16_t jump)
 {
     int64_t frames = account->counts.received - 1;
@@ -189,7 +188,7 @@ void account_can_frame(struct account *account)
     account->doubt_since++;
 }
 
-/* Believe or forget the steps seen since the last can_health. */
+/* Records or drops the steps seen since the last can_health. */
 static void settle_suspects(struct account *account, bool believed)
 {
     for (size_t i = 0; believed && i < account->suspects; i++)
@@ -198,7 +197,7 @@ static void settle_suspects(struct account *account, bool believed)
     account->suspect_count = 0;
 }
 
-/* Queues of this computer, as gaps name them. */
+/* Cause of a gap for each receive queue of this computer. */
 static const struct {
     enum link_event trouble;
     const char *cause;
@@ -216,7 +215,7 @@ static int64_t queues_lost(const struct account *account)
     return sum;
 }
 
-/* CAN: of frames that are lost, those that the queues counted; returns how many are left. */
+/* CAN: records the lost frames that the queues counted; returns the remaining number. */
 static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t block)
 {
     for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
@@ -248,8 +247,8 @@ void account_trouble(struct account *account, enum link_event trouble, int64_t c
         account->other_cause = "away";
 }
 
-/* Frames are lost between two can_health: in the queue, as far as it counted them, the rest by what
- * else the link saw. */
+/* Frames lost between two can_health: first as counted by the queues, the rest with the other
+ * cause that the link reported. */
 static void add_loss(struct account *account, int64_t lost, int64_t block)
 {
     const char *cause = account->other_cause ? account->other_cause : "link";
@@ -260,7 +259,8 @@ static void add_loss(struct account *account, int64_t lost, int64_t block)
                 make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
-/* It goes on from the last one believed; else it is doubted, until the next one goes on from it. */
+/* True: the message continues the last accepted one. Otherwise it is held as a doubt, which a
+ * continuing message confirms. */
 static bool believe(struct account *account, const struct mr_can_health *health, int64_t block)
 {
     if (!account->sent_known ||
@@ -270,7 +270,7 @@ static bool believe(struct account *account, const struct mr_can_health *health,
     }
     if (account->doubt_known &&
         possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
-        account->sent = account->doubt_sent; /* the board began again, and nobody noticed */
+        account->sent = account->doubt_sent; /* an unnoticed restart of the board */
         account->sent_block = account->doubt_block;
         account->received_since = account->doubt_since;
         account->doubt_known = false;
@@ -288,14 +288,14 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
     if (!believe(account, health, block))
         return;
     if (account->sent_known) {
-        /* This frame has been counted as received but is not yet in its own `sent`. */
+        /* This frame is counted as received, but `sent` does not include it yet. */
         int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) -
                        (account->received_since - 1);
         settle_suspects(account, lost > 0);
         if (lost > 0)
             add_loss(account, lost, block);
     } else {
-        /* What the queue lost so far was sent before, but not before logging began. */
+        /* The queue's losses so far were sent before this message, but not before logging began. */
         if (account->before_first < 0) {
             int64_t before = (int64_t)health->sent - (account->received_since - 1);
             int64_t in_queue = queues_lost(account);
@@ -304,7 +304,7 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
             account->whole = account->before_first == 0;
             if (lost > 0)
                 add_loss(account, lost, block);
-        } else if (queues_lost(account) > 0) { /* the board began again, and its counter with it */
+        } else if (queues_lost(account) > 0) { /* the board and its counter restarted */
             add_loss(account, queues_lost(account), block);
         }
         settle_suspects(account, false);
@@ -345,7 +345,7 @@ void account_step(struct account *account, unsigned number, int64_t block)
     int64_t last = account->step_block[number];
     int64_t missing = (block - last) / series->blocks - 1;
     account->step_block[number] = block;
-    /* The board may be idle again, and serial has not confirmed it yet. */
+    /* A step of IDLE_BLOCKS may be an idle board that serial has not confirmed yet. */
     if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_BLOCKS)
         return;
     char channels[16];
@@ -371,7 +371,7 @@ void account_block(struct account *account, uint32_t index)
 
 void account_end(struct account *account)
 {
-    /* Frames that steps miss are among those the queue lost. */
+    /* The queue's losses include the frames missing in steps. */
     int64_t in_queue = queues_lost(account) - account->suspect_count;
     if (in_queue > 0) {
         account->counts.lost += in_queue;

@@ -12,11 +12,11 @@
 #include "host/collect/collect_state.h"
 #include "host/base/xmalloc.h"
 
-/* Beside CAN and serial. */
+/* A third kind of link, beside CAN and serial. */
 #define THE_BOX ((enum link_kind)STORE_LINK_BOX)
 _Static_assert(1 << STORE_LINK_BOX == BOXFILL_LINK, "as its rows are marked");
 
-/* Where the record's messages go: a collector that follows this one landing. */
+/* Receives the record's messages: a collector for this landing alone. */
 struct messages {
     struct collector collector;
     struct side side;
@@ -63,8 +63,8 @@ static enum mr_status make_landing(struct store *store, int64_t session,
     return status;
 }
 
-/* What the board said goes the way of what comes over a link, under the landing's own session and
- * boot: what the log holds already is marked, not doubled. */
+/* Messages of the box are handled like those of a link, in the session and boot of the landing:
+ * rows that the log already has are marked, not duplicated. */
 static void begin_messages(struct messages *m, struct store *store,
                            const struct store_landing *landing)
 {
@@ -76,7 +76,7 @@ static void begin_messages(struct messages *m, struct store *store,
     m->side.current = &m->slot;
 }
 
-/* The newest state that is told, but what a log saw end has ended. */
+/* Takes the newest state of the record, but a landing whose end was logged stays ended. */
 static enum mr_status take_state(struct messages *m, const struct mr_record *record, bool made,
                                  struct error *error)
 {

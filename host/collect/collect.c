@@ -98,7 +98,7 @@ bool collector_take_order(struct collector *collector, struct collector_order *o
     return true;
 }
 
-/* One event for each trouble, with how often it happened since the last one. */
+/* Stores one event per trouble, with the number of occurrences since the last event. */
 static enum mr_status record_troubles(struct collector *collector, struct side *side,
                                       struct error *error)
 {
@@ -124,8 +124,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
     return status;
 }
 
-/* A port that came back goes on wherever the board is: nothing joins on to a frame it went away
- * in. */
+/* Drops a partial frame: after a reconnection the data does not continue it. */
 static void discard_torn_frame(struct side *side)
 {
     if (side->deframer.length > 0)
@@ -309,13 +308,10 @@ void collector_progress(const struct collector *collector, struct collector_prog
     }
 }
 
-/* ---- writing ----
+/* ---- transactions: return to a mark when a transaction is rolled back ----
  *
- * What the collector has to do with how it is written.
- *
- * Going back to where a transaction began, when what was written since is taken back. All that the
- * collector knows is in one piece of memory, whose pointers point into itself or to what outlives
- * it: a copy of its bytes is a copy of it. */
+ * All state of the collector is one object. Its pointers refer to itself or to objects that
+ * outlive it, so a copy of its bytes is valid. */
 
 enum mr_status collector_mark(struct collector *collector, struct error *error)
 {

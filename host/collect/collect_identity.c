@@ -1,4 +1,4 @@
-/* Who the board is and how it is configured, as it tells it, into the campaign. */
+/* Stores identity and configuration that the board reports. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,9 +8,9 @@
 #include "host/collect/collect_state.h"
 #include "host/board/config_text.h"
 
-/* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
- * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial may
- * still say who it is. */
+/* A message of a board other than the known one. On serial this ends the log. On CAN it may be a
+ * stranger, unless several such messages arrive in a row and serial has ended and cannot
+ * identify the board. */
 static enum mr_status another_board(struct collector *collector, struct side *side,
                                     enum mr_status why, const char *now, struct error *error)
 {
@@ -47,8 +47,8 @@ static enum mr_status hello(struct collector *collector, struct side *side,
     return MR_OK;
 }
 
-/* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error`
- * when the log cannot go on. */
+/* Takes words `part` of the chip's unique id. False: they belong to another board; `error` is
+ * set if the log cannot continue. */
 static bool take_uid(struct collector *collector, struct side *side, unsigned part,
                      const uint32_t *words, size_t count, struct error *error)
 {
@@ -56,7 +56,7 @@ static bool take_uid(struct collector *collector, struct side *side, unsigned pa
     bool vouched = side->kind == LINK_SERIAL;
     bool same = memcmp(known, words, count * sizeof *words) == 0;
     if (!(collector->told.uid_parts & part) || same || (vouched && !collector->told.uid_vouched)) {
-        if (vouched && !same) /* what CAN said until now was another's */
+        if (vouched && !same) /* the CAN data so far came from another board */
             collector->side[LINK_CAN].own_heard = false;
         memcpy(known, words, count * sizeof *words);
         collector->told.uid_parts |= part;
@@ -73,7 +73,7 @@ static bool take_uid(struct collector *collector, struct side *side, unsigned pa
     return false;
 }
 
-/* The identity became better known while a landing is open: its row too. */
+/* Updates the row of an open landing with the identity learned since. */
 static enum mr_status refresh_landing(struct collector *collector, struct side *side,
                                       struct error *error)
 {
@@ -192,7 +192,7 @@ static enum mr_status slack(struct collector *collector, const struct side *side
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
-    /* a board that began again in a landing has forgotten its survey: the landing had it */
+    /* a board that restarted during a landing lost its survey; the landing keeps it */
     bool forgotten = collector->told.segment_known[message->segment] && !isnan(known->slack_in) &&
                      isnan(segment.slack_in);
     *known = segment;
@@ -251,7 +251,7 @@ static enum mr_status board_image(struct collector *collector, struct side *side
     return MR_OK;
 }
 
-/* That it is another state than before is an event. */
+/* Stores an event when the state changes. */
 static enum mr_status bus_key(struct collector *collector, struct side *side,
                               const struct mr_bus_key *message, uint64_t host_us,
                               struct error *error)
@@ -271,9 +271,7 @@ static void nonce(struct collector *collector, const struct mr_nonce *message)
     collector->told.nonce_known = true;
 }
 
-/* ---- config ----
- *
- * The configuration that a board tells word by word, into the database. */
+/* ---- config: the configuration, which the board sends word by word ---- */
 
 static enum mr_status config_word(struct collector *collector, struct side *side,
                                   const struct mr_config_image *word, struct error *error)
@@ -297,7 +295,7 @@ bool collector_lacks_configuration(const struct collector *collector)
     bool known = collector->told.hello && collector->told.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (collector->side[kind].current)
-            return false; /* the board does not tell it from arm to done */
+            return false; /* the board does not send it from arming to the end */
     }
     return known && !(collector->config_kept &&
                       collector->config_kept_crc == (uint32_t)collector->told.identity.config_crc);

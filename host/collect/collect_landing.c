@@ -1,5 +1,5 @@
-/* Which landing a link is in: entered when it is reported, left when it is over, finished when
- * every link has left. */
+/* The landing of each link. A link enters the landing when it reports it and leaves at the end;
+ * a landing that all links have left is finished. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,18 +9,18 @@
 #include "host/store/store.h"
 #include "host/store/store_journal.h"
 
-/* A link whose newest block is this far behind the other's is silent: clock messages come every
- * 100. */
+/* A link is silent if its newest block is this far behind the other link's: clocks are sent
+ * every 100 blocks. */
 #define SILENT_BLOCKS 300
-/* A link that brought the landing and then nothing more is not waited for any longer than this once
- * the other one has its end: a cable that came off. Links are read in step, so nothing of it waits
- * unread. */
+/* Once one link has the end of the landing, a silent link is waited for only this long: its
+ * cable was probably unplugged. Links are read in step, so no data of it is unread. */
 #define GONE_BLOCKS   5000
-/* A message tells of a moment that is past: so far around what serial lost CAN fills. */
+/* CAN fills in this far around a loss on serial, because a message may describe an earlier
+ * moment. */
 #define AROUND_BLOCKS 1000
-#define AHEAD_BLOCKS  1000 /* the newest block that is known may be so old */
+#define AHEAD_BLOCKS  1000 /* the newest known block may be so old */
 
-/* Gives up what a link should have brought of a landing and did not. */
+/* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
                                   const struct side *side, const struct side *other,
                                   struct error *error)
@@ -43,16 +43,16 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
 }
 
-/* CAN fills what serial lost of a landing that is over. */
+/* After a landing, CAN data fills in the losses of serial. */
 struct filling {
     struct collector *collector;
-    struct side can; /* as it was then */
+    struct side can; /* state of the CAN side at that time */
     struct store_gap *gaps;
     size_t count;
     struct error *error;
 };
 
-/* Whether serial lost something about then. */
+/* True: serial lost data near that block. */
 static bool serial_lost(const struct filling *filling, int64_t block)
 {
     for (size_t i = 0; i < filling->count; i++) {
@@ -65,7 +65,7 @@ static bool serial_lost(const struct filling *filling, int64_t block)
     return false;
 }
 
-/* What the gear, the predictor and the bands did: as if it came now. Rows that are there stay. */
+/* Handles a stored frame of gear, predictor or bands as if received now. Existing rows stay. */
 static enum mr_status fill_frame(void *context, const struct store_frame *frame)
 {
     struct filling *filling = context;
@@ -128,7 +128,7 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
     return status;
 }
 
-/* A landing is over when every link has left it, has ended, or is known to have missed it. */
+/* Finishes a landing when every link has left it, has ended, or is known to have missed it. */
 enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error)
 {
     for (size_t i = 0; i < SLOTS; i++) {
@@ -230,12 +230,12 @@ static enum mr_status enter(struct collector *collector, struct side *side,
     collect_leave(side);
     if (!slot)
         status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
-    else /* what this link reported before it came to the landing */
+    else /* this link reported the configuration before the landing */
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
     if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
-        /* a frame has its own stamp, serial's bytes that of their reading */
+        /* a CAN frame is stamped on arrival, serial bytes only when read */
         slot->row.armed_us = (int64_t)host_us;
     slot->entered[side->kind] = true;
     side->current = slot;
@@ -271,7 +271,7 @@ enum mr_status collect_landing(struct collector *collector, struct side *side,
                                struct error *error)
 {
     int64_t newest = collect_newest_block(side);
-    /* on CAN: no state, or of a time to come, or one that waited in a controller */
+    /* on CAN: rejects an invalid state, a future one, and one delayed in a controller */
     *believed = side->kind != LINK_CAN ||
                 (landing->state <= MR_LANDING_DONE && landing->cause <= MR_LANDING_BY_LIMIT &&
                  landing->block >= side->state_block &&

@@ -1,9 +1,8 @@
-/* What comes over the two links, frame by frame: its time, what of it is lost, whose it is, and the
- * raw row; then what it means (collect_message.c).
+/* Frames of the two links: time, losses, board and raw row; collect_message.c handles the content.
  *
- * Serial has one board at its end, on CAN anybody may speak. So serial is the record while it is
- * there: what the board sends on both links is then taken from serial alone. CAN is kept raw, and
- * shown; it fills what serial lost when a landing is over (collect_landing.c). */
+ * Serial connects to one board; on CAN any node may send. Serial is therefore the record while
+ * it is connected: messages sent on both links are taken from serial alone. CAN frames are
+ * stored raw and shown; after a landing they fill in the losses of serial (collect_landing.c). */
 #include <math.h>
 #include <string.h>
 
@@ -11,18 +10,19 @@
 #include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 
-/* Messages of a link are in order: a statement may be about a moment that is past, readings are of
- * now, and clocks come every 100 blocks. */
+/* Messages of a link are in order. A prediction may describe an earlier moment, readings are
+ * current, and clocks are sent every 100 blocks. */
 #define BEHIND_BLOCKS         2000
 #define READING_BEHIND_BLOCKS 200
 #define AHEAD_BLOCKS          1000
 
 #define RECORD_BLOCKS \
-    1000 /* serial is silent when CAN is so far ahead of it, or of its own beginning */
+    1000 /* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
 #define MARK_BLOCKS   5000
 #define STARTS_BLOCKS 10000
 
-/* The board began again. `hello`: its first one, the frame to come; NULL: that was not heard. */
+/* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
+ * received. */
 static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
                               const struct mr_hello *hello, struct error *error)
 {
@@ -61,7 +61,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     return store_event_put(collector->store, &event, error);
 }
 
-/* Whether it carries a whole block index and its tick. */
+/* True: the message has a full block index and its tick. */
 static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
     bool sync = message->place == MR_PLACE_SYNC;
@@ -70,8 +70,8 @@ static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t
     return sync || message->place == MR_PLACE_CLOCK;
 }
 
-/* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its
- * block is no time. On CAN anybody may have sent it. */
+/* Takes the time of a message. A clock with tick 0 means that scanning is stopped, so its block
+ * is not a time. On CAN any node may have sent it. */
 static enum timebase_verdict take_time(struct side *side, const struct mr_message *message)
 {
     uint32_t block, tick;
@@ -113,8 +113,8 @@ static enum mr_status store_raw(struct collector *collector, const struct side *
     return store_frame_put(collector->store, collector->session, frame, error);
 }
 
-/* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and
- * queues hold some back. */
+/* True, only for CAN: the board cannot send a message with this time now. Allows for the pause
+ * since the last message and for delays in queues. */
 static bool is_out_of_time(const struct side *side, const struct mr_message *message,
                            uint64_t host_us)
 {
@@ -135,15 +135,14 @@ static bool serial_is_record(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
-    /* CAN is behind: it brings what serial brought before the board began again */
+    /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
     return !serial->ended &&
            (behind || (serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS));
 }
 
-/* Each link counts the starts of the board for itself. One that missed a short one, or took a
- * stranger's for one, joins the other when both have been at the same time for longer than one can
- * be behind. */
+/* Each link counts restarts on its own. CAN may miss a short one or take a stranger's message
+ * for one. It takes over serial's count when both had the same time for longer than one can lag. */
 static void count_same_starts(const struct collector *collector, struct side *can)
 {
     const struct side *serial = &collector->side[LINK_SERIAL];
@@ -153,7 +152,7 @@ static void count_same_starts(const struct collector *collector, struct side *ca
         can->boot = serial->boot;
 }
 
-/* A frame has its own stamp, serial's bytes that of their reading. */
+/* Takes the arming time from CAN: a frame is stamped on arrival, serial bytes only when read. */
 static enum mr_status stamp_landing(struct collector *collector, struct side *can,
                                     const struct collector_event *event, struct error *error)
 {
@@ -172,7 +171,7 @@ static enum mr_status stamp_landing(struct collector *collector, struct side *ca
     return store_landing_put(collector->store, &slot->row, error);
 }
 
-/* Some seconds back, for the landing that begins. */
+/* Remembers a position some seconds back for the next landing. */
 static enum mr_status mark_frames(struct collector *collector, struct side *can,
                                   struct error *error)
 {
@@ -184,7 +183,7 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
     return store_frames_mark(collector->store, &can->mark[1], error);
 }
 
-/* What the board sends on both links to say the same. */
+/* True: the board sends the same message on both links. */
 static bool is_of_both(const struct mr_message *message)
 {
     switch (message->place) {
@@ -192,12 +191,12 @@ static bool is_of_both(const struct mr_message *message)
     case MR_PLACE_CAN_HEALTH:
     case MR_PLACE_MESSAGE_COUNT:
     case MR_PLACE_CAN_ALARM:
-    case MR_PLACE_CONFIG_IMAGE: return false; /* of one link */
+    case MR_PLACE_CONFIG_IMAGE: return false; /* differ by link */
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
 
-/* CAN is in the landing that serial says, from its first block to its last. */
+/* Puts CAN into serial's landing, from its first block to its last. */
 static void follow_serial(struct collector *collector, struct side *can)
 {
     int64_t block = collect_newest_block(can);
@@ -216,8 +215,8 @@ static void follow_serial(struct collector *collector, struct side *can)
     }
 }
 
-/* Who a board on CAN is: where the board that serial knows never speaks on CAN, the two links are
- * of two boards. */
+/* Notes which board sends on CAN. If serial's board never does, the two links belong to two
+ * boards. */
 static void note_identity(struct collector *collector, struct side *can,
                           const struct mr_message *message)
 {
@@ -231,7 +230,7 @@ static void note_identity(struct collector *collector, struct side *can,
         memcpy(can->other_uid, words, sizeof words);
 }
 
-/* Tells who listens, and does what the message says. */
+/* Passes the message to the listener, then handles it. */
 static enum mr_status receive(struct collector *collector, struct side *side,
                               const struct collector_event *event, struct error *error)
 {
@@ -250,14 +249,14 @@ static enum mr_status receive(struct collector *collector, struct side *side,
             return error->status;
         if (collector->told.hello && is_of_both(event->message)) {
             note_identity(collector, side, event->message);
-            side->state_block = 0; /* it begins anew when serial falls silent */
+            side->state_block = 0; /* starts again when serial falls silent */
             return MR_OK;
         }
     }
     return collect_message(collector, side, event, error);
 }
 
-/* A message of the board, from either link: time, account, meaning, storage. */
+/* Handles a message of the board from either link: time, losses, content, storage. */
 static enum mr_status take_message(struct collector *collector, struct side *side,
                                    const struct mr_message *message, int64_t seq, uint64_t host_us,
                                    struct error *error)
@@ -312,7 +311,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     return status == MR_OK ? collect_finish_what_is_over(collector, error) : status;
 }
 
-/* A message of the board, or of another by its identifiers. */
+/* True: the message comes from the board, or from another node with the same identifiers. */
 static bool read_frame(const struct collector *collector, const struct link_frame *frame,
                        struct mr_message *message)
 {
@@ -332,7 +331,7 @@ static enum mr_status take_frame(struct collector *collector, struct side *side,
         return take_message(collector, side, &message, side->account.counts.received,
                             frame->host_us, error);
 
-    /* Somebody else on the bus: kept, not understood. */
+    /* From another node: stored raw, not interpreted. */
     const struct mr_message_info *info = standard ? mr_message_find((uint16_t)id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
@@ -388,7 +387,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
         return take_message(collector, side, &message, frame->seq, host_us, error);
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    /* a part of the black box, or nothing known */
+    /* a page of the black box, or unknown */
     account_message(&side->account, mr_message_place(frame->type));
     side->account.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
@@ -400,15 +399,15 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     return store_raw(collector, side, side->current, &raw, error);
 }
 
-/* ---- which start of the board a frame is of ----
+/* ---- assignment of frames to starts of the board ----
  *
- * A board that begins again says hello first. On serial that frame has number 0. On CAN a hello
- * comes each second, and only the clocks that follow tell whether the board has begun again; on
- * serial that hello may be lost in the frame that the reset tore. So what follows a hello on CAN,
- * or a loss on serial, waits for the time: some milliseconds in a landing, 0.1 s else. */
+ * A board sends a hello first after a restart. On serial it is frame 0, but the reset may
+ * corrupt it. On CAN a hello is sent every second, and only the next clock shows whether the
+ * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
+ * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define HELD_US     1000000u /* a board that tells no time is not waited for */
-#define FIRST_FRAME 64u      /* a number of serial that is one of the first */
+#define HELD_US     1000000u /* limit for a board that sends no time */
+#define FIRST_FRAME 64u      /* sequence numbers below: just after a start */
 
 enum start { START_UNKNOWN, START_SAME, START_NEW };
 
@@ -444,7 +443,7 @@ static enum mr_status take_held(struct collector *collector, struct side *side,
              : take_serial_frame(collector, side, &frame, held->frame.host_us, error);
 }
 
-/* Takes what is held; START_NEW: its first frame is the first that is known of a new start. */
+/* Handles the held frames. START_NEW: the first of them is the first known frame of a new start. */
 static enum mr_status release(struct collector *collector, struct side *side, enum start start,
                               uint64_t host_us, struct error *error)
 {
@@ -466,7 +465,7 @@ static enum mr_status release(struct collector *collector, struct side *side, en
     return status;
 }
 
-/* True: the frame waits. False: what waited has been taken, or `error` says why not. */
+/* True: the frame is held. False: the held frames were handled, or `error` is set. */
 static bool hold(struct collector *collector, struct side *side, enum start start,
                  const struct held *held, struct error *error)
 {
@@ -550,11 +549,11 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
     return MR_OK;
 }
 
-/* ---- time: pairs of the board's clock and this computer's, what they come to for each landing
- * and boot, and film frames ---- */
+/* ---- time: pairs of board clock and computer clock, the fit for each landing and boot, and
+ * film frames ---- */
 
-/* How far two clocks may be apart: crystals by 200 ppm at most, and one that is being slewed is no
- * clock to go by; the board's internal oscillator by a hundredth and its drift. */
+/* Largest drift between two clocks: 200 ppm for crystals, 1 % plus drift for the board's
+ * internal oscillator. A computer clock that is being slewed is useless. */
 #define CRYSTAL_PPM  200.0
 #define INTERNAL_PPM 20000.0
 
@@ -641,10 +640,8 @@ enum mr_status collect_film_frame(struct collector *collector, struct side *side
     return store_film_frame_put(collector->store, slot->row.id, &row, error);
 }
 
-/* ---- side ----
- *
- * What a link knows of now, and the event that something makes there. All other files of the
- * collector stand on this one. */
+/* ---- side: the current state of a link, and the events stored from it; all other files of the
+ * collector use these functions ---- */
 
 int64_t collect_newest_block(const struct side *side)
 {

@@ -1,5 +1,5 @@
-/* What each message of the catalogue does to the campaign: those of a landing's state, of time and
- * of what was lost here, the others in the file of their topic. */
+/* Effect of each message on the campaign. Landing state, time and losses are handled here, other
+ * topics further below. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -9,9 +9,8 @@
 #include "host/collect/collect_state.h"
 #include "host/store/store.h"
 
-/* What messages say of the campaign's rows: collect_zone_row(), collect_zone_lead_row(), ..., one
- * for each KEPT of the catalogue. It fills those fields of the row that the message has, and leaves
- * the others. */
+/* Functions collect_zone_row(), collect_zone_lead_row(), ..., one for each KEPT of the
+ * catalogue. Each sets the fields of the row that the message contains; others stay. */
 #define KEPT(name, NAME, row, ...)                                                     \
     static void collect_##name##_row(struct store_##row *r, const struct mr_##name *m) \
     {                                                                                  \
@@ -43,7 +42,7 @@ static enum mr_status landing(struct collector *collector, struct side *side,
     return status;
 }
 
-/* Loss accounting. The newest block has just been brought up to that of the readings. */
+/* Counts losses. The newest block already includes this reading. */
 static enum mr_status count_message(struct collector *collector, struct side *side,
                                     const struct collector_event *event, struct error *error)
 {
@@ -63,7 +62,7 @@ static enum mr_status count_message(struct collector *collector, struct side *si
     return MR_OK;
 }
 
-/* What is kept as an event, as the rows of the catalogue have it. */
+/* Makes the event of a message, as defined by the EVENT rows of the catalogue. */
 static bool event_of(const struct mr_message *message, struct store_event *event)
 {
     switch (message->place) {
@@ -107,7 +106,7 @@ static bool is_own(struct collector_own *own, const struct mr_ack *ack)
     return false;
 }
 
-/* Records who gave an order and how the board answered it. */
+/* Records which program gave an order and the board's answer. */
 static enum mr_status order(struct collector *collector, struct side *side,
                             const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
@@ -126,7 +125,7 @@ static enum mr_status order(struct collector *collector, struct side *side,
             (struct collector_order){.ack = *ack, .own = own, .more = last->more};
     *last = (struct repeated){
         .known = true, .own = own, .status = ack->status, .code = ack->code, .block = ack->block};
-    /* the answer to a disarm comes behind the end of its landing */
+    /* the answer to a disarm arrives after the end of its landing */
     if (ack->code == MR_COMMAND_DISARM && !current && ack->block == side->state_block)
         side->current = side->last;
     enum mr_status status = collect_put_event(collector, side, "order", ack->block, ack->code,
@@ -136,7 +135,7 @@ static enum mr_status order(struct collector *collector, struct side *side,
     return status;
 }
 
-/* The landing's state, its film, answers to commands, and the board's time. */
+/* Landing state, film frames, answers to commands, and board time. */
 static enum mr_status state_message(struct collector *collector, struct side *side,
                                     const struct collector_event *event, struct error *error)
 {
@@ -156,8 +155,7 @@ static enum mr_status state_message(struct collector *collector, struct side *si
 static collect_topic collect_gear_message, collect_predict_message, collect_band_message,
     collect_health_message;
 
-/* Each topic takes its own messages, beside the event that one may be; what no topic takes is kept
- * as a frame alone. */
+/* Each topic takes its own messages. A message of no topic is stored only as a frame. */
 static collect_topic *const topics[] = {
     count_message,        state_message,           collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
@@ -184,10 +182,8 @@ enum mr_status collect_message_again(struct collector *collector, struct side *s
     return take(FIRST_OF_LANDING, collector, side, event, error);
 }
 
-/* ---- gear ----
- *
- * The gear of a landing into the campaign: switches, motion, touchdown and stop; the zones that are
- * found before it, and the mats' temperature. */
+/* ---- gear: switches, motion, touchdown and stop, zones ahead of the wheel, mat temperature
+ * ---- */
 
 static enum mr_status edge(struct collector *collector, struct side *side,
                            const struct mr_edge *message, struct error *error)
@@ -205,8 +201,8 @@ static enum mr_status edge(struct collector *collector, struct side *side,
     return store_edge_put(collector->store, slot->row.id, &row, error);
 }
 
-/* An edge that the board took back is no gate for the host either. One that only the final fit left
- * out stays: the host's own fit finds it. */
+/* Rejects an edge that the board withdrew. An edge excluded only by the board's final fit stays,
+ * because the host's own fit excludes it. */
 static enum mr_status switch_event(struct collector *collector, const struct side *side,
                                    const struct mr_switch_event *message, struct error *error)
 {
@@ -217,8 +213,8 @@ static enum mr_status switch_event(struct collector *collector, const struct sid
              : MR_OK;
 }
 
-/* Motion and its errors are two messages with the same block; the first is stored at once, the
- * second completes it. So are a zone and its lead. */
+/* Motion and its errors are two messages with the same block: the first is stored at once, the
+ * second completes the row. Zone and zone lead likewise. */
 #define TWO_HALVES(name, NAME, second)                                                     \
     static enum mr_status name(struct collector *collector, struct side *side,             \
                                const struct mr_message *m, struct error *error)            \
@@ -242,7 +238,7 @@ static enum mr_status switch_event(struct collector *collector, const struct sid
 TWO_HALVES(motion, MOTION, motion_error)
 TWO_HALVES(zone, ZONE, zone_lead)
 
-/* Touchdown and stop are of one row, and come in any order. */
+/* Touchdown and stop share a row and arrive in any order. */
 static enum mr_status result(struct collector *collector, const struct side *side,
                              const struct mr_message *m, struct error *error)
 {
@@ -282,10 +278,7 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
     }
 }
 
-/* ---- predict ----
- *
- * What the predictor says, and the runway and the parameters that a landing is armed with, into the
- * campaign. */
+/* ---- predict: output of the predictor, and the runway and parameters of an armed landing ---- */
 
 static bool same(float a, float b)
 {
@@ -300,8 +293,7 @@ static enum mr_status trust(struct collector *collector, struct side *side,
     return side->current && row.block >= 0 ? COLLECT_PUT(trust, &row) : MR_OK;
 }
 
-/* A runway is kept when it is whole: all its joints in a row, and of the CRC that the board
- * gave. */
+/* Stores a runway when it is complete: all joints in sequence, and the CRC that the board sent. */
 static enum mr_status joints(struct collector *collector, struct side *side,
                              const struct mr_runway_joints *m, struct error *error)
 {
@@ -370,7 +362,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
     return status;
 }
 
-/* A list begins with its first number: what is not in it is missing. */
+/* Index 0 starts a new list: items not received since are missing. */
 static enum mr_status risk_item(struct collector *collector, const struct side *side,
                                 const struct mr_risk_item *m, struct error *error)
 {
@@ -398,7 +390,7 @@ static enum mr_status risk(struct collector *collector, struct side *side,
     return side->current && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
 }
 
-/* The parts of a statement. They have its block, the newest that came or one not long past. */
+/* Parts of a prediction. They have its block: the newest or a slightly older one. */
 static enum mr_status statement(struct collector *collector, struct side *side,
                                 const struct mr_message *m, struct error *error)
 {
@@ -433,11 +425,9 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
     }
 }
 
-/* ---- bands ----
- *
- * What the board says of bands, and of their gages' shunt calibration, into the campaign. */
+/* ---- bands: events, tensions, and shunt calibration of the gages ---- */
 
-/* Whole index of a block that is not long past; it says nothing of the time now. */
+/* Full index of a recent block; does not advance the time. */
 static int64_t block_of(const struct side *side, uint16_t at_block16)
 {
     struct timebase copy = side->time;
@@ -455,8 +445,8 @@ static enum mr_status band_event(struct collector *collector, const struct side 
     return side->current ? COLLECT_PUT(band_event, &row) : MR_OK;
 }
 
-/* Result and check are two messages of one gage; the first is stored at once, the second completes
- * it. */
+/* Result and check of a gage are two messages: the first is stored at once, the second completes
+ * the row. */
 static enum mr_status shunt(struct collector *collector, struct side *side,
                             const struct mr_message *m, struct error *error)
 {
@@ -475,13 +465,13 @@ static enum mr_status shunt(struct collector *collector, struct side *side,
     } else {
         return MR_OK;
     }
-    if (side->shunt.number == 0) /* the log began in the middle */
+    if (side->shunt.number == 0) /* the log began during the calibration */
         return MR_OK;
     return store_shunt_put(collector->store, collector->session, side->boot, row, error);
 }
 
-/* Before and after, least and most of a band are of one row. A least or most of no gage says
- * nothing. */
+/* Tension before and after, and smallest and largest tension, share a row. A smallest or largest
+ * without gage is ignored. */
 static enum mr_status band(struct collector *collector, const struct side *side,
                            const struct mr_message *m, struct error *error)
 {
@@ -523,12 +513,9 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
     }
 }
 
-/* ---- health ----
- *
- * How the board and its channels are, into the campaign: what fails, the slow log, a crash, CAN as
- * the board sees it. */
+/* ---- health: faults, slow log, crash, and CAN as seen by the board ---- */
 
-/* Faults are repeated once a second; a row is made when one has counted on. */
+/* Faults are repeated once a second; stored only when the count changes. */
 static enum mr_status fault(struct collector *collector, const struct side *side,
                             const struct mr_fault *message, uint64_t host_us, struct error *error)
 {
@@ -549,7 +536,7 @@ static enum mr_status quality(struct collector *collector, const struct side *si
     return side->current ? COLLECT_PUT(quality, &row) : MR_OK;
 }
 
-/* A row of the slow log comes in six messages; one that is lost loses its row. */
+/* A row of the slow log is six messages; if one is lost, the row is lost. */
 static void slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
 {
     side->slow = (struct store_slow){.time_us = (int64_t)host_us,
@@ -559,7 +546,7 @@ static void slow_row(struct side *side, const struct mr_slow_row *message, uint6
     side->slow_gages = 0;
 }
 
-/* A row that is whole is stored. */
+/* Stores a complete row. */
 static enum mr_status slow_tension(struct collector *collector, struct side *side,
                                    const struct mr_slow_tension *message, struct error *error)
 {
@@ -576,8 +563,8 @@ static enum mr_status slow_tension(struct collector *collector, struct side *sid
     return store_slow_put(collector->store, &side->slow, error);
 }
 
-/* What a processor fault left behind: an event for each word, once, whichever link brings it and
- * however often. */
+/* Report of a processor fault: stores one event per word, once per report, although both links
+ * repeat it. */
 static enum mr_status crash(struct collector *collector, const struct side *side,
                             const struct mr_crash *message, uint64_t host_us, struct error *error)
 {
@@ -594,8 +581,7 @@ static enum mr_status crash(struct collector *collector, const struct side *side
     return status;
 }
 
-/* The state of CAN as the board sees it is told each second; an event is made when it, or the count
- * of outages, has changed. */
+/* The board sends its CAN state every second; stored when state or outage count changes. */
 static enum mr_status can_alarm(struct collector *collector, const struct side *side,
                                 const struct mr_can_alarm *message, uint64_t host_us,
                                 struct error *error)
@@ -603,7 +589,7 @@ static enum mr_status can_alarm(struct collector *collector, const struct side *
     int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
     bool same = newest->state == message->state && newest->outages == message->outages;
-    /* had waited in the controller */
+    /* delayed in the controller */
     bool older = side->kind == LINK_CAN && message->outages < newest->outages;
     if (same || older)
         return MR_OK;

@@ -5,11 +5,12 @@
 #include "common/block.h"
 
 #define RESTART_BLOCKS 1000
-/* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */
+/* Clocks are sent every 100 blocks. Must be below RESTART_BLOCKS: otherwise a stranger's block
+ * looks like a restart. */
 #define FOLLOW_BLOCKS  500
-/* serial's block records and messages pass each other in the board's queues */
+/* Block records and messages overtake each other in the board's serial queues. */
 #define QUEUED_BLOCKS  100
-#define ORIGIN_TICKS   8400 /* 0.1 ms; the origin of a boot is exactly the same each time */
+#define ORIGIN_TICKS   8400 /* 0.1 ms tolerance; the origin of a boot is constant */
 
 bool timebase_block(struct timebase *timebase, uint32_t block)
 {
