@@ -8,17 +8,17 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define SPEED_SPREAD     0.01 /* of a speed planned */
+#define SPEED_SPREAD     0.01 /* of the planned speed */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
-#define OUTSIDE          0.15 /* so much beyond the landings before is unlike them */
+#define OUTSIDE          0.15 /* beyond earlier landings by this fraction: a new situation */
 #define OUTSIDE_TIMES    1.5
 #define EVEN_ROWS        (ADVISE_ROWS - 1u)
-#define HARDEST_LEAST    2.2 /* rows go up to so many times what just stops, */
-#define HARDEST_PLAN     1.3 /* or to so many times the plan */
+#define HARDEST_LEAST    2.2 /* rows go up to this factor of the least braking, */
+#define HARDEST_PLAN     1.3 /* or to this factor of the plan */
 #define HARDEST_TEXT     140
-#define SLOWEST          0.6  /* touchdown speeds are tried from so much of the plan */
-#define FASTEST          1.3  /* up to so much of it */
-#define SPEED_STEP       0.04 /* and so close to the limit, of the plan */
+#define SLOWEST          0.6  /* lowest touchdown speed tried, of the plan */
+#define FASTEST          1.3  /* highest one */
+#define SPEED_STEP       0.04 /* resolution of the speed limit, of the plan */
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -26,7 +26,7 @@ const char *advise_verdict_text(enum advise_verdict verdict)
     return texts[verdict];
 }
 
-/* --- learning --- */
+/* ---- learning ---- */
 
 static const struct past_landing *last_measured(const struct past *past)
 {
@@ -61,7 +61,7 @@ static enum mr_status learn(struct advise *advise, struct error *error)
     return MR_OK;
 }
 
-/* --- the plan --- */
+/* ---- plan ---- */
 
 static bool unlike(double value, double low, double high)
 {
@@ -101,7 +101,7 @@ static void take_plan_history(struct advise *advise)
     free(log_ratio);
 }
 
-/* Mean deceleration over the way to the stop: v^2 / 2 s. NaN: it does not stop. */
+/* Mean deceleration over the stopping distance: v^2 / 2 s. NaN: does not stop. */
 static double mean_of(const struct advise_profile *profile, double speed_ft_s)
 {
     const double step_s = 1e-3;
@@ -155,9 +155,10 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
     return MR_OK;
 }
 
-/* --- rows --- */
+/* ---- rows ---- */
 
-/* From what just stops on the runway up, to a tenth; the plan among them. */
+/* Rows from the least braking that stops on the runway upwards, rounded to a tenth, and the
+ * plan. */
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
     double low = ceil(10.0 * advise->least_ft_s2) / 10.0,
@@ -172,7 +173,7 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     }
 }
 
-/* Share of the members that roll off at this braking, in proportion between rows. */
+/* Share of members that roll off the runway at this braking, interpolated between rows. */
 static double off_runway_at(const struct advise *advise, double mean_ft_s2)
 {
     const struct advise_row *row = advise->row;
@@ -184,7 +185,7 @@ static double off_runway_at(const struct advise *advise, double mean_ft_s2)
     return row[i - 1].off_runway + part * (row[i].off_runway - row[i - 1].off_runway);
 }
 
-/* By the zone; what rolls off is no braking to advise. */
+/* Considers only the zone, then rejects braking at which the aircraft may roll off the runway. */
 static void find_hardest(struct advise *advise)
 {
     struct advise_row row[ADVISE_ROWS];
@@ -204,8 +205,8 @@ static void find_hardest(struct advise *advise)
     advise->short_ft_s2 = advise_short_ft_s2(row, rows, limit);
 }
 
-/* Rows at the planned braking, from the plan's speed down, or up when the plan is below the limit:
- * halved where the limit lies. False: no memory. */
+/* Bisects touchdown speed at the planned braking: downwards from the plan, or upwards if the
+ * plan is below the limit. False: out of memory. */
 static bool find_fastest(struct advise *advise, struct advise_braking *braking,
                          struct advise_course *met)
 {
@@ -263,7 +264,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     return MR_OK;
 }
 
-/* --- the verdict --- */
+/* ---- verdict ---- */
 
 static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_TEXT])
 {
@@ -318,7 +319,7 @@ static void judge(struct advise *advise, bool si)
                  100.0 * limit, hardest);
 }
 
-/* "at most 6.9 ft/s2 (6.5 to 7.2)"; the interval is open where no row tells its end. */
+/* "at most 6.9 ft/s2 (6.5 to 7.2)"; an end of the interval outside the rows is left open. */
 static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bool si,
                        char out[3 * UNIT_TEXT])
 {
@@ -340,7 +341,7 @@ static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bo
         snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
 }
 
-/* One sentence that a pilot can use. */
+/* Writes the recommendation for the pilot, in one sentence. */
 static void find_action(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
@@ -443,9 +444,9 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
     return kept;
 }
 
-/* --- the answer --- */
+/* ---- answer ---- */
 
-/* "12 % (8 to 17)"; the numbers for programs. */
+/* "12 % (8 to 17)"; plain numbers in the JSON. */
 static void chance_answer(struct answer *answer, const char *name, const char *label,
                           const struct advise_chance *chance)
 {
@@ -542,7 +543,7 @@ static void known_answer(const struct advise *advise, struct answer *answer)
     answer_close(answer);
 }
 
-/* What makes it wider, each in a line. */
+/* Reasons for a wider interval, one per line. */
 static void notes_answer(const struct advise *advise, struct answer *answer)
 {
     const struct past *past = &advise->past;
@@ -575,7 +576,7 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
-/* A bow wave rises above a threshold of the thrust (docs/explanation/bow-waves.md). */
+/* A bow wave rises above a critical thrust (docs/explanation/bow-waves.md). */
 static void thrust_answer(const struct advise *advise, struct answer *answer)
 {
     const struct advise_runway *runway = &advise->past.runway;
@@ -595,7 +596,7 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
     }
 }
 
-/* The ends of its 95 % interval, for programs. */
+/* The limits of the 95 % interval, only in the JSON. */
 static void reach_answer(const char *name, enum unit_kind unit, const struct advise_bound *reach,
                          struct answer *answer)
 {
@@ -647,7 +648,7 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_sentence(answer, "action", "%s", advise->action);
 }
 
-/* --- the chart --- */
+/* ---- chart ---- */
 
 _Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
 

@@ -31,7 +31,7 @@ static void advice_doubt(struct store *store, int64_t armed_us, char out[ARMING_
     free(rows);
 }
 
-/* *loaded_us: when the board was given the newest survey; 0: it was not. */
+/* *loaded_us: when the newest survey was loaded into a board; 0: never. */
 static void survey_doubt(struct store *store, int64_t armed_us, int64_t *loaded_us,
                          char out[ARMING_TEXT])
 {

@@ -13,35 +13,34 @@
 #define LOOK_S    0.05
 #define SETTLE_S  1e-3
 #define ONSET_S   0.06
-#define AFTER_S   0.1  /* mats go on for so long when the gear stands */
-#define LONGEST_S 60.0 /* nobody brakes that gently */
+#define AFTER_S   0.1  /* mats keep moving this long after the gear stops */
+#define LONGEST_S 60.0 /* longer than any landing */
 #define CLOSED_FT (0.001f / 12.0f)
-#define TALLY     10  /* joints in a row of a zone, of which one may be open */
-#define LAID_MOST 1.2 /* gaps as laid: up to so many slacks, none beyond one */
+#define TALLY     10  /* consecutive joints of a zone, one of which may be open */
+#define LAID_MOST 1.2 /* initial gaps: uniform up to this multiple of the slack, cut at one slack */
 
-/* What is known before any reading, as host/landing_series has it: factors of what is told,
- * evenly or normally by their logarithm. */
+/* Prior as in host/landing_series: factors of the configured values, uniform or lognormal. */
 static const struct {
-    double low, high; /* no member is beyond: of what is told */
-    double least;     /* spread (of the logarithm) that no reading takes away */
+    double low, high; /* bounds of the factor */
+    double least;     /* spread (of the logarithm) that always remains */
 } bounds[ADVISE_UNKNOWNS] = {
     [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
     [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-#define READING_IN   0.003 /* of a transducer at rest, when nothing worse is stated */
-#define SHARE_ERROR  0.03  /* of a share that was measured */
-#define SHARE_SPREAD 0.18  /* of one that was not: evenly 0.7 to 1.3 */
-#define MODEL_SHARE  0.15  /* what the chain does not explain of a movement */
+#define READING_IN   0.003 /* of a transducer at rest, unless a larger error is given */
+#define SHARE_ERROR  0.03  /* of a measured share */
+#define SHARE_SPREAD 0.18  /* of an unmeasured share: uniform from 0.7 to 1.3 */
+#define MODEL_SHARE  0.15  /* movement that the chain model does not explain */
 #define MODEL_IN     0.01
-#define SUM_SHARE    0.25 /* and of what ten joints close by */
+#define SUM_SHARE    0.25 /* the same for the closing of ten joints */
 #define SUM_IN       0.01
 #define PASSES       2
-#define KEPT         0.5  /* of the spread that a landing takes away */
-#define NEAR_FT      12.0 /* a transducer tells of joints up to twice that away */
+#define KEPT         0.5  /* of the spread that a landing removes */
+#define NEAR_FT      12.0 /* a transducer affects joints up to twice this distance */
 
-/* --- drawing --- */
+/* ---- drawing ---- */
 
 static double stated_value(const struct advise_runway *runway, enum advise_parameter unknown)
 {
@@ -60,7 +59,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_SHARE] = log(0.7 + 0.6 * chance_uniform(chance));
-    if (runway->share > 0.0) /* the rest is drawn as it would be without */
+    if (runway->share > 0.0) /* scaled, so the other draws stay equal */
         u[ADVISE_SHARE] *= SHARE_ERROR / SHARE_SPREAD;
     u[ADVISE_FRICTION] = 0.1 * chance_normal(chance);
     u[ADVISE_RESISTANCE] = -0.6 + chance_uniform(chance);
@@ -123,7 +122,8 @@ void advise_relay(struct advise_members *members)
     members->surveyed = false;
 }
 
-/* Ten openings get a sum: all smaller by a factor, or all nearer to the slack by one. */
+/* Changes ten openings to a given sum: scales the openings down, or the remaining room to the
+ * slack. */
 static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
 {
     double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
@@ -162,7 +162,7 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
     }
 }
 
-/* --- playing --- */
+/* ---- playing ---- */
 
 struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from)
 {
@@ -184,7 +184,7 @@ struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsi
     return best;
 }
 
-/* The gear of a lane. */
+/* Gear of one lane. */
 struct gear {
     double speed_ft_s, at_ft, thrust_lb_per_g;
 };
@@ -214,7 +214,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
            advise_factor(braking->profile, t_s);
 }
 
-/* Eight members and their landing. */
+/* Eight members and their landings. */
 struct batch {
     const struct advise_members *members;
     struct advise_member *member;
@@ -245,7 +245,7 @@ static struct chains *start(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_
         gap[k] = b->member[k].gap_ft;
         grit[k] = grit_lb[k];
     }
-    /* whole steps in a block */
+    /* a whole number of steps per block */
     b->step_s = SETTLE_S / ceil(SETTLE_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)b->step_s;
@@ -391,20 +391,20 @@ bool advise_play(struct advise_members *members, const struct advise_braking *br
     return !playing.failed;
 }
 
-/* --- the smoother --- */
+/* ---- smoother ---- */
 
-/* What one pass works with: the readings that there are, `n` of them. */
+/* Work space of one pass, for the `n` readings that exist. */
 struct work {
     size_t n;
-    size_t *datum;       /* [n] their places */
-    double *away;        /* [members][n] predicted less their mean */
+    size_t *datum;       /* [n] index of each reading */
+    double *away;        /* [members][n] prediction minus mean */
     double *matrix;      /* [n][n], then its Cholesky factor */
-    double *innovations; /* [members][n]; then the matrix's inverse times them */
-    double *gain;        /* [n], a row: of one state */
+    double *innovations; /* [members][n], then multiplied by the inverse */
+    double *gain;        /* [n]: row of one state */
     double *shift;       /* [members] */
 };
 
-/* Covariance of what is predicted, the errors' variance added. */
+/* Covariance of the predictions, plus the variance of the errors. */
 static void fill_matrix(struct work *w, const struct smoother *s)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -424,7 +424,7 @@ static void fill_matrix(struct work *w, const struct smoother *s)
     }
 }
 
-/* The lower half becomes Cholesky's factor; the errors keep it positive. */
+/* Cholesky factor in the lower half; the errors keep the matrix positive definite. */
 static void factor(struct work *w)
 {
     double *a = w->matrix;
@@ -439,7 +439,7 @@ static void factor(struct work *w)
     }
 }
 
-/* b becomes the inverse of the matrix times b. */
+/* Replaces b by the inverse of the matrix times b. */
 static void solve(const struct work *w, double *b)
 {
     const double *a = w->matrix;
@@ -456,8 +456,8 @@ static void solve(const struct work *w, double *b)
     }
 }
 
-/* Perturbed readings less what is predicted. The perturbations' mean is taken off: it would move
- * the whole ensemble by chance. */
+/* Perturbed readings minus predictions. The mean perturbation is subtracted: it would shift the
+ * whole ensemble at random. */
 static void innovate(struct work *w, const struct smoother *s, struct chance *chance)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -475,8 +475,8 @@ static void innovate(struct work *w, const struct smoother *s, struct chance *ch
     }
 }
 
-/* Moves one state of all members. The gain's row is (covariance with the readings) times the
- * inverse; the taper is of the gain, so a near reading's share does not go to a far one. */
+/* Updates one state of all members. Row of the gain: covariance with the readings times the
+ * inverse. The taper applies to the gain, so a near reading's share is not moved to a far one. */
 static void move(struct work *w, const struct smoother *s, size_t state)
 {
     double mean = 0.0;
@@ -567,7 +567,7 @@ double smoother_taper(double distance, double half)
     return 0.0;
 }
 
-/* --- learning --- */
+/* ---- assimilation ---- */
 
 #define STATES (ADVISE_UNKNOWNS + ADVISE_JOINTS)
 #define DATA   (MR_TRANSDUCERS + MR_SEGMENTS)
@@ -578,7 +578,7 @@ static double nearness(const void *context, size_t state, size_t datum)
     if (state < ADVISE_UNKNOWNS)
         return 1.0;
     size_t joint = state - ADVISE_UNKNOWNS;
-    if (datum >= MR_TRANSDUCERS) /* what ten joints close by tells of those ten */
+    if (datum >= MR_TRANSDUCERS) /* the closing of ten joints affects only these joints */
         return joint / MR_MATS_PER_SEGMENT == datum - MR_TRANSDUCERS ? 1.0 : 0.0;
     return smoother_taper((double)joint * (double)runway->chain.mat_length_ft -
                               (double)runway->station_ft[datum],
@@ -623,7 +623,7 @@ static void to_state(const struct advise_members *members, struct assimilation *
     }
 }
 
-/* What was read, and how far the chain may be off it: a share of what moved or closed. */
+/* Readings, and the error of the chain model: a share of the movement or of the closing. */
 static void find_errors(const struct advise_members *members, const struct advise_observation *seen,
                         struct assimilation *l)
 {
@@ -639,7 +639,7 @@ static void find_errors(const struct advise_members *members, const struct advis
         } else {
             unsigned s = d - MR_TRANSDUCERS;
             double change = fabs(seen->before_in[s] - seen->after_in[s]);
-            /* without the survey before it the closing is not known, and what is left is */
+            /* without a survey before, the closing is unknown; the remaining opening is known */
             l->read[d] = isfinite(mean) ? seen->after_in[s] : (double)NAN;
             l->error[d] = hypot(1.4142135623730951 * seen->survey_error_in,
                                 SUM_SHARE * (isfinite(change) ? change : 0.1) + SUM_IN);
@@ -754,7 +754,7 @@ void advise_parameter(const struct advise_members *members, enum advise_paramete
     *spread = sqrt(squares / (double)(members->count - 1));
 }
 
-/* --- the forecast --- */
+/* ---- forecast ---- */
 
 #define FORECAST_STREAM 2u
 #define PRIOR_LANDINGS  4.0
@@ -768,7 +768,7 @@ void advise_plan_met(const double *log_ratio, size_t count, double *bias, double
         mean += log_ratio[i] / n;
     for (size_t i = 0; i < count; i++)
         squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
-    /* the prior's squares are such that n = 0 gives ADVISE_PLAN_MET */
+    /* the prior is such that n = 0 gives ADVISE_PLAN_MET */
     double sum = ADVISE_PLAN_MET * ADVISE_PLAN_MET * (prior - 2.0) / (1.0 + 1.0 / prior) + squares +
                  prior * n / (prior + n) * mean * mean;
     *bias = n * mean / (prior + n);
@@ -798,9 +798,9 @@ double advise_log_odds(double share)
     return log(soft / (1.0 - soft));
 }
 
-/* Log odds of the members' share times the former, and the latter more: fitted on series 250 to 309
- * of make score-foresight, none of which is scored (tests/score/README.md, "Before touchdown" and
- * "Perturbed"). Who was never surveyed knows less than the members take for known. */
+/* Calibrates the members' share: log odds times `times` plus `more`. Fitted on series 250 to 309
+ * of make score-foresight, none of which is scored (tests/score/README.md, "Before touchdown"
+ * and "Perturbed"). Without a survey, less is known than the members assume. */
 double advise_calibrated(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
@@ -868,13 +868,13 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
 
 double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t first = rows; /* of the last rows that are below */
+    size_t first = rows; /* of the last consecutive rows below the limit */
     while (first > 0 && row[first - 1].zone.p < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;
 }
 
-/* The risk of a row, and the ends of its interval: the one that is lowest last. */
+/* Risk of a row and the limits of its interval, in decreasing order. */
 enum risk_of { RISK_HIGH, RISK_P, RISK_LOW, RISKS };
 
 static double risk(const struct advise_row *row, enum risk_of of)
@@ -883,7 +883,7 @@ static double risk(const struct advise_row *row, enum risk_of of)
     return fmax(zone, row->off_runway);
 }
 
-/* The first row that is not below the limit; `rows`: all are. */
+/* The first row at or above the limit; `rows`: none. */
 static size_t first_beyond(const struct advise_row *row, size_t rows, double limit, enum risk_of of)
 {
     size_t i = 0;

@@ -12,7 +12,7 @@
 #include "host/survey/survey.h"
 #include "host/base/xmalloc.h"
 
-#define LEAST_FT_S 1.0 /* slower, braking is not told from the end of the movement */
+#define LEAST_FT_S 1.0 /* at lower speeds braking and the end of the movement look alike */
 
 static void blank(double sum_in[MR_SEGMENTS])
 {
@@ -20,9 +20,9 @@ static void blank(double sum_in[MR_SEGMENTS])
         sum_in[s] = (double)NAN;
 }
 
-/* --- surveys --- */
+/* ---- surveys ---- */
 
-/* The newest gage survey with readings that was begun between two moments. */
+/* The newest gage survey with readings that was begun between the two times. */
 static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                   double sum_in[MR_SEGMENTS], double *error_in, struct error *error)
 {
@@ -38,8 +38,8 @@ static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t 
     return status;
 }
 
-/* What the board was told before the landing; a sum that is the same to the last digit as before
- * the landing before is that one, not read again. */
+/* Openings that the board had before the landing. An opening equal to the previous landing's to
+ * the last digit was not measured again. */
 static enum mr_status surveyed_segments(struct store *store, int64_t run,
                                         float last_in[MR_SEGMENTS], double sum_in[MR_SEGMENTS],
                                         struct error *error)
@@ -55,9 +55,9 @@ static enum mr_status surveyed_segments(struct store *store, int64_t run,
     return status;
 }
 
-/* --- a landing --- */
+/* ---- a landing ---- */
 
-/* Braking over time from the final fit, relative to its mean. */
+/* Braking over time, relative to its mean, from the final fit. */
 static void take_profile(const struct measured *measured, struct past_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
@@ -114,7 +114,7 @@ static enum mr_status take_landing(struct store *store, struct past *past,
     return status;
 }
 
-/* The advice that was kept last before the landing and after RUN `after`. */
+/* The last advice stored before the landing and not before RUN `after`. */
 static enum mr_status take_plan(struct store *store, int64_t after, struct past_landing *landing,
                                 struct error *error)
 {
@@ -130,9 +130,9 @@ static enum mr_status take_plan(struct store *store, int64_t after, struct past_
     return status;
 }
 
-/* --- the campaign --- */
+/* ---- campaign ---- */
 
-/* From the newest landing that has them all. */
+/* Reads the runway from the newest landing with all parameters. */
 static enum mr_status take_runway(struct store *store, const struct store_landing *row,
                                   size_t count, struct past *past, struct error *error)
 {
@@ -158,7 +158,7 @@ static enum mr_status take_runway(struct store *store, const struct store_landin
                      store_path(store));
 }
 
-/* The landings that count: those of the board that landed last, up to `before`. */
+/* Landings to learn from: of the board that landed last, before RUN `before`. */
 static enum mr_status choose(struct store *store, int64_t before, struct store_landing **rows,
                              size_t *count, struct past *past, int64_t *end_us, struct error *error)
 {
@@ -225,7 +225,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
     enum mr_status status = choose(store, before, &row, &count, past, &end_us, error);
-    if (status == MR_OK && before && !count) /* the first landing: its own board tells */
+    if (status == MR_OK && before && !count) /* no board is known without an earlier landing */
         status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later RUN",
                            (long long)before, store_path(store));
     if (status == MR_OK)

@@ -11,7 +11,7 @@
 
 /* ---- two series, sample by sample ---- */
 
-/* standard deviations: none of some thousand samples is so far off by chance */
+/* standard deviations that noise does not reach in some thousand samples */
 #define FAR_FROM_NOISE 5.0
 
 double signal_en(double measured, double measured_error, double simulated, double simulated_error)
@@ -29,8 +29,8 @@ static bool both(const struct signal *s, size_t i)
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
-/* Noise averages out over the samples; what else a sample's error has is taken as common to all of
- * them. */
+/* Noise averages out over the samples. The rest of a sample's error counts as common to all
+ * samples. */
 static void find_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
@@ -55,8 +55,8 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
     f->chi = sqrt(chi / n);
 }
 
-/* Mean over SIGNAL_WINDOW samples around i of those that both have, so that both are smoothed
- * alike; NaN: none. */
+/* Mean of the samples around i that exist on both sides, so that both are smoothed alike. NaN:
+ * none. */
 static double smooth(const struct signal *s, const double *values, size_t i)
 {
     size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
@@ -77,7 +77,7 @@ static double time_of(const struct signal *s, double i)
     return s->t0_s + i * s->dt_s;
 }
 
-/* Of one side. `noise`: of the mean over the window. */
+/* Peak of one side. `noise`: of a mean over the window. */
 static struct signal_moment find_peak(const struct signal *s, const double *values,
                                       const double *errors, double noise)
 {
@@ -94,7 +94,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
         return peak;
     double near = fmax(SIGNAL_NEAR * fabs(peak.value), FAR_FROM_NOISE * noise);
     for (first = 0; !(fabs(peak.value - smooth(s, values, first)) <= near);)
-        first++; /* at the peak at the latest */
+        first++; /* ends at the peak at the latest */
     peak.error = errors[at];
     peak.t_s = time_of(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
@@ -117,14 +117,14 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             before = value;
             continue;
         }
-        if (isnan(before)) /* it was there from the beginning */
+        if (isnan(before)) /* the curve starts above the threshold */
             return arrival;
         size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
         double slope = fabs(smooth(s, values, to) - smooth(s, values, from)) /
                        ((double)(to - from) * s->dt_s);
         double u = errors[i];
-        if (measured) /* of it the noise is that of a mean */
+        if (measured) /* the measured value is a mean, with less noise */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
         arrival.t_s = time_of(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
@@ -163,7 +163,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 
 /* ---- a landing ---- */
 
-/* where the stop has no error: as much as the last edges before it are apart, about */
+/* for a stop without error: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
 void compare_clock_make(const struct measured *measured, struct compare_clock *clock)
@@ -198,7 +198,7 @@ double compare_time_error(const struct compare_clock *clock, double t_s)
 }
 
 #define STEP_S     0.02
-#define REST_S     0.3 /* after the stop; mats have come to rest by then */
+#define REST_S     0.3 /* after the stop; the mats are at rest by then */
 #define MAT_FT     ((double)MR_MAT_LENGTH_FT)
 #define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
 
@@ -244,7 +244,7 @@ struct compare_overlap compare_overlap_of(const struct compare_zone *a,
     return overlap;
 }
 
-/* The board's newest statement at a time. */
+/* The board's newest zone and prediction at a time. */
 static struct compare_zone board_zone(const struct measured *measured,
                                       const struct compare_said *said, double t_s)
 {
@@ -265,8 +265,8 @@ static struct compare_zone board_zone(const struct measured *measured,
     return zone;
 }
 
-/* Where blocks were lost nothing moved the mats that the survey found: its openings alone are no
- * zone of that moment. */
+/* False where blocks were lost: survey openings without movement do not give the zone at that
+ * time. */
 static bool has_movement(const struct measured *measured, size_t sample)
 {
     unsigned readings = 0;
@@ -325,8 +325,8 @@ static void extend_range(const struct input *in, const char *what, double t_s,
                                            &moment->zone[COMPARE_SIMULATED]);
 }
 
-/* While the gear moves: when a source's zone is longest, the measured one's when there is one, else
- * the board's, else the simulated. */
+/* Time of the longest zone while the gear moves: of the measured zone, else the board's, else
+ * the simulated one. */
 static double longest_s(const struct input *in, double stop_s, enum compare_zone_source *source)
 {
     double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
@@ -373,8 +373,8 @@ const struct compare_zone_moment *compare_moment_of(const struct compare_zones *
     return NULL;
 }
 
-/* Movement, or spread, of a row at a time; linear between samples, at rest after the last one, NaN
- * before the first. */
+/* Movement, or spread, of a row at a time: linear between samples, constant after the last one,
+ * NaN before the first. */
 static double at(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
@@ -415,7 +415,7 @@ void compare_curves(const struct measured *measured, const struct compare_clock 
     }
 }
 
-/* Over the last 0.2 s that both have. */
+/* Compares the means over the last 0.2 s that both sides have. */
 static void find_end(const struct measured *measured, const struct measured_channel *channel,
                      const struct compare_curves *s, struct compare_channel *out)
 {
@@ -455,7 +455,7 @@ static void find_figures(const struct measured *measured, const struct measured_
     };
     struct signal_figures *f = &out->f;
     signal_compare(&signal, f);
-    /* Free of what noise adds to a largest value (measured.h). */
+    /* channel->peak excludes the noise that raises a maximum (measured.h) */
     f->peak_measured.value = channel->peak;
     f->peak_measured.error = channel->error;
     find_end(measured, channel, s, out);
@@ -466,7 +466,7 @@ static void find_figures(const struct measured *measured, const struct measured_
     out->arrival_en = signal_en(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
 }
 
-/* What most of its readings are that are not valid. */
+/* The most frequent reason for invalid readings. */
 static const char *most_often(const struct measured *measured,
                               const struct measured_channel *channel)
 {
@@ -522,7 +522,7 @@ static void add_channel(const struct measured *measured, const struct compare_cl
                                     .end_measured = {nan, nan, nan, nan},
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
-    signal_compare(&empty, &out->f); /* everything not known */
+    signal_compare(&empty, &out->f); /* sets all figures to unknown */
     out->compared = usable(measured, channel, row, out);
     if (!out->compared)
         return;
@@ -587,7 +587,7 @@ struct compare_mean compare_mean_of(const struct compare_figures *figures)
     return mean;
 }
 
-/* ---- whether they agree ---- */
+/* ---- agreement ---- */
 
 void compare_agreement(const struct compare_figures *figures, struct compare_agreement *a)
 {

@@ -15,9 +15,9 @@
 #include "host/store/store_journal.h"
 
 #define IN_PER_FT     12.0
-#define SLOPE_S       0.005 /* half the span over which deceleration is taken from speed */
+#define SLOPE_S       0.005 /* half the interval of speed for a deceleration */
 #define DWELL_LEAST_S 0.5
-#define PATH_MOST_S   3600.0 /* no landing is longer */
+#define PATH_MOST_S   3600.0 /* longer than any landing */
 
 static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
 {
@@ -25,7 +25,7 @@ static double deceleration_at(const struct measured *measured, double t_s, doubl
     double to_s = fmin(stop_s, t_s + SLOPE_S);
     double error_ft_s;
     double from_ft_s = measured_speed_ft_s(measured, from_s, &error_ft_s);
-    /* At the stop the speed is 0 from both sides. */
+    /* the speed at the stop is 0 by definition */
     double to_ft_s = to_s < stop_s ? measured_speed_ft_s(measured, to_s, &error_ft_s) : 0.0;
     return fmax(0.0, (from_ft_s - to_ft_s) / (to_s - from_s));
 }
@@ -34,7 +34,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
                                struct error *error)
 {
     double stop_s = measured->summary.stop_t_s.value;
-    double last_s = stop_s - 0.001; /* the thrust ends with the motion, within a millisecond */
+    double last_s = stop_s - 0.001; /* the thrust ends within 1 ms before the stop */
     if (!(last_s > 0.0 && last_s < PATH_MOST_S))
         return error_set(error, MR_TOO_FEW,
                          "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
@@ -53,15 +53,16 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
     return MR_OK;
 }
 
-/* Each joint of a surveyed segment gets its share of the slack; the others keep the scene's. */
+/* Sets each joint of a surveyed segment to its share of the slack; other joints keep the scene's
+ * gap. */
 static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene)
 {
     size_t count = (size_t)scene->mats + 1;
     double *gap_ft = xcalloc(count, sizeof *gap_ft);
     for (size_t j = 0; j < count; j++) {
         double station_ft = (double)j * scene->length_ft;
-        /* A joint belongs to the segment it lies in or begins; half a mat keeps rounding out of
-         * it. */
+        /* A joint belongs to the segment that contains it or begins at it; half a mat avoids
+         * rounding errors. */
         size_t segment =
             (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
         gap_ft[j] = sim_scene_joint(&scene->gap0_ft, (int)j + 1);
@@ -96,7 +97,8 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
     return set_path(measured, scene, error);
 }
 
-/* The scene's mats and runway are the rig's; else MR_USAGE, with what makes them so. */
+/* Checks that the scene has the mats and the runway of the rig. Otherwise MR_USAGE, with the
+ * command that converts the scene. */
 static enum mr_status compare_scale(const struct sim_scene *scene, const char *where,
                                     struct error *error)
 {
@@ -115,8 +117,8 @@ static enum mr_status compare_scale(const struct sim_scene *scene, const char *w
 
 #define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
 
-/* A campaign has landings. MR_OK also where it is no JSON: the scene's reader says what is wrong
- * with it. */
+/* True: a campaign file, which has landings. For invalid JSON the scene loader reports the
+ * error. */
 static bool is_campaign(const char *path)
 {
     json_error_t ignored;
@@ -166,7 +168,7 @@ void compare_model_free(struct compare_model *model)
     *model = (struct compare_model){.ensemble = false};
 }
 
-/* Openings and resistances as the runways were laid: the same draws as the series'
+/* Draws gaps and resistances of each runway from the same random numbers as the series
  * (host/landing_series/ensemble.c). */
 static void draw_runways(struct compare_model *model)
 {
@@ -189,8 +191,8 @@ static void draw_runways(struct compare_model *model)
     }
 }
 
-/* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left
- * to the most that a joint can be open. */
+/* Changes openings to a given sum, as far as possible. A smaller sum scales all openings; a
+ * larger one scales the remaining room up to `most_ft`. */
 static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
     double now_ft = 0.0, room_ft = 0.0;
@@ -235,7 +237,7 @@ static void take_survey(struct compare_model *model, const struct zones_closure 
     memcpy(model->survey_in, survey->slack_in, sizeof model->survey_in);
 }
 
-/* Everything of the landing that all seeds have in common. The scene owns its path, gaps and
+/* Makes the scene that all seeds of the landing share. The scene owns path, gaps and
  * resistances. */
 static enum mr_status make_scene(const struct compare_model *model, size_t index,
                                  const struct measured *measured, struct sim_scene *scene,
@@ -276,7 +278,7 @@ static void make_room(struct compare_simulated *s, const struct sim_result *resu
     s->spread_in = s->mean_in + s->rows * s->stations;
 }
 
-/* Mean and sum of squared deviations of one value more (Welford 1962). */
+/* Adds a value to the mean and to the sum of squared deviations (Welford 1962). */
 static void accumulate(double *mean, double *squares, double value, size_t count)
 {
     double step = value - *mean;
@@ -284,7 +286,7 @@ static void accumulate(double *mean, double *squares, double value, size_t count
     *squares += step * (value - *mean);
 }
 
-/* Gage point p (1..42) is on mat 10 p, whose column follows the stations'. */
+/* Gage point p (1..42) is on mat 10 p; its column follows the columns of the stations. */
 static double point_in(const struct sim_result *result, size_t row, size_t stations, size_t p)
 {
     return p == 0 ? 0.0
@@ -313,7 +315,7 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
     }
 }
 
-/* From sums of squared deviations to standard deviations. */
+/* Converts sums of squared deviations to standard deviations. */
 static void finish_spread(double *squares, size_t count, size_t seeds)
 {
     for (size_t i = 0; i < count; i++)
@@ -324,8 +326,8 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
                                 size_t columns, struct compare_simulated *s, struct error *error)
 {
     double *gap_ft = model->gap_ft + seed * model->joints;
-    /* The first one is checked by a second pass, which gives the error; the spread of the others is
-     * far larger than theirs. All by one solver, so that the error is theirs too. */
+    /* A second pass for the first seed gives the numerical error; the spread of the seeds is far
+     * larger. All seeds use one solver, so the error is valid for all. */
     bool chain = s->scene.model == SIM_CHAIN;
     struct sim_options options = {.solver = chain ? "staggered" : NULL,
                                   .sample_dt_s = COMPARE_SAMPLE_S,
@@ -387,13 +389,13 @@ void compare_simulated_free(struct compare_simulated *s)
 {
     free(s->scene.gap0_ft.values);
     free(s->scene.grit_lb.values);
-    free(s->scene.path); /* everything else is the model's */
+    free(s->scene.path); /* the model owns the rest of the scene */
     free(s->mean_in);
     free(s->remaining_in);
     memset(s, 0, sizeof *s);
 }
 
-/* What was simulated, so that it can be checked later. The caller frees. */
+/* Describes the simulation, so that it can be repeated. The caller frees the text. */
 static char *compare_describe(const struct compare_model *model, const struct compare_simulated *s)
 {
     const struct sim_scene *scene = &s->scene;
@@ -430,7 +432,7 @@ static size_t stations(const struct measured *measured, const struct measured_ch
     return count;
 }
 
-/* The simulation on the measured time, sample by sample. */
+/* Copies mean and spread of a station, sample by sample. */
 static void take_row(const struct compare_simulated *s, size_t column,
                      const struct measured_channel *channel, size_t length,
                      struct store_simulation *row)
@@ -481,7 +483,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
                          "no displacements: RUN %lld; compare a landing with displacement readings",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
-    /* As far as both go. */
+    /* the time that landing and simulation have in common */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
         end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s);
@@ -501,7 +503,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     return error->status;
 }
 
-/* What queries of the campaign want, without the series. */
+/* Results that campaign queries read without the samples. */
 static void fill_rows(struct compare_landing *landing)
 {
     for (size_t i = 0; i < landing->rows; i++) {
@@ -578,7 +580,7 @@ void compare_landing_free(struct compare_landing *landing)
     memset(landing, 0, sizeof *landing);
 }
 
-/* The runs of the series; the caller frees. */
+/* RUNs of the series; the caller frees the list. */
 static enum mr_status select_runs(struct store *store, const char *name, int64_t **runs,
                                   size_t *count, struct error *error)
 {
@@ -627,7 +629,7 @@ static void pool(struct compare_series *set, const struct compare_figures *figur
     }
 }
 
-/* From sums to means. */
+/* Converts sums to means. */
 static void finish(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;

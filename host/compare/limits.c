@@ -15,7 +15,7 @@ static enum mr_status wrong(struct error *error, const char *file, const char *p
     return error_set(error, MR_MALFORMED, "%s: %s: \"%.80s\"; give %s", what, file, path, wanted);
 }
 
-/* The last name of a path. */
+/* The last part of a path. */
 static const char *leaf_of(const char *path)
 {
     const char *dot = strrchr(path, '.');
@@ -91,14 +91,14 @@ void compare_limits_free(struct compare_limits *limits)
 
 struct check {
     const struct compare_limits *limits;
-    const char *pattern; /* the limit's path */
+    const char *pattern; /* path of the limit */
     double limit;
     const char *where;
     size_t found, skipped;
     struct compare_verdict *verdict;
 };
 
-/* `beyond`: by how much it fails; NaN: not known. */
+/* `beyond`: excess over the limit; NaN: unknown. */
 static void fail(struct check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
@@ -129,7 +129,7 @@ static void judge(struct check *check, const char *path, const json_t *value)
 
 static void walk(struct check *check, const char *rest, const char *so_far, const json_t *node);
 
-/* One element or key, `name`d in what is told. */
+/* Walks into an element or key; `name` extends the path in messages. */
 static void enter(struct check *check, const char *rest, const char *so_far, const char *name,
                   const json_t *node)
 {
@@ -138,7 +138,7 @@ static void enter(struct check *check, const char *rest, const char *so_far, con
     walk(check, rest, path, node);
 }
 
-/* What the channel or the zone is called. */
+/* Number of the channel, else its position. */
 static void name_of(const json_t *element, size_t index, char *name, size_t size)
 {
     const json_t *number = json_object_get(element, "number");
@@ -154,7 +154,7 @@ static void walk(struct check *check, const char *rest, const char *so_far, cons
     size_t length = strcspn(rest, "."), i;
     json_t *element;
     if (json_is_false(json_object_get(node, "compared"))) {
-        check->skipped++; /* counted as missing */
+        check->skipped++; /* reported as missing */
         return;
     }
     if (length == 0) {
@@ -171,7 +171,7 @@ static void walk(struct check *check, const char *rest, const char *so_far, cons
     rest += length + (rest[length] == '.');
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
-        if (json_is_null(element) && *rest) { /* overlap of a zone that nobody knows */
+        if (json_is_null(element) && *rest) { /* no overlap: one zone is unknown */
             check->found++;
             if (!strstr(rest, "_difference"))
                 judge(check, so_far, element);

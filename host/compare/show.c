@@ -8,7 +8,7 @@
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 
-/* En or chi. */
+/* The value of En or chi. */
 static void ratio(struct answer *answer, const char *name, const char *label, double value)
 {
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
@@ -245,7 +245,7 @@ void compare_brief_answer(const struct compare_figures *figures,
 
 /* ---- a series ---- */
 
-/* For people: a landing in a line. */
+/* One printed line for a landing. */
 static void landing_row(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_zone_moment *rest = compare_moment_of(&landing->figures.zones, true);
@@ -307,7 +307,7 @@ static void channels_answer(const struct compare_series *set, struct answer *ans
     answer_close(answer);
 }
 
-/* Of the landing that differs most. */
+/* Agreement of the landing that differs most. */
 static void worst_agreement(const struct compare_series *set, struct answer *answer)
 {
     struct compare_agreement worst = {.en = (double)NAN}, one;
@@ -365,7 +365,7 @@ void compare_judge(const struct compare_figures *figures, const struct compare_l
     json_decref(json[1]);
 }
 
-/* The whole fails as its landings and the series' own limits do. */
+/* The series fails if a landing or a limit of the series fails. */
 void compare_series_judge(struct compare_series *set, const struct compare_limits *limits)
 {
     json_t *json[2];
@@ -374,7 +374,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
-        } else { /* nobody knows whether it is within them */
+        } else { /* a landing without comparison fails */
             *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
             snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
                      set->landing[i].run, set->landing[i].why);
@@ -401,7 +401,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 
 /* ---- files ---- */
 
-/* The transducers that both sides have, each in full. */
+/* The transducers with both measured and simulated samples. */
 struct sides {
     const struct store_simulation *row[MR_TRANSDUCERS];
     struct compare_curves curves[MR_TRANSDUCERS];

@@ -7,10 +7,10 @@
 #include "host/link/timemap.h"
 #include "host/link/candump.h"
 
-/* Without a clock, board time goes from here on, because log2asc takes second 0 for "no time yet":
- * stamps read as a date in 2001, and their last digits as board time. */
+/* Without a clock, stamps start here: log2asc reads second 0 as "no time yet". The stamps appear
+ * as a date in 2001; their last digits are board time. */
 #define NO_DATE_US    1000000000000000.0
-#define STAMP_MOST_US 9e15 /* beyond it a double holds no microsecond */
+#define STAMP_MOST_US 9e15 /* above, a double has no microseconds */
 
 struct candump_export {
     FILE *out;

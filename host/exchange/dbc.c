@@ -12,8 +12,7 @@ static bool is_signed(enum mr_wire_type type)
     return type == MR_WIRE_i8 || type == MR_WIRE_i16 || type == MR_WIRE_i32 || type == MR_WIRE_f32;
 }
 
-/* Range in units. A scaled real keeps one code for "missing"; a float has no range worth stating
- * (0|0 means none). */
+/* Physical range. A scaled value reserves one code for "missing". Floats get 0|0, no range. */
 static void range(const struct mr_field_info *field, double *low, double *high)
 {
     static const double whole[][2] = {[MR_WIRE_u8] = {0, 255},
@@ -40,7 +39,7 @@ static void write_signal(FILE *out, const struct mr_message_info *message,
             high, field->unit, message->direction == MR_DIRECTION_HOST ? "BOARD" : "HOST");
 }
 
-/* Text inside quotes of a DBC file. */
+/* Writes text within the quotes of a DBC file. */
 static void write_text(FILE *out, const char *text)
 {
     fputc('"', out);
@@ -60,7 +59,7 @@ static const char *status_text(unsigned minus)
     return mr_status_text((enum mr_status) - (int)minus);
 }
 
-/* Fields whose numbers a table of their own names: those from `first` to `last`, or minus them. */
+/* Fields with named values: numbers `first` to `last`, times `sign`. */
 static const struct {
     uint16_t id;
     const char *field;
@@ -77,7 +76,7 @@ static const struct {
     {MR_ID_ACK, "status", 0, -MR_HALTED, -1, status_text},
 };
 
-/* Values of a field, each behind a blank. */
+/* Writes the named values of a field, each after a blank. */
 static void list_values(FILE *out, const struct mr_message_info *message,
                         const struct mr_field_info *field)
 {
@@ -87,7 +86,7 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         bool is = named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
         for (unsigned number = named[i].first; is && number <= named[i].last; number++) {
             const char *text = named[i].text(number);
-            if (strcmp(text, "unknown fault") != 0) /* a number that is free */
+            if (strcmp(text, "unknown fault") != 0) /* otherwise an unused number */
                 write_value(out, named[i].sign * (long)number, text);
         }
     }

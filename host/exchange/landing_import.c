@@ -14,9 +14,9 @@
 #define BLOCK_US        1000.0
 #define MIDDLE_US       437.5 /* of the eight scans of a block: host/analyse/measured_load.h */
 #define BLOCKS_MAX      3600000
-#define BOARD_BLOCKS    4294967295.0 /* a board counts them in 32 bits */
-#define USUAL_GAP       1.5          /* of the usual time between samples: more is missing data */
-#define SWITCH_EVERY_FT 5.0 /* as the rig has them, where neither a landing nor the mapping says */
+#define BOARD_BLOCKS    4294967295.0 /* the board's block index has 32 bits */
+#define USUAL_GAP       1.5          /* of the usual sample interval: above, data is missing */
+#define SWITCH_EVERY_FT 5.0          /* spacing on the rig, the default */
 #define SWITCH_FIRST_FT (-2.5)
 #define SWITCHES        24u
 #define SWITCHES_MAX    64u
@@ -26,8 +26,8 @@ struct work {
     struct store *store;
     struct mapping *mapping;
     const struct import_request *request;
-    struct measured like;    /* the landing it is put beside */
-    struct store_edge *edge; /* and its edges */
+    struct measured like;    /* the landing of --like */
+    struct store_edge *edge; /* edges of that landing */
     size_t edges;
     double base_us; /* board time of the file's time 0 */
     int64_t first;
@@ -36,13 +36,13 @@ struct work {
     struct found {
         double board_us;
         unsigned position;
-    } found[SWITCHES_MAX]; /* edges in the file */
+    } found[SWITCHES_MAX]; /* edges found in the file */
     unsigned founds;
 };
 
 /* ---- time ---- */
 
-/* Median time between samples; NaN: fewer than two. */
+/* Median sample interval; NaN: fewer than two samples. */
 static double usual_step_s(const struct series *series)
 {
     if (series->count < 2)
@@ -56,7 +56,7 @@ static double usual_step_s(const struct series *series)
     return median;
 }
 
-/* When the value passes the threshold for the first time, between two samples; NaN: never. */
+/* Time of the first threshold crossing, between two samples; NaN: none. */
 static double edge_time_s(const struct mapping_channel *channel)
 {
     const struct series *s = &channel->series;
@@ -158,7 +158,7 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
 
 /* ---- samples to blocks ---- */
 
-/* Several samples a block: their mean. */
+/* Mean of the samples of each block. */
 static void by_mean(const struct series *s, double base_us, int64_t first, size_t blocks,
                     float *reading)
 {
@@ -178,7 +178,7 @@ static void by_mean(const struct series *s, double base_us, int64_t first, size_
 void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading)
 {
-    /* written with six decimals or more: half a digit, and rounding */
+    /* Tolerance for times with six decimals: half a digit, and rounding. */
     static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
         by_mean(s, base_us, first, blocks, reading);
@@ -199,7 +199,7 @@ void import_resample(const struct series *s, double base_us, double usual_us, do
     }
 }
 
-/* ---- what goes into the campaign ---- */
+/* ---- rows of the campaign ---- */
 
 static enum mr_status put_gap(struct work *w, const struct mapping_channel *channel,
                               const float *reading, struct error *error)
@@ -228,8 +228,8 @@ static int64_t index_of(const struct work *w, const struct mapping_channel *chan
                             (int64_t)channel->number - 1;
 }
 
-/* Kind and station. What the mapping tells of its error stands as a linearity error, the only one
- * that neither a baseline nor a reference takes away. */
+/* Stores kind and station. The mapping's error becomes a linearity error, the only kind that
+ * neither baseline nor reference reduces. */
 static enum mr_status put_configuration(struct work *w, const struct mapping_channel *channel,
                                         int64_t index, struct error *error)
 {
@@ -299,7 +299,7 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     return status;
 }
 
-/* A switch and, if the file tells, when it opened. */
+/* Stores a switch and, if known, the time it opened. */
 static enum mr_status put_switch(struct work *w, unsigned position, double station_ft,
                                  double edge_s, struct error *error)
 {
@@ -338,7 +338,7 @@ static enum mr_status put_edges(struct work *w, struct error *error)
     return status;
 }
 
-/* Where the gear passes the stations of the rig's switches. */
+/* Computes edges from the gear's position at the stations of the rig's switches. */
 static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gear,
                                       struct error *error)
 {

@@ -30,8 +30,8 @@ double mapping_value(const struct mapping_channel *channel, double read)
 
 /* ---- signals of a frame ---- */
 
-/* Bit n of the signal from its lowest: its place in the frame. Big-endian signals begin at their
- * highest bit and go on at bit 7 of the next byte. */
+/* Position in the frame of bit n of a signal, counted from its lowest bit. Big-endian signals
+ * start at their highest bit and continue at bit 7 of the next byte. */
 static unsigned place_of(const struct import_signal *signal, unsigned n)
 {
     if (!signal->big_endian)
@@ -90,7 +90,7 @@ static bool number_after(const char *text, size_t letters, unsigned most, unsign
     return *end == '\0' && value >= 1 && value <= most;
 }
 
-/* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
+/* Parses a channel name ("d3", "t14", "gear", "switch7"); false: not a channel. */
 static bool channel_named(const char *text, struct mapping_channel *channel)
 {
     if (strcmp(text, "gear") == 0) {
@@ -105,7 +105,7 @@ static bool channel_named(const char *text, struct mapping_channel *channel)
     return strncmp(text, "switch", 6) == 0 && number_after(text, 6, SWITCH_MAX, &channel->number);
 }
 
-/* Report's unit of the role over the named one; 0: no unit of it. */
+/* Factor from `unit` to the role's own unit; 0: not a unit of this kind. */
 static double unit_of_role(enum mapping_role role, const char *unit)
 {
     const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
@@ -126,7 +126,7 @@ static void wrong(const struct reader *r, const char *where, const char *key, co
               wanted);
 }
 
-/* As json_unpack, and no other keys. What is not there keeps its value. */
+/* Like json_unpack, but refuses unknown keys. Absent keys keep their value. */
 static void unpack(const struct reader *r, const char *where, json_t *object, const char *format,
                    ...)
 {
@@ -139,7 +139,7 @@ static void unpack(const struct reader *r, const char *where, json_t *object, co
     va_end(arguments);
 }
 
-/* `unit`: of a number; text has its own. */
+/* `unit`: of a bare number; text has its own unit. */
 static double number(const struct reader *r, const char *where, const char *key, json_t *value,
                      const char *unit, double otherwise)
 {
@@ -160,7 +160,7 @@ static char character(const struct reader *r, const char *key, const char *text)
     return text[0];
 }
 
-/* By name, or counted from 1. */
+/* Reads a column, by name or counted from 1. */
 static void take_column(const struct reader *r, const char *where, json_t *value,
                         char name[MAPPING_NAME], unsigned *place)
 {
@@ -196,7 +196,7 @@ static void take_id(const struct reader *r, const char *where, const char *id,
 {
     char *end = NULL;
     unsigned long value = strtoul(id, &end, 16);
-    bool wide = strlen(id) > 5; /* 0x321 or 0x00000321 */
+    bool wide = strlen(id) > 5; /* extended: 0x00000321; standard: 0x321 */
     if (strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
         wrong(r, where, "id", "give the identifier as 0x and 3 or 8 hexadecimal digits");
     signal->id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
@@ -219,7 +219,7 @@ static void check_channel(const struct reader *r, const char *where, const struc
         wrong(r, where, "threshold", "give the value that the signal crosses at the edge");
 }
 
-/* An entry of channels, or align. */
+/* Reads an entry of channels, or align. */
 static void read_channel(const struct reader *r, const char *where, json_t *object, bool align,
                          struct mapping *m)
 {

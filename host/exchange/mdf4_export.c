@@ -13,24 +13,24 @@
 #include "host/base/xmalloc.h"
 #include "host/link/timemap.h"
 
-/* MDF4: measurement data as ASAM's MDF 4.10 has it, put together in memory and written in one
- * piece.
+/* Writes MDF4, measurement data in ASAM's MDF 4.10 format. The file is built in memory and written
+ * at once.
  *
- * A file is a row of blocks that name each other by their addresses: header (HD), its history (FH),
- * per table a data group (DG), a channel group (CG), its channels (CN), their texts (TX, MD) and
- * the rows (DT); attached files (AT). Layouts are those of the standard's base part, bus logging
- * those of its associated standard: a channel CAN_DataFrame with its parts.
+ * A file consists of blocks that link to each other by address: header (HD), its history (FH), per
+ * table a data group (DG), a channel group (CG), its channels (CN), their texts (TX, MD) and the
+ * rows (DT); attached files (AT). Layouts follow the base part of the standard. Bus logging follows
+ * its associated standard: a channel CAN_DataFrame with parts.
  *
  * One table is open at a time: mdf4_table, mdf4_channel for each column, mdf4_row for each row,
  * mdf4_table_end. */
 
 struct mdf4 {
-    uint8_t *bytes; /* the file so far */
+    uint8_t *bytes; /* content so far */
     size_t length, room;
     uint64_t header, last_group;
-    uint64_t group, rows_block, last_channel; /* of the table that is open */
+    uint64_t group, rows_block, last_channel; /* of the open table */
     uint64_t channel_group;
-    uint64_t part_of; /* channel whose parts follow; 0: none */
+    uint64_t part_of; /* the next channels are parts of this one; 0: none */
     uint64_t last_part;
     uint64_t rows;
     unsigned row_bytes, invalid_bytes;
@@ -39,16 +39,16 @@ struct mdf4 {
 enum mdf4_type { MDF4_UNSIGNED = 0, MDF4_SIGNED = 2, MDF4_REAL = 4, MDF4_BYTES = 10 };
 
 struct mdf4_channel {
-    const char *name, *unit, *comment; /* unit, comment: NULL, none */
+    const char *name, *unit, *comment; /* unit, comment: NULL: none */
     enum mdf4_type type;
     unsigned offset, bytes; /* in the row */
-    bool is_time;           /* the master of the table: seconds */
-    unsigned invalid;       /* its bit in the invalidation bytes, from 1; 0: always valid */
-    bool has_parts;         /* the channels behind it are its parts */
-    uint64_t attachment;    /* a file that describes it; 0: none */
+    bool is_time;           /* time in seconds, master channel of the table */
+    unsigned invalid;       /* bit in the invalidation bytes, from 1; 0: always valid */
+    bool has_parts;         /* the next channels are its parts */
+    uint64_t attachment;    /* attached file that describes it; 0: none */
 };
 
-#define BLOCK_HEAD 24u /* "##XX", 4 reserved, u64 length, u64 count of links */
+#define BLOCK_HEAD 24u /* "##XX", 4 reserved, u64 length, u64 number of links */
 
 #define CG_BUS_EVENT       2u
 #define CG_PLAIN_BUS_EVENT 4u
@@ -61,7 +61,7 @@ struct mdf4_channel {
 #define AT_EMBEDDED        1u
 #define AT_MD5             4u
 
-/* Links by position in their blocks; the first leads to the next of its kind. */
+/* Index of each link in its block; link 0 leads to the next block of the same kind. */
 enum { HD_FIRST_DG, HD_FIRST_FH, HD_FIRST_CH, HD_FIRST_AT, HD_FIRST_EV, HD_COMMENT, HD_LINKS };
 enum { FH_NEXT, FH_COMMENT, FH_LINKS };
 enum { DG_NEXT, DG_FIRST_CG, DG_DATA, DG_COMMENT, DG_LINKS };
@@ -79,7 +79,7 @@ enum {
 };
 enum { SI_NAME, SI_PATH, SI_COMMENT, SI_LINKS };
 enum { AT_NEXT, AT_NAME, AT_MIME, AT_COMMENT, AT_LINKS };
-#define CG_CYCLES 8u /* place of the number of rows in its data */
+#define CG_CYCLES 8u /* offset of the number of rows */
 
 /* ---- bytes ---- */
 
@@ -89,7 +89,7 @@ static void put(uint8_t *at, uint64_t value, unsigned bytes)
         at[i] = (uint8_t)(value >> 8 * i);
 }
 
-/* Room for so many bytes more. */
+/* Extends the file by `bytes`. */
 static uint8_t *grow(struct mdf4 *file, size_t bytes)
 {
     if (file->length + bytes > file->room) {
@@ -102,14 +102,14 @@ static uint8_t *grow(struct mdf4 *file, size_t bytes)
     return at;
 }
 
-/* Blocks begin at multiples of eight. */
+/* Blocks start at multiples of eight. */
 static void align(struct mdf4 *file)
 {
     grow(file, (8 - file->length % 8) % 8);
 }
 
-/* A block with its links and data; `more` bytes may follow, which its length counts. Returns its
- * address. */
+/* Appends a block with links and data. The length includes `more` bytes, which may follow.
+ * Returns the address. */
 static uint64_t block(struct mdf4 *file, const char *id, const uint64_t *links, unsigned link_count,
                       const uint8_t *data, size_t data_bytes, const void *more, size_t more_bytes)
 {
@@ -141,7 +141,7 @@ static void set_link(struct mdf4 *file, uint64_t address, unsigned link, uint64_
     put(file->bytes + address + BLOCK_HEAD + 8u * link, to, 8);
 }
 
-/* Text for an MD block: its one element of XML with what XML gives a meaning written as it asks. */
+/* Writes an MD block: one XML element with escaped text. */
 static uint64_t comment_block(struct mdf4 *file, const char *element, const char *text,
                               const char *more)
 {
@@ -187,13 +187,13 @@ static void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment
     uint64_t links[HD_LINKS] = {0};
     uint8_t data[32] = {0};
     put(data, start_ns, 8);
-    /* at 64: readers go there */
+    /* must be at 64: readers expect the header there */
     file->header = block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0);
     set_link(file, file->header, HD_FIRST_FH, history(file, start_ns, tool_version));
     set_link(file, file->header, HD_COMMENT, comment_block(file, "HDcomment", comment, ""));
 }
 
-/* Behind the last block of its kind, else where the first hangs. */
+/* Links a block behind the last one of its kind, or as the first one. */
 static void chain(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
                   uint64_t address)
 {
@@ -240,14 +240,14 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
 {
     uint64_t links[DG_LINKS] = {0}, group[CG_LINKS] = {0};
     uint8_t data[32] = {0};
-    /* a table of one kind of rows: no record ids */
+    /* one kind of rows: no record ids */
     file->group = block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
     chain(file, &file->last_group, file->header, HD_FIRST_DG, file->group);
     group[CG_NAME] = text_block(file, "TX", name);
     group[CG_SOURCE] = can_channel ? can_source(file, can_channel) : 0;
     group[CG_COMMENT] = comment_block(file, "CGcomment", comment, "");
     put(data + 16, can_channel ? CG_BUS_EVENT | CG_PLAIN_BUS_EVENT : 0u, 2);
-    put(data + 18, '.', 2); /* between the names of a channel and its part */
+    put(data + 18, '.', 2); /* separates the names of channel and part */
     put(data + 24, row_bytes, 4);
     put(data + 28, invalid_bytes, 4);
     file->channel_group = block(file, "CG", group, CG_LINKS, data, sizeof data, NULL, 0);
@@ -315,12 +315,12 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 
 /* ---- a landing ---- */
 
-/* time, since touchdown, gear, speed: of 8 bytes each; then readings of 4 */
+/* columns before the readings: time, since touchdown, gear, speed, 8 bytes each; readings have 4 */
 #define COLUMNS_BEFORE 4u
 #define FRAME_ROW      24u
-#define STAMP_MOST_US  9e15 /* beyond it a double holds no microsecond */
+#define STAMP_MOST_US  9e15 /* above, a double has no microseconds */
 
-/* Rows of CAN frames by what they are, each kind in a table of its own. */
+/* Each kind of CAN frame has a table of its own. */
 enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KINDS };
 static const char *const frame_names[FRAME_KINDS] = {"CAN_DataFrame", "CAN_RemoteFrame",
                                                      "CAN_ErrorFrame"};
@@ -328,11 +328,11 @@ static const char *const frame_names[FRAME_KINDS] = {"CAN_DataFrame", "CAN_Remot
 struct place {
     const struct summary *summary;
     struct mdf4 *file;
-    uint16_t base;   /* of the board on CAN */
+    uint16_t base;   /* CAN base of the board */
     int64_t zero_us; /* board time of second 0 */
     long rows;
-    enum frame_kind kind;    /* of the frames that are put now */
-    long count[FRAME_KINDS]; /* of frames of each */
+    enum frame_kind kind;    /* of the frames written now */
+    long count[FRAME_KINDS]; /* frames of each kind */
 };
 
 /* ---- readings ---- */
@@ -434,7 +434,7 @@ static void put_reading_row(struct place *place, const struct measured_channel *
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
-        else /* x86 and ARM: IEEE 754, least byte first */
+        else /* host order is the file's: x86, ARM */
             memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {
@@ -471,11 +471,11 @@ static enum frame_kind kind_of(const struct store_frame *frame)
                                       : FRAME_DATA;
 }
 
-/* What disturbed a frame, as the standard counts it; 0: something else. */
+/* Error type by the standard's numbers; 0: other. */
 static uint8_t error_type(const struct store_frame *frame)
 {
     enum { OTHER, BIT, FORM, STUFFING, CRC, ACK };
-    static const uint8_t by_bit[] = {BIT, FORM, STUFFING, BIT, BIT}; /* of CAN_ERR_PROT_... */
+    static const uint8_t by_bit[] = {BIT, FORM, STUFFING, BIT, BIT}; /* bits of CAN_ERR_PROT_... */
     if (frame->id & CAN_ERR_ACK)
         return ACK;
     if (!(frame->id & CAN_ERR_PROT) || frame->length < 4)
@@ -500,7 +500,7 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
         return MR_OK;
     double t_s = (double)(frame->board_us - place->zero_us) / 1e6;
     memcpy(row, &t_s, 8);
-    row[8] = 1; /* the bus */
+    row[8] = 1; /* bus number */
     if (place->kind == FRAME_ERROR) {
         row[9] = error_type(frame);
     } else {
@@ -522,7 +522,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     static const struct {
         const char *name;
         unsigned offset, bytes;
-        unsigned kinds; /* bit mask of the kinds of frame that have this field */
+        unsigned kinds; /* bit mask of frame kinds with this field */
     } parts[] = {{"BusChannel", 8, 1, 7}, {"ErrorType", 9, 1, 4}, {"ID", 9, 4, 3},
                  {"IDE", 13, 1, 3},       {"DLC", 14, 1, 3},      {"DataLength", 15, 1, 1},
                  {"DataBytes", 16, 8, 1}};
@@ -587,7 +587,7 @@ static enum mr_status find_first(void *context, const struct store_frame *frame)
     return MR_OK;
 }
 
-/* Board time of the first thing there is; STORE_NONE: nothing. */
+/* Earliest board time of the data; STORE_NONE: no data. */
 static enum mr_status find_zero(struct store *store, int64_t run, const struct measured *measured,
                                 int64_t *zero_us, struct error *error)
 {
@@ -601,7 +601,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
     return status;
 }
 
-/* Unix time of second 0; 0: not known, as where the clock is refused. */
+/* Unix time of second 0; 0: unknown, also if the time map is refused. */
 static uint64_t start_ns(const struct summary *summary, int64_t zero_us)
 {
     double us = summary_time_of_day(summary, (double)zero_us).host_us;

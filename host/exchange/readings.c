@@ -30,7 +30,7 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
         file->length += count;
     } while (file->length == room);
     file->text = text;
-    int failed = ferror(stream) ? errno : 0; /* a folder, too */
+    int failed = ferror(stream) ? errno : 0; /* fails for a folder as well */
     fclose(stream);
     if (failed)
         return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(failed),
@@ -65,10 +65,10 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
 /* ---- times ---- */
 
 #define JUMP_MOST_S 60.0
-#define TIME_MOST_S 1e12 /* beyond the year 30000: no clock shows it */
+#define TIME_MOST_S 1e12 /* after the year 30000 */
 
-/* NULL: the time goes on from the last one, NaN: none yet. A longer pause is no part of a landing:
- * one wrong digit of a time must not cost all that follow. */
+/* NULL: the time continues after last_s (NaN: no time yet). A pause above JUMP_MOST_S is an
+ * error: one wrong digit must not invalidate all later rows. */
 static const char *wrong_time(double time_s, double last_s)
 {
     return !(fabs(time_s) <= TIME_MOST_S) ? "impossible time"
@@ -94,13 +94,13 @@ struct table {
     struct verdict *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns; /* of this line; of the header, else of the first row */
-    double last_s;          /* of the last row taken; NaN: none */
+    size_t fields, columns; /* of the line; of the header, or the first row */
+    double last_s;          /* of the last accepted row; NaN: none */
     size_t rows;
     struct {
-        /* the last header lines that read as rows: the first of them, and how many */
+        /* the last consecutive header lines that look like rows: first line, number of lines */
         size_t line, count;
-        double time_s; /* of the last of them */
+        double time_s; /* of the last one */
     } eaten;
 };
 
@@ -122,7 +122,7 @@ static struct field trimmed(const char *from, const char *to)
     return (struct field){from, (size_t)(to - from)};
 }
 
-/* Into fields; a separator within quotes is none. False: too many. */
+/* Splits a line into fields; ignores separators within quotes. False: too many fields. */
 static bool split(struct table *t, const char *line, size_t length)
 {
     const char *from = line, *end = line + length;
@@ -142,7 +142,7 @@ static bool split(struct table *t, const char *line, size_t length)
     }
 }
 
-/* The next line that is no comment and, unless `blanks`, says something. `whole`: it ends with a
+/* The next line that is not a comment and, unless `blanks`, not blank. `whole`: it ends with a
  * newline. */
 static bool next_line(struct table *t, bool blanks, const char **line, size_t *length, bool *whole)
 {
@@ -187,7 +187,7 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
                          : ", or the number of the column when header_lines is not given");
 }
 
-/* NaN and true: missing. False: no number. */
+/* NaN and true: missing value. False: not a number. */
 static bool take_number(const struct mapping *m, struct field field, double *value)
 {
     char digits[NUMBER_MAX];
@@ -213,7 +213,7 @@ static bool take_number(const struct mapping *m, struct field field, double *val
     return *end == '\0' && isfinite(*value);
 }
 
-/* All of the mapping's columns that are counted are numbers. */
+/* True: all columns that the mapping gives by position are numbers. */
 static bool reads_as_row(const struct table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
@@ -268,7 +268,7 @@ static bool bad(struct table *t, const char *line, const char *at, bool whole, c
     return false;
 }
 
-/* All numbers of the line before any is taken: a bad line gives none. */
+/* Checks all numbers of a line before any is used: a bad line gives no values. */
 static bool check_row(struct table *t, const char *line, size_t length, bool whole, double *time_s)
 {
     const struct mapping *m = t->mapping;
@@ -302,7 +302,8 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     return true;
 }
 
-/* Header lines that go on into the rows are rows: header_lines is too large, and they are lost. */
+/* If the times of header lines continue in the rows, header_lines is too large and rows are
+ * lost. */
 static void judge_header(struct table *t, double first_s, double second_s)
 {
     double before_s = first_s - t->eaten.time_s;
@@ -358,7 +359,7 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
 
 /* ---- frames of other instruments ---- */
 
-/* True: a sample more. Of two samples of one time the first counts. */
+/* True: a sample was added. Of two samples with one time the first is kept. */
 static bool take_sample(struct candump_log *log, struct mapping_channel *channel, double time_s,
                         double read)
 {
@@ -377,7 +378,7 @@ static bool take_sample(struct candump_log *log, struct mapping_channel *channel
     return false;
 }
 
-/* Some channel has a signal in the frame. */
+/* True: a channel has a signal in the frame. */
 static bool has_signal(const struct mapping *mapping, const struct link_frame *frame)
 {
     double value;
@@ -388,7 +389,7 @@ static bool has_signal(const struct mapping *mapping, const struct link_frame *f
     return false;
 }
 
-/* The log's only interface with a signal of the mapping, unless one is named. */
+/* Finds the only interface with a signal of the mapping, unless one is given. */
 static enum mr_status find_signals(const struct textfile *file,
                                    const struct import_request *request,
                                    const struct mapping *mapping, char name[CANDUMP_INTERFACE],
@@ -444,13 +445,13 @@ enum mr_status import_read_signals(const struct textfile *file,
     return MR_OK;
 }
 
-/* ---- logs of our own boards, through the collector, as matrig log takes them ---- */
+/* ---- logs of matrig boards, imported through the collector like matrig log ---- */
 
-/* Another process may want to write: it waits 5 s. */
+/* Commits at short intervals: another process that writes waits at most 5 s. */
 #define COMMIT_US     200000u
 #define FRAMES_A_LOOK 4096u
 
-/* With a frame in it. The caller closes the link. */
+/* Opens a log with at least one frame. The caller closes the link. */
 static enum mr_status open_log(const struct textfile *file, const struct import_request *request,
                                struct link **link, struct error *error)
 {
@@ -511,7 +512,7 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
         if (status == MR_OK && more)
             status = collector_frame(collector, &frame, error);
         if (status != MR_OK || !more)
-            return status; /* what ended it is the log's verdict */
+            return status; /* the caller records the error as the result of the log */
         if (++result->rows % FRAMES_A_LOOK != 0)
             continue;
         take_finished(collector, result);
@@ -556,5 +557,5 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
     }
     collector_close(collector);
     link_close(link);
-    return status; /* the caller says of which file, and commits */
+    return status; /* the caller adds the file name and commits */
 }
