@@ -10,15 +10,15 @@
 
 #define SPEED_SPREAD     0.01 /* of the planned speed */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
-#define OUTSIDE          0.15 /* beyond earlier landings by this fraction: a new situation */
+#define OUTSIDE          0.15 /* a value this fraction beyond earlier landings is unlike them */
 #define OUTSIDE_TIMES    1.5
 #define EVEN_ROWS        (ADVISE_ROWS - 1u)
-#define HARDEST_LEAST    2.2 /* rows go up to this factor of the least braking, */
-#define HARDEST_PLAN     1.3 /* or to this factor of the plan */
+#define HARDEST_LEAST    2.2 /* rows extend to this multiple of the least braking, */
+#define HARDEST_PLAN     1.3 /* or to this multiple of the planned braking */
 #define HARDEST_TEXT     140
-#define SLOWEST          0.6  /* lowest touchdown speed tried, of the plan */
-#define FASTEST          1.3  /* highest one */
-#define SPEED_STEP       0.04 /* resolution of the speed limit, of the plan */
+#define SLOWEST          0.6  /* lowest touchdown speed tried, as a fraction of the plan */
+#define FASTEST          1.3  /* highest touchdown speed tried, likewise */
+#define SPEED_STEP       0.04 /* resolution of the speed limit, likewise */
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -157,8 +157,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 
 /* ---- rows ---- */
 
-/* Rows from the least braking that stops on the runway upwards, rounded to a tenth, and the
- * plan. */
+/* Chooses the rows: even steps from the least braking that stops on the runway, rounded to a
+ * tenth, plus the plan. */
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
     double low = ceil(10.0 * advise->least_ft_s2) / 10.0,

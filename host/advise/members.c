@@ -32,7 +32,7 @@ static const struct {
 #define READING_IN   0.003 /* of a transducer at rest, unless a larger error is given */
 #define SHARE_ERROR  0.03  /* of a measured share */
 #define SHARE_SPREAD 0.18  /* of an unmeasured share: uniform from 0.7 to 1.3 */
-#define MODEL_SHARE  0.15  /* movement that the chain model does not explain */
+#define MODEL_SHARE  0.15  /* share of a movement that the chain model does not explain */
 #define MODEL_IN     0.01
 #define SUM_SHARE    0.25 /* the same for the closing of ten joints */
 #define SUM_IN       0.01
@@ -59,7 +59,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_SHARE] = log(0.7 + 0.6 * chance_uniform(chance));
-    if (runway->share > 0.0) /* scaled, so the other draws stay equal */
+    if (runway->share > 0.0) /* scaled after the draw, so later draws do not change */
         u[ADVISE_SHARE] *= SHARE_ERROR / SHARE_SPREAD;
     u[ADVISE_FRICTION] = 0.1 * chance_normal(chance);
     u[ADVISE_RESISTANCE] = -0.6 + chance_uniform(chance);
@@ -162,7 +162,7 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
     }
 }
 
-/* ---- playing ---- */
+/* ---- simulation ---- */
 
 struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from)
 {

@@ -114,7 +114,7 @@ static enum mr_status take_landing(struct store *store, struct past *past,
     return status;
 }
 
-/* The last advice stored before the landing and not before RUN `after`. */
+/* The last advice stored after RUN `after` and before the landing. */
 static enum mr_status take_plan(struct store *store, int64_t after, struct past_landing *landing,
                                 struct error *error)
 {

@@ -67,7 +67,7 @@ static void shift_gates(struct measured *measured, double by_s)
         measured->gate[i].t_s -= by_s;
 }
 
-/* Repeats the fit of the summary: the gates at or beyond touchdown. */
+/* Repeats the fit of the summary, with the gates at or beyond touchdown. */
 static enum mr_status fit_gates(struct measured *measured)
 {
     const struct mr_gate *gates = measured->gate;
@@ -113,8 +113,8 @@ static unsigned find_hidden(const struct measured *measured)
 }
 
 /* The first of several unseen switches between the last one seen and the stop; 0: none. Either a
- * cable is broken, or the gear stopped ahead of them. A single unseen switch may be broken
- * itself. */
+ * cable is broken, or the gear stopped before reaching them. A single unseen switch may be
+ * broken itself. */
 static unsigned find_silent(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -242,8 +242,8 @@ static struct moment between(struct moment from, struct moment to, double t_s)
                            (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
-/* Station and speed: touchdown and stop from the summary, the fit between its first and last
- * gate, cubics that join them. */
+/* Station and speed at a time: touchdown and stop from the summary, the fit between its first
+ * and last gate, and cubics in between. */
 static struct moment gear_at(const struct measured *measured, double t_s, double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
@@ -554,7 +554,7 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     (void)frexp(most, &value_bits);
     (void)frexp((double)measured->samples, &count_bits);
     sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
-    double per_unit = 1.0 / sums.unit; /* both are powers of two */
+    double per_unit = 1.0 / sums.unit; /* exact: unit is a power of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
     /* counters, because a division per sample is slow */
@@ -646,7 +646,7 @@ char measured_source_letter(enum measured_source source)
     return sources[source].letter;
 }
 
-/* Records excluded because of their time; false: none. */
+/* Text on the records excluded because of their time; false: none. */
 static bool excluded_text(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_aside *aside = &measured->aside;

@@ -298,7 +298,8 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
     }
 }
 
-/* CAN samples: the board reports a stuck channel; invalid until the next report on that channel. */
+/* Invalidates CAN samples of a channel that the board reported stuck, until its next report on
+ * that channel. */
 static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured,
                                              struct error *error)
 {
@@ -324,8 +325,8 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
     return status;
 }
 
-/* Fills one sample of the mean in a CAN message, unless a better source filled it. `end`: sample
- * after the message. */
+/* A CAN message is the mean of several samples: fills one of them, unless a better source did.
+ * `end`: sample after the message. */
 static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
                         size_t end)
 {
@@ -371,8 +372,8 @@ static void read_blocks(struct measured *measured, const struct record *record)
     measured->source = 2 * from_box > record->blocks ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
-/* First block to load. A board may be armed for hours before the landing, too much for memory.
- * INT64_MIN: load all. */
+/* First block to load: a board may be armed for hours before the landing, and so many blocks do
+ * not fit into memory. INT64_MIN: load all. */
 static int64_t find_from(const struct measured *measured, const struct moments *moments)
 {
     const struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
@@ -614,7 +615,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
         return status;
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* endless, to find the stop first */
+    measured->samples = SIZE_MAX / 4; /* a record without end, to find the stop first */
     measured_fit_gear(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;

@@ -98,7 +98,7 @@ struct outcome_between {
 };
 
 #define STEP_SAMPLES  20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
-#define STEADY_STEPS  5   /* 0.1 s: a shorter zone comes from the coarse segments */
+#define STEADY_STEPS  5   /* 0.1 s: a zone shorter than that is an artefact of coarse segments */
 #define SLOW_FT_S     2.0 /* below, the wheel is about to stop */
 #define LEAST_WATCHED 0.5
 
@@ -196,8 +196,8 @@ static struct came play(const struct measured *measured, const struct zones_clos
     return came;
 }
 
-/* Fraction of the track, from touchdown to 50 mats beyond the stop, between the first and the
- * last transducer that worked to the end. */
+/* Fraction of the distance from touchdown to 50 mats beyond the stop that lies between the first
+ * and the last transducer that worked to the end. */
 static double watched_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,

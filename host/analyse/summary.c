@@ -508,7 +508,7 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
     uint64_t unseen = measured->fitted & ~measured->seen;
-    /* the gear may have stopped before the switches beyond the last one seen */
+    /* the gear may have stopped before reaching the switches beyond the last one seen */
     unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u;
     uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {

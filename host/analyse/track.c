@@ -9,7 +9,7 @@
 #include "host/base/xmalloc.h"
 
 #define PARABOLA         3u
-#define INWARD_S         1e-3 /* distance from a gate for the speed there */
+#define INWARD_S         1e-3 /* offset from a gate at which its speed is taken */
 #define LEAST_HALF_POWER (-16)
 #define MOST_HALF_POWER  6
 
@@ -161,7 +161,7 @@ static double by_model(const struct track *track, const struct track_model *mode
         if (i < track->points)
             *station_ft += weight * track->station_ft[i];
     }
-    /* ripple is motion, present between the gates as well */
+    /* the ripple is real motion, also between gates */
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 

@@ -9,7 +9,7 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-/* Facts of an answer in their order. answer.c collects them; the printers read them. */
+/* An answer is a list of items of these kinds. answer.c collects them; the printers read them. */
 enum answer_kind {
     ANSWER_VALUE,
     ANSWER_ESTIMATE,
@@ -26,7 +26,7 @@ enum answer_kind {
 };
 
 struct answer_item {
-    struct answer_fact fact; /* must be first: it has the item's address */
+    struct answer_fact fact; /* must be first: a pointer to it is cast to the item */
     enum answer_kind kind;
     char *name, *label; /* owned; NULL name: not in the JSON; NULL label: only in the JSON */
     const struct unit *unit;
@@ -713,7 +713,8 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
     fputs("</dd></div>\n", out);
 }
 
-/* Consecutive facts share one <dl>. `in_list`: a <dl> is open; returns the same for the end. */
+/* Consecutive facts share one <dl>. `in_list`: a <dl> is open at the start; returns whether one
+ * is open at the end. */
 static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
                              FILE *out)
 {

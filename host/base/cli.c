@@ -66,7 +66,7 @@ static void take_stack(void)
         limit.rlim_cur = STACK_LIMIT;
         setrlimit(RLIMIT_STACK, &limit);
     }
-    free(xmalloc(STACK_LIMIT)); /* reports missing memory */
+    free(xmalloc(STACK_LIMIT)); /* exits with a message if memory is short */
     touch_stack();
 }
 

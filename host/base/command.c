@@ -65,7 +65,7 @@ static enum mr_status unknown_option(const struct command *command, const char *
                      name ? name : "", name ? " " : "");
 }
 
-/* ---- before the command ---- */
+/* ---- options before the command ---- */
 
 #define VALUES struct command_before
 static const struct command_part parts[] = {

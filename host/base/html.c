@@ -17,7 +17,7 @@ void html_bytes(FILE *out, const char *text, size_t length)
             if (i == 0 || text[i - 1] != '+')
                 fputc('-', out);
             break;
-        case '2': /* "ft/s2" becomes ft/s with a superscript */
+        case '2': /* "ft/s2" gets a superscript 2 */
             fputs(i >= 2 && text[i - 1] == 's' && text[i - 2] == '/' ? "\xc2\xb2" : "2", out);
             break;
         default: fputc(text[i], out); break;

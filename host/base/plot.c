@@ -169,7 +169,7 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
 {
     static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
                                                       "#a67c00", "#222222", "#56b4e9", "#8a9099"};
-    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* point types; one less: open */
+    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* filled; one less is open */
     int shape = shapes[series->shape % PLOT_SHAPES] - series->open;
     char look[48];
     if (series->count == 0)

@@ -124,9 +124,9 @@ static const struct {
 
 struct unit {
     int power[BASES];
-    long double times, over; /* exact for every unit of a kind */
+    long double times, over; /* exact for all units in `kinds` */
     int ten;
-    bool is_kg; /* the unit is just kg */
+    bool is_kg; /* the unit is plain kg */
 };
 
 /* A capital M means mega: "Mm" and "M" are not mm and m. "MM" is a spelling of mm. */

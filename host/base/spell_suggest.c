@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define LONGEST   32u /* longest word that is compared */
-#define BEGINNING 5u  /* so many equal first letters: another form of the word */
+#define BEGINNING 5u  /* this many equal first letters: another form of the word */
 
 static const char *bare(const char *word)
 {
@@ -67,7 +67,7 @@ void spell_suggest_try(struct spell_suggest *near, const char *candidate)
     if (distance > allowed) {
         if (beginning < BEGINNING && !(beginning == shorter && shorter >= 3))
             return;
-        distance = 3; /* ranks after a typing error */
+        distance = 3; /* ranks below a misspelling */
     }
     if (near->best && near->distance <= distance)
         return;

@@ -232,8 +232,9 @@ static void discard_noise(struct listening *l)
     }
 }
 
-/* A word is lost while the board resets or before it runs. It is sent again after "ready:" or
- * after silence, but not once the section has begun: every copy would be executed. */
+/* A command word is lost while the board resets or before its program runs. It is sent again
+ * after "ready:" or after silence, but not once the section has begun: every copy would be
+ * executed. */
 static enum mr_status send_again(struct listening *l, struct link *link, const char *section,
                                  struct error *error)
 {
@@ -259,7 +260,7 @@ static enum mr_status send_again(struct listening *l, struct link *link, const c
 static bool takes_too_long(const struct listening *l)
 {
     double now_s = monotonic_s();
-    bool begun = find_line(l->text, "begin ") != NULL; /* of an earlier section; ours follows */
+    bool begun = find_line(l->text, "begin ") != NULL; /* another section began; ours follows */
     bool says = begun || is_text(l);                   /* the board is slow but alive */
     return now_s - (says ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
            now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;

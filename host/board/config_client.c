@@ -57,7 +57,7 @@ bool configwords_follow(struct configwords *words, const struct mr_config_image 
 
 #define WINDOW_S 2.0 /* then a window of words is sent again */
 #define WINDOW   16u /* words; fits into the board's queues */
-#define ROUNDS   6   /* of requests for absent words, or of sending words again */
+#define ROUNDS   6   /* attempts to request absent words, or to send words again */
 
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
@@ -116,7 +116,7 @@ static enum mr_status not_now(const struct config_client *talk, struct error *er
                      dialogue_spec(talk->dialogue));
 }
 
-/* Requests the words from the first absent one on, once. */
+/* One request for all words from the first absent one on. */
 static enum mr_status ask_for_words(struct config_client *talk, struct error *error)
 {
     struct mr_ack ack;

@@ -26,7 +26,7 @@ static const struct mr_config_field *configplace_field(struct config_field_ref a
     return &mr_config_groups[at.group].fields[at.field];
 }
 
-/* The bytes of the field in `config`; const only if the caller's `config` is. */
+/* The bytes of the field in `config`. The caller may write to them if its `config` is not const. */
 static void *configplace_bytes(const struct mr_config *config, struct config_field_ref at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];

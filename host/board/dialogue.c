@@ -158,7 +158,7 @@ struct dialogue *dialogue_of_command(const char *can, const char *serial)
 {
     struct error error = {0};
     atexit(close_of_command);
-    /* a link opened before the error is closed first: atexit */
+    /* error_set exits; close_of_command then closes a link opened before the error */
     if (dialogue_open(&of_command, can, serial, &error) != MR_OK)
         error_set(fatal, error.status, "%s", error.text);
     return &of_command;

@@ -253,7 +253,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
                   without == sensors ? "any sensor" : text);
 }
 
-/* ---- who it is and what it runs ---- */
+/* ---- image and configuration ---- */
 
 static void judge_image(const struct ready_facts *f, struct ready_report *report)
 {
@@ -749,7 +749,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_computer(f, report);
 }
 
-/* ---- asking ---- */
+/* ---- queries to the board ---- */
 
 #define ANSWER_S 1.5
 #define SHUNT_S  4.0

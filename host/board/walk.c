@@ -19,7 +19,7 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
     motion->limit = limit;
 }
 
-/* True: nothing moved by half the limit for half a second; `mean` of that time. */
+/* True: no channel moved by half the limit for half a second. `mean`: means over that time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
     if (motion->rows < WALK_ROWS)

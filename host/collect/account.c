@@ -42,7 +42,7 @@ void account_settle(struct account *account)
     account->doubtful = false;
 }
 
-/* True: so many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
+/* True: that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
 static bool possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
@@ -188,7 +188,7 @@ void account_can_frame(struct account *account)
     account->doubt_since++;
 }
 
-/* Records or drops the steps seen since the last can_health. */
+/* Records or drops the suspected gaps since the last can_health. */
 static void settle_suspects(struct account *account, bool believed)
 {
     for (size_t i = 0; believed && i < account->suspects; i++)
@@ -345,7 +345,7 @@ void account_step(struct account *account, unsigned number, int64_t block)
     int64_t last = account->step_block[number];
     int64_t missing = (block - last) / series->blocks - 1;
     account->step_block[number] = block;
-    /* A step of IDLE_BLOCKS may be an idle board that serial has not confirmed yet. */
+    /* a step of IDLE_BLOCKS may come from an idle board that serial has not confirmed yet */
     if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_BLOCKS)
         return;
     char channels[16];
@@ -371,7 +371,7 @@ void account_block(struct account *account, uint32_t index)
 
 void account_end(struct account *account)
 {
-    /* The queue's losses include the frames missing in steps. */
+    /* frames missing between readings are part of the queue's losses */
     int64_t in_queue = queues_lost(account) - account->suspect_count;
     if (in_queue > 0) {
         account->counts.lost += in_queue;

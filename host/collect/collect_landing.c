@@ -1,5 +1,5 @@
-/* The landing of each link. A link enters the landing when it reports it and leaves at the end;
- * a landing that all links have left is finished. */
+/* The landing of each link. A link enters a landing when the link reports it, and leaves at its
+ * end. A landing is finished when all links have left it. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,12 +13,12 @@
  * every 100 blocks. */
 #define SILENT_BLOCKS 300
 /* Once one link has the end of the landing, a silent link is waited for only this long: its
- * cable was probably unplugged. Links are read in step, so no data of it is unread. */
+ * cable was probably unplugged. Links are read in step, so no data of that link is waiting. */
 #define GONE_BLOCKS   5000
 /* CAN fills in this far around a loss on serial, because a message may describe an earlier
  * moment. */
 #define AROUND_BLOCKS 1000
-#define AHEAD_BLOCKS  1000 /* the newest known block may be so old */
+#define AHEAD_BLOCKS  1000 /* the newest known block may be this old */
 
 /* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,

@@ -141,8 +141,9 @@ static bool serial_is_record(const struct collector *collector)
            (behind || (serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS));
 }
 
-/* Each link counts restarts on its own. CAN may miss a short one or take a stranger's message
- * for one. It takes over serial's count when both had the same time for longer than one can lag. */
+/* Each link counts restarts on its own. CAN may miss a short restart, or mistake a stranger's
+ * message for a restart. CAN adopts serial's count when both links had the same time for longer
+ * than CAN can lag. */
 static void count_same_starts(const struct collector *collector, struct side *can)
 {
     const struct side *serial = &collector->side[LINK_SERIAL];
@@ -191,7 +192,7 @@ static bool is_of_both(const struct mr_message *message)
     case MR_PLACE_CAN_HEALTH:
     case MR_PLACE_MESSAGE_COUNT:
     case MR_PLACE_CAN_ALARM:
-    case MR_PLACE_CONFIG_IMAGE: return false; /* differ by link */
+    case MR_PLACE_CONFIG_IMAGE: return false; /* these differ by link */
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
@@ -249,7 +250,7 @@ static enum mr_status receive(struct collector *collector, struct side *side,
             return error->status;
         if (collector->told.hello && is_of_both(event->message)) {
             note_identity(collector, side, event->message);
-            side->state_block = 0; /* starts again when serial falls silent */
+            side->state_block = 0; /* the order of states starts anew when serial falls silent */
             return MR_OK;
         }
     }
@@ -553,7 +554,7 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
  * film frames ---- */
 
 /* Largest drift between two clocks: 200 ppm for crystals, 1 % plus drift for the board's
- * internal oscillator. A computer clock that is being slewed is useless. */
+ * internal oscillator. A computer clock that is being slewed drifts more and is rejected. */
 #define CRYSTAL_PPM  200.0
 #define INTERNAL_PPM 20000.0
 

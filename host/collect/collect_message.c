@@ -155,7 +155,8 @@ static enum mr_status state_message(struct collector *collector, struct side *si
 static collect_topic collect_gear_message, collect_predict_message, collect_band_message,
     collect_health_message;
 
-/* Each topic takes its own messages. A message of no topic is stored only as a frame. */
+/* Each topic handles its own messages, in addition to their events. A message of no topic is
+ * stored only as a frame. */
 static collect_topic *const topics[] = {
     count_message,        state_message,           collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
@@ -470,8 +471,8 @@ static enum mr_status shunt(struct collector *collector, struct side *side,
     return store_shunt_put(collector->store, collector->session, side->boot, row, error);
 }
 
-/* Tension before and after, and smallest and largest tension, share a row. A smallest or largest
- * without gage is ignored. */
+/* Tension before and after, and smallest and largest tension, share a row. A value without gage
+ * is ignored. */
 static enum mr_status band(struct collector *collector, const struct side *side,
                            const struct mr_message *m, struct error *error)
 {

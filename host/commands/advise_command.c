@@ -62,7 +62,8 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     }
 }
 
-/* Landings on this runway, including the last one. A chart is valid only for that runway. */
+/* Number of landings that formed the runway of the advice, including the last one. A chart is
+ * valid only for that runway. */
 static unsigned landings_of(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
@@ -79,7 +80,7 @@ static unsigned landings_of(struct store *store, const struct advise *advise)
     return state.landings + 1u;
 }
 
-/* Compares the runway of the board first: if it differs, the advice need not be computed. */
+/* Checked first: if the runway of the board differs, the advice need not be computed. */
 static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
                        struct runway_client *talk)
 {

@@ -37,9 +37,9 @@ struct band_design {
     double most_connections;
     double longest_ft;
     double least_t0_lb, most_t0_lb; /* C.8, C.9 for n */
-    double t0_lb;                   /* as given, or the middle of the two */
+    double t0_lb;                   /* as given, or the middle of least and most */
     double spacing_ft;              /* C.2; 0: not known */
-    double ahead_lb, behind_lb;     /* C.6, C.7: changes */
+    double ahead_lb, behind_lb;     /* changes of tension: C.6, C.7 */
     double least_lb, most_lb;       /* resulting tensions: T0 - n F' - R/2, T0 + R/2 */
 };
 
@@ -91,8 +91,8 @@ static enum mr_status band_design(struct band_design *d, struct error *error)
     d->longest_ft = d->most_connections * apart_ft;
     d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
                                         : d->most_connections;
-    /* The worked example uses all of n F' that C.10 allows: 52.5 kip, not 164 x 320 lb. Without
-     * a length this does the same. */
+    /* Without a length, held_lb is all of n F' that C.10 allows, as in the worked example: 52.5
+     * kip, not 164 x 320 lb. */
     double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
     d->least_t0_lb = held_lb + 0.5 * d->r_lb;
     d->most_t0_lb = d->strength_lb - 0.5 * d->r_lb;

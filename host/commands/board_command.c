@@ -30,7 +30,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_ROUNDS    6 /* requests for absent pages */
+#define BOX_ROUNDS    6 /* rounds of requests for absent pages */
 #define BOX_PAGE_BITS 15u
 #define KIND_S        1.2  /* a board reports its kind and its key once a second */
 #define KEY_S         20.0 /* two erases of 0.4 s; 6 s if the memory fails three times */

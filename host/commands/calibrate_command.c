@@ -414,7 +414,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
                       "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT];
-        if (jump_find(&old[c], new, what)) { /* stored with its reason */
+        if (jump_find(&old[c], new, what)) { /* the jump is stored with the reason */
             jump_channel(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
@@ -480,7 +480,8 @@ static unsigned parse_channel(const char *text)
     return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
 
-/* A bare number is in in or lb; other units are written out: 0.05mm. */
+/* Parses the error of the known values. A bare number is in inches or lb; other units are
+ * written out: 0.05mm. */
 static void read_known(struct request *r)
 {
     struct quantity_wrong wrong = {"", ""};

@@ -65,7 +65,7 @@ struct day_facts {
     /* the newest check by `matrig ready` in the last 12 h; 0: none */
     int64_t ready_us;
     bool go, calibration_due;
-    char no_go[200]; /* first reason; a calibration comes first */
+    char no_go[200]; /* reason of the first no-go; a due calibration takes precedence */
     /* a log is running, since logging_since_us */
     bool logging;
     int64_t logging_since_us;
@@ -206,7 +206,8 @@ static void read_ready(struct store *store, struct day_facts *f)
     free(row.checks);
 }
 
-/* Reads all facts again. Keeps the links, and keeps the steps of this `day` until a new landing. */
+/* Reads all facts again. Keeps the links, and until a new landing also the calibration and the
+ * skipped steps of this `day`. */
 static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
 {
     const struct day_facts was = *f;
@@ -247,7 +248,8 @@ static const char *state_text(enum day_state state)
     return text[state];
 }
 
-/* Writes the reason of a step and returns its state. States here ignore earlier steps. */
+/* Writes the reason of a step and returns its state. Earlier steps are considered later, in the
+ * plan. */
 static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
@@ -543,7 +545,7 @@ static bool run(struct day *day, const struct line *line)
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/* False: the step needs questions first, or runs several commands. */
+/* The command line of a step. False: the step asks questions first, or runs several commands. */
 static bool line_of_step(const struct day *day, enum day_step step, struct line *line)
 {
     static char landing[24], page[4200];
@@ -588,7 +590,7 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
 
 /* ---- steps ---- */
 
-/* Takes a complete LINK. False: not valid. */
+/* Checks and copies a complete LINK. False: not valid. */
 static bool take_link(struct day *day, const char *given, enum link_kind kind, char into[200])
 {
     bool none = strcmp(given, NO_CAN) == 0 && kind == LINK_CAN;

@@ -36,11 +36,11 @@ struct session {
     const struct cli *cli;
     const char *spec;
     const char *tty; /* the port's path, which stm32flash opens itself */
-    bool pts;        /* a pseudo-terminal has no parity */
+    bool pts;        /* the port is a pseudo-terminal, without parity */
     bool force;
     int64_t baud;
     struct imagefile image;
-    unsigned chip; /* that the image is built for */
+    unsigned chip; /* id of the chip that the image is for */
     struct dialogue *dialogue;
     bool same, runs;
 };
@@ -186,7 +186,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
         part->name, at, to->spec, why);
 }
 
-/* Bytes of the image from `from` to the last one before `to`. False: none. */
+/* Finds the bytes of the image from `from` to the last one before `to`. False: none. */
 static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, struct part *part)
 {
     while (to > from && !image->given[to - 1])

@@ -21,7 +21,7 @@ struct found {
     const char *unit;
     char from[PUSH_REASON];
     struct estimate estimate;
-    double low, high; /* limits of 95 %; NaN: 1.96 standard errors */
+    double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
     bool given;       /* given, not measured: no error */
 };
 
@@ -46,7 +46,7 @@ struct push {
     struct push_ground ground;
 };
 
-/* Adds at most PARAMETERS_MAX. */
+/* The callers add at most PARAMETERS_MAX. */
 static struct found *add(struct reader *r, const char *key, const char *unit, const char *from,
                          struct estimate estimate)
 {
@@ -120,7 +120,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
         ->given = true;
 }
 
-/* Vertical at the zero, then along the limit if the mat slid. */
+/* Draws the rigid law: vertical at the zero, then along the limit if the mat slid. */
 static void plot_rigid(struct plot *plot, const struct push_series *series,
                        const struct push_fit *fit)
 {

@@ -229,7 +229,7 @@ static void landings_answer(struct store *store, const struct store_landing *row
     answer_close(answer);
 }
 
-/* Counts of series and surveys; the next step for whatever is missing. */
+/* Prints the counts of series and surveys, and the next step if something is missing. */
 static void holds_answer(const char *db, size_t landings, size_t series, size_t surveys,
                          struct answer *answer)
 {

@@ -83,7 +83,7 @@ static void across_and_diagonals(const struct survey_readings *change, struct an
 {
     const struct {
         const char *title;
-        double step_ft; /* 0: numbered places */
+        double step_ft; /* 0: places are numbered */
         unsigned lines, places;
         const double *value_in;
     } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
@@ -670,7 +670,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     else
         survey_get_open(store, survey, &found, fatal);
     if (!found) {
-        /* a new survey, prefilled from the newest one */
+        /* a new survey, with the newest readings as its previous ones */
         static struct survey newest;
         struct error none = {0};
         survey_desk_init(&survey->desk, request->edges);

@@ -37,7 +37,7 @@ struct subject {
     struct certificates certificates;
 };
 
-/* One channel. */
+/* Budget of one channel. */
 struct one {
     unsigned index;
     struct mr_channel_config channel;

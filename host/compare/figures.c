@@ -77,7 +77,7 @@ static double time_of(const struct signal *s, double i)
     return s->t0_s + i * s->dt_s;
 }
 
-/* Peak of one side. `noise`: of a mean over the window. */
+/* Peak of the measured or the simulated side. `noise`: noise of a mean over the window. */
 static struct signal_moment find_peak(const struct signal *s, const double *values,
                                       const double *errors, double noise)
 {
@@ -163,7 +163,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 
 /* ---- a landing ---- */
 
-/* for a stop without error: about the time between the last edges */
+/* used if the stop has no error: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
 void compare_clock_make(const struct measured *measured, struct compare_clock *clock)

@@ -15,7 +15,7 @@
 #include "host/store/store_journal.h"
 
 #define IN_PER_FT     12.0
-#define SLOPE_S       0.005 /* half the interval of speed for a deceleration */
+#define SLOPE_S       0.005 /* half the interval over which a deceleration is computed */
 #define DWELL_LEAST_S 0.5
 #define PATH_MOST_S   3600.0 /* longer than any landing */
 
@@ -34,7 +34,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
                                struct error *error)
 {
     double stop_s = measured->summary.stop_t_s.value;
-    double last_s = stop_s - 0.001; /* the thrust ends within 1 ms before the stop */
+    double last_s = stop_s - 0.001; /* the thrust ends at most 1 ms before the stop */
     if (!(last_s > 0.0 && last_s < PATH_MOST_S))
         return error_set(error, MR_TOO_FEW,
                          "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,

@@ -39,7 +39,7 @@ struct mdf4 {
 enum mdf4_type { MDF4_UNSIGNED = 0, MDF4_SIGNED = 2, MDF4_REAL = 4, MDF4_BYTES = 10 };
 
 struct mdf4_channel {
-    const char *name, *unit, *comment; /* unit, comment: NULL: none */
+    const char *name, *unit, *comment; /* unit and comment may be NULL */
     enum mdf4_type type;
     unsigned offset, bytes; /* in the row */
     bool is_time;           /* time in seconds, master channel of the table */

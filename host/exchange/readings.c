@@ -94,7 +94,7 @@ struct table {
     struct verdict *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns; /* of the line; of the header, or the first row */
+    size_t fields, columns; /* of this line; of the header, else of the first row */
     double last_s;          /* of the last accepted row; NaN: none */
     size_t rows;
     struct {
