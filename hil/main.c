@@ -1,5 +1,5 @@
-/* matrig-board: the emulated board as a program, and a run of it: its board, its links, and how
- * time goes on for it. See --help. */
+/* matrig-board: the emulated board as a program. Runs one session: a board, its links, and the
+ * progress of its virtual time. See --help. */
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -35,25 +35,25 @@
 #define STALL_S   30.0
 #define FOREVER_S 100000.0
 
-/* The texts are those of argv. */
+/* Strings point into argv. */
 struct arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *profile,
         *margins;
     bool board_given, trace;
-    unsigned parity;              /* place of the option's word */
+    unsigned parity;              /* index of the option's word */
     unsigned speed;               /* 0: max, 1: real */
-    unsigned gdb_time;            /* 1: it goes on while gdb holds the board */
+    unsigned gdb_time;            /* 1: time continues while gdb holds the board */
     double for_s;                 /* 0: not given */
     double stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
 };
 
-/* Beside enum hil_parity, in the order of the option's words. */
+/* Values in addition to enum hil_parity, in the order of the option's words. */
 enum { PARITY_BOARD = 3, PARITY_NOT_GIVEN };
 
 #define refuse(...) (complain(__VA_ARGS__), MR_USAGE)
 
-/* One line on stderr, with the program's name. */
+/* Prints one line on stderr, with the program's name. */
 __attribute__((format(printf, 1, 2))) static void complain(const char *format, ...)
 {
     va_list arguments;
@@ -64,7 +64,7 @@ __attribute__((format(printf, 1, 2))) static void complain(const char *format, .
     fputc('\n', stderr);
 }
 
-/* 0x190 too, if it is a whole one. */
+/* Whole numbers may also be hexadecimal, such as 0x190. */
 static bool parse_number(const char *text, bool whole, double low, double high, double *value)
 {
     const char *end;
@@ -74,7 +74,7 @@ static bool parse_number(const char *text, bool whole, double low, double high, 
     return end != text && !*end && *value >= low && *value <= high;
 }
 
-/* Numbers between commas, of which the first must be there; how many, 0: none. */
+/* Parses up to three numbers between commas. Returns their count; 0 if the first is missing. */
 static unsigned parse_list(const char *text, double value[3])
 {
     for (unsigned n = 0; n < 3; n++) {
@@ -89,7 +89,7 @@ static unsigned parse_list(const char *text, double value[3])
     return 0;
 }
 
-/* Which of "a|b|c" is it? -1: none. */
+/* Index of a word in "a|b|c", or -1. */
 static int parse_word(const char *text, const char *words)
 {
     size_t length = strlen(text);
@@ -104,7 +104,7 @@ static int parse_word(const char *text, const char *words)
     return -1;
 }
 
-/* stop, count, off, or the rules that only count. */
+/* Accepts stop, count, off, or a list of the rules that only count. */
 static bool parse_rules(struct arguments *a, const char *text)
 {
     static const char some[] = "count:";
@@ -127,7 +127,7 @@ static bool parse_rules(struct arguments *a, const char *text)
     }
 }
 
-/* Degrees, and degrees per hour behind a comma. */
+/* Temperature in degrees, optionally with degrees per hour after a comma. */
 static bool parse_temperature(struct arguments *a, const char *text)
 {
     double value[3] = {(double)NAN, 0.0, 0.0};
@@ -177,15 +177,15 @@ static bool parse_board_seed(struct arguments *a, const char *text)
 
 /* ---- options and help ---- */
 
-/* What an option is, and where it goes. FLAG: without a value; WORD: by its place in `words`; OWN:
- * by a function. */
+/* An option and the member that it sets. FLAG: no value; WORD: index in `words`; OWN: parsed by a
+ * function. */
 enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, WORD, OWN };
 
 static const struct option {
-    const char *name, *value; /* value: what the help calls it */
+    const char *name, *value; /* value: its name in the help */
     enum kind kind;
-    size_t place;      /* in struct arguments */
-    double low, high;  /* of a number */
+    size_t place;      /* offset in struct arguments */
+    double low, high;  /* range of a number */
     const char *words; /* "a|b|c" */
     bool (*parse)(struct arguments *a, const char *text);
     const char *help;
@@ -371,7 +371,7 @@ static bool set(struct arguments *a, const struct option *option, const char *te
     return true;
 }
 
-/* The image that came with the program: where it was built, or where make install puts it. */
+/* The image installed with the program: in the build directory, or where make install puts it. */
 static bool find_image(const struct hil_board_type *type, const char **elf)
 {
     static const char *const places[] = {"firmware", "../share/matrig"};
@@ -453,7 +453,7 @@ static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
     return status == MR_OK ? check(a) : status;
 }
 
-/* Once it is known which board it is. */
+/* Checks that depend on the board type. */
 static enum mr_status check_board(const struct arguments *a)
 {
     if (a->options.boot0 && !a->options.type->rom_hears)
@@ -463,9 +463,9 @@ static enum mr_status check_board(const struct arguments *a)
     return MR_OK;
 }
 
-/* ---- paths: nothing that is read or written elsewhere is written over ---- */
+/* ---- paths: refuse outputs that would overwrite a file in use ---- */
 
-/* The path of a link or file; NULL: it has none. */
+/* The path of a link or file; NULL if it has none. */
 static const char *path_of(const char *text)
 {
     if (!text || strcmp(text, "none") == 0)
@@ -475,7 +475,7 @@ static const char *path_of(const char *text)
                                                                             : text;
 }
 
-/* By name, or as two names of one file, but a device. */
+/* Whether two paths are the same file. Devices do not count. */
 static bool same_file(const char *a, const char *b)
 {
     struct stat one, other;
@@ -488,8 +488,8 @@ static bool same_file(const char *a, const char *b)
 
 enum { READ_ONLY = 4, RECORDS = 7, MEMORIES = 10, PATHS = 12 };
 
-/* What is written must not be what is read or written elsewhere; devices may be. A record takes the
- * place of no campaign and no program. */
+/* Refuses an output that is also an input or another output; devices may be. A record must not
+ * replace a campaign or a program. */
 static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
@@ -523,17 +523,18 @@ static enum mr_status check_paths(const struct arguments *a)
 
 /* ---- a run ---- */
 
-#define WALL_LIMIT_S  600.0 /* of a run that has an end, beyond its length */
+#define WALL_LIMIT_S  600.0 /* in addition to the length of a run that has an end */
 #define CONNECT_MS    30000
-#define SLICE_MAX_PS  (5ull * HIL_MS_PS) /* between looks at the sockets, at full speed */
-#define SLICE_REAL_PS (1ull * HIL_MS_PS) /* and at the wall clock */
+#define SLICE_MAX_PS  (5ull * HIL_MS_PS) /* between polls of the sockets, at full speed */
+/* between polls and waits for the wall clock, in real time */
+#define SLICE_REAL_PS (1ull * HIL_MS_PS)
 #define HOST_AWAY_PS  (50ull * HIL_MS_PS)
 
 struct session {
     const struct arguments *a;
     struct hil_board *board;
     struct hil_link can, serial;
-    uint64_t host_seen_ps; /* when the pty: was last in use */
+    uint64_t host_seen_ps; /* time of the last use of the pty: */
     struct mr_symbols symbols;
     struct hil_run rig;
     struct hil_replay replay;
@@ -544,10 +545,10 @@ struct session {
     bool real;
 };
 
-/* 1: by a signal, HIL_WALL_STOP: the wall-clock limit. */
+/* 1: stopped by a signal; HIL_WALL_STOP: by the wall-clock limit. */
 static volatile int stop_asked;
 
-/* Prints the reason, if there is one. */
+/* Prints the reason of a failure. */
 static enum mr_status reported(enum mr_status status, const char *why)
 {
     if (status != MR_OK)
@@ -578,8 +579,8 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : reported(status, error);
 }
 
-/* At full speed the board waits for the next program that opens the other end of its pty, once it
- * has had the time to start, or to restart after the last one. */
+/* At full speed the board waits while no program has the pty open, so that a program can start or
+ * restart. Waits only after HOST_AWAY_PS without one. */
 static bool host_is_there(struct session *session, uint64_t t_ps)
 {
     char error[256];
@@ -594,7 +595,7 @@ static bool host_is_there(struct session *session, uint64_t t_ps)
     return stop_asked ? status == MR_OK : reported(status, error) == MR_OK;
 }
 
-/* Run to t_ps or to where a debugger holds the board. */
+/* Runs to t_ps or to the next hold by the debugger. */
 static enum mr_status advance(struct session *session, uint64_t t_ps)
 {
     enum mr_status status = hil_board_run_until(session->board, t_ps);
@@ -615,7 +616,8 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
             status = flushed;
         double held_s = hil_wall_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
-        /* time stood still on both clocks; without gdb 1000 times nothing are 80 ppm */
+        /* excludes held time from the pace; not without gdb, where 1000 tiny differences add up to
+         * 80 ppm */
         if (session->gdb.listener >= 0 && !session->gdb.runs)
             session->pace.began_s += hil_wall_s() - held_s;
         if (!alive)
@@ -646,7 +648,7 @@ static enum mr_status session_play(struct session *session, double duration_s)
         if (real)
             hil_pace_done(&session->pace, t_ps);
     }
-    /* What waits at the end is given its time at either speed. */
+    /* Waiting output gets the stall time at either speed. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
         complain("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
@@ -657,7 +659,7 @@ static enum mr_status session_play(struct session *session, double duration_s)
     return status == MR_OK ? flushed : status;
 }
 
-/* What the run was, in a line on stderr. */
+/* Prints a one-line summary of the run on stderr. */
 static void session_summarise(const struct session *session, double took_s)
 {
     const struct hil_counters *c = hil_board_counters(session->board);
@@ -680,7 +682,8 @@ static void session_summarise(const struct session *session, double took_s)
         (unsigned long long)c->resets, (unsigned long long)c->faults);
 }
 
-/* Nobody has to be at a link that is no socket; one who opens a terminal may come and go. */
+/* Waits for hosts on sockets. Other links need no host; a terminal may be opened and closed at any
+ * time. */
 static enum mr_status accept_hosts(struct session *session, char *error, size_t size)
 {
     enum mr_status status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, size);
@@ -692,7 +695,7 @@ static enum mr_status accept_hosts(struct session *session, char *error, size_t 
     return status;
 }
 
-/* Open the links and wait for their hosts; MR_CLOSED: it was to stop meanwhile. */
+/* Opens the links and waits for their hosts. MR_CLOSED: stopped while waiting. */
 static enum mr_status session_open(struct session *session)
 {
     const struct arguments *a = session->a;
@@ -761,7 +764,7 @@ static enum mr_status load_memories(struct hil_board *board, const struct argume
     enum mr_status status = MR_OK;
     if (a->flash)
         status = hil_board_load_flash(board, a->flash);
-    /* what was in the file need not start, nor be for this board */
+    /* the old content of the file need not be startable or for this board: the ELF replaces it */
     if (a->elf && (status == MR_OK || status == MR_HALTED || status == MR_VERSION))
         status = a->flash ? hil_board_load_elf_sparing(board, a->elf)
                           : hil_board_load_elf(board, a->elf);
@@ -770,7 +773,7 @@ static enum mr_status load_memories(struct hil_board *board, const struct argume
     return status;
 }
 
-/* However the run ended. */
+/* Saves the memories after any end of a run. */
 static enum mr_status save_memories(struct hil_board *board, const struct arguments *a,
                                     enum mr_status status)
 {
@@ -797,7 +800,7 @@ static enum mr_status order_faults(const struct session *session)
     return status;
 }
 
-/* A run that has an end gets a generous limit, so that it ends whatever happens. */
+/* Sets a generous limit for a run that has an end, so that it ends in any case. */
 static void start_wall_limit(const struct arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
@@ -859,7 +862,7 @@ static enum mr_status close_records(struct session *session, const struct argume
     return status;
 }
 
-/* A board with its memories, its rig and its faults, as it is before power comes. */
+/* Sets up the board with memories, rig and faults, before power on. */
 static enum mr_status prepare(struct session *session)
 {
     const struct arguments *a = session->a;
@@ -907,7 +910,7 @@ static enum mr_status run(struct session *session)
     return status == MR_OK ? saved : status;
 }
 
-/* The files that select the run and the board. */
+/* Reads the files that determine the run and the board. */
 static enum mr_status read_files(struct session *session, struct arguments *a)
 {
     char error[512];
@@ -932,8 +935,8 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
     return status;
 }
 
-/* A stream that the caller closed must not become the number of an output file: messages would go
- * there. */
+/* Opens missing standard streams: otherwise an output file could get number 2 and receive
+ * messages. */
 static void hold_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++) {

@@ -18,7 +18,7 @@
 #include "hil/core/nvic.h"
 #include "hil/periph/options.h"
 
-/* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
+/* ---- connections: the chip's pins to the rig, its buses to the links ---- */
 
 static void wire_core(struct hil_board *board)
 {
@@ -32,7 +32,7 @@ static void wire_core(struct hil_board *board)
     hil_clock_start(&core->state.clock, 16000000);
 }
 
-/* Order of notification of pin changes: rig, chip, camera. */
+/* Pin changes are reported in this order: rig, chip, camera. */
 static void wire_pins(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
@@ -143,7 +143,7 @@ void hil_board_fit_electronics(struct hil_board *board)
     board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
 }
 
-/* Join the parts of a board that is zero but for its options and memories. */
+/* Connects the parts of a board that is zero except for options and memories. */
 static void wire(struct hil_board *board)
 {
     wire_core(board);
@@ -154,15 +154,15 @@ static void wire(struct hil_board *board)
     wire_runs(board);
 }
 
-/* ---- which board an image is for, by its header (common/image.h) ---- */
+/* ---- board type of an image, from its header (common/image.h) ---- */
 
-/* By the first bytes of flash; without a header `type` stays as it is. */
+/* Board type from the first bytes of flash; without a header `type` stays unchanged. */
 static enum mr_status which_head(const uint8_t *flash, const struct hil_board_type **type,
                                  char *error, size_t size)
 {
     struct mr_image image;
     enum mr_status status = mr_image_get(&image, flash);
-    if (status != MR_OK && status != MR_CRC) /* damaged, but its header is readable */
+    if (status != MR_OK && status != MR_CRC) /* MR_CRC: damaged, but the header is readable */
         return MR_OK;
     const struct hil_board_type *found = hil_board_type_of(image.board);
     if (!found) {
@@ -203,7 +203,7 @@ enum mr_status hil_which_files(const char *elf, const char *flash,
 
 /* ---- the board ---- */
 
-/* RAM after a power cut: neither what was there nor zero. */
+/* RAM after a power cut: neither the old content nor zero. */
 static void scramble_ram(struct hil_board *board)
 {
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
@@ -216,8 +216,8 @@ static void scramble_ram(struct hil_board *board)
     hil_cpu_discard_code(&board->core);
 }
 
-/* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its
- * contents. */
+/* Resets everything that the reset line reaches. Time, rig, script, counters and SRAM keep their
+ * state. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
     struct hil_core *core = &board->core;
@@ -250,7 +250,7 @@ void hil_board_reset(struct hil_board *board)
     take_reset(board);
 }
 
-/* It ties its pin to ground. */
+/* The jumper connects its pin to ground. */
 static void fit_jumper(struct hil_board *board)
 {
     struct hil_pin_place at = board->options.type->jumper;
@@ -260,7 +260,7 @@ static void fit_jumper(struct hil_board *board)
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
     struct hil_board *board = hil_allocate(sizeof *board);
-    /* Zero and page-aligned; what is never touched of it costs nothing. */
+    /* Zero-filled and page-aligned; untouched pages use no memory. */
     board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (board->memories == MAP_FAILED)
@@ -275,7 +275,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    if (!options->bare) { /* the one-shot holds PA15 low, the camera's buffer PB3 */
+    if (!options->bare) { /* the one-shot drives PA15 low, the camera's buffer PB3 */
         hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0);
         hil_gpio_drive(&board->mcu.gpio, 1, 3, false, 0);
     }
@@ -303,7 +303,7 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->lines.callbacks = *callbacks;
 }
 
-/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
+/* Powers on with the present memories. MR_OK, or the reason why the firmware cannot start. */
 static enum mr_status restart(struct hil_board *board)
 {
     hil_cpu_discard_code(&board->core);
@@ -315,8 +315,8 @@ static enum mr_status restart(struct hil_board *board)
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
-/* Is the content of flash, from this file, for this board? MR_VERSION: no; the reason names the
- * board. */
+/* Checks that flash, loaded from this file, is for this board. MR_VERSION: it is for the board that
+ * the reason names. */
 static enum mr_status check_fits(struct hil_board *board, const char *path)
 {
     const struct hil_board_type *type = board->options.type, *wanted = type;
@@ -343,8 +343,7 @@ static enum mr_status check_fits(struct hil_board *board, const char *path)
     return MR_VERSION;
 }
 
-/* The name of the function at an address: the image's symbols are read when the first is asked
- * for. */
+/* Name of the function at an address. The image's symbols are read at the first use. */
 static const char *function_at(void *who, uint32_t pc)
 {
     struct hil_board *board = who;
@@ -355,7 +354,7 @@ static const char *function_at(void *who, uint32_t pc)
     return symbol ? symbol->name : NULL;
 }
 
-/* The ELF with the functions' names, for reports of rules; the path is copied. */
+/* Sets the ELF with the function names for reports of rules; copies the path. */
 static void name_functions(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
@@ -387,26 +386,26 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 {
     board->state.replay = (struct hil_replay_state){0};
     hil_replay_connect(&board->replay, replay);
-    fit_jumper(board); /* for the command replay */
+    fit_jumper(board); /* the jumper permits the command replay */
     if (replay->has_uid)
         memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
     if (!replay->crystal)
         board->options.hse_hz = 0;
 }
 
-/* Jump to the next event, counting the cycles passed over. */
+/* Advances to the next event and counts the skipped cycles. */
 static void pass_time(struct hil_core *core, uint64_t *counter)
 {
     struct hil_core_state *state = &core->state;
-    uint64_t next = state->events.next_cycle; /* never later than the end of the run */
+    uint64_t next = state->events.next_cycle; /* at most the end of the run */
     if (next > state->clock.now_cycle) {
         *counter += next - state->clock.now_cycle;
         state->clock.now_cycle = next;
     }
 }
 
-/* Does the core wait for flash: with its next instruction, or with the vector of an exception that
- * is due? */
+/* Whether the core waits for flash: for its next instruction, or for the vector of a due
+ * exception. */
 static bool waits_for_flash(struct hil_core *core)
 {
     uint32_t pc = 0;
@@ -429,7 +428,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     for (;;) {
         if (lookers->debugger && lookers->debugger->holds(lookers->debugger_who))
             break;
-        if (state->cpu.walking) { /* inside a block: nothing is due before its end */
+        if (state->cpu.walking) { /* inside a block: no event is due before its end */
             hil_cpu_run(core);
             continue;
         }
@@ -513,7 +512,7 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
     return hil_cpu_poke(&board->core, address, bytes, n);
 }
 
-/* ---- flash and NOR as files, so that they outlast the program ---- */
+/* ---- flash and NOR as files that outlast the program ---- */
 
 #define OPTION_BYTES 16u
 
@@ -536,7 +535,7 @@ bool hil_is_protected(const char *path)
            (memcmp(begins, "SQLite format 3", 16) == 0 || memcmp(begins, "\177ELF", 4) == 0);
 }
 
-/* Up to `room` bytes of a file; *n 0 and MR_OK when there is none. */
+/* Reads up to `room` bytes of a file. *n is 0, with MR_OK, if there is no file. */
 static enum mr_status read_file(struct hil_board *board, const char *path, uint8_t *bytes,
                                 size_t room, size_t *n)
 {
@@ -563,7 +562,7 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
 {
     char resolved[PATH_MAX], beside[PATH_MAX];
     const char *told = path;
-    if (realpath(path, resolved)) /* what a symbolic link names is replaced, not the link */
+    if (realpath(path, resolved)) /* replaces the target of a symbolic link, not the link */
         path = resolved;
     if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
         return fail(board, MR_IO, told, "path too long; give a shorter one");

@@ -35,7 +35,7 @@ void hil_tmp112_power(struct hil_tmp112_device *dev)
     chip->took_ps = conversion_ps(dev);
 }
 
-/* What a conversion that ended at `t_ps` gave. */
+/* Result of the conversion that ended at `t_ps`. */
 static int32_t convert(const struct hil_tmp112_device *dev, uint64_t t_ps)
 {
     const struct hil_options *options = dev->options;

@@ -10,7 +10,7 @@
 #define BUSY         1u
 #define WEL          2u
 #define MANUFACTURER 0xefu
-/* Commands that are modelled: data sheet rev. F, 8.1.2. */
+/* Modelled commands: data sheet rev. F, 8.1.2. */
 enum command {
     PAGE_PROGRAM = 0x02,
     READ = 0x03,
@@ -32,7 +32,7 @@ static bool has_bit(const uint8_t *bits, uint32_t n)
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
     uint32_t sector = address / HIL_NOR_SECTOR;
-    /* kept inverted, so that an erased chip is memory never touched */
+    /* stored inverted, so the pages of an erased chip use no memory */
     dev->cells[address] = (uint8_t)~value;
     dev->state->used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
@@ -42,7 +42,7 @@ static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
     return (uint8_t)~dev->cells[address];
 }
 
-/* Turn the cells concerned into what the operation wants, as far as it got. */
+/* Changes the cells as far as the operation got: all of them after permille 1000. */
 static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
@@ -64,7 +64,7 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
     }
 }
 
-/* The operation ends: in time, or cut off after permille of its time. */
+/* Ends the operation: completely (permille 1000), or cut off part of the way. */
 static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
@@ -88,7 +88,7 @@ static void on_end(void *device, uint64_t at)
     settle(dev, hil_clock_ps(&dev->core->state.clock, at));
 }
 
-/* Does the fault script want this program or erase to fail? */
+/* Whether the fault script orders this program or erase to fail. */
 static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_orders *orders = dev->orders;
@@ -131,7 +131,7 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
     w->powered_down = w->reset_enabled = false;
 }
 
-/* Chip select rises: what was shifted in is carried out. */
+/* Chip select rises: executes the command shifted in. */
 static void act(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
@@ -144,7 +144,7 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
         if (w->page_count)
             start(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
-    case ERASE_4K: /* when its address was given and nothing more */
+    case ERASE_4K: /* only with exactly an address */
         if (w->count == 4)
             start(dev, t_ps, w->address & ~(HIL_NOR_SECTOR - 1u), HIL_NOR_SECTOR, 45000, 400000);
         break;
@@ -159,7 +159,7 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
     }
 }
 
-/* Is the command accepted in the chip's present state? */
+/* Whether the chip accepts the command in its present state. */
 static bool accepts(const struct hil_w25q *w)
 {
     if (w->dead)
@@ -169,7 +169,7 @@ static bool accepts(const struct hil_w25q *w)
     return !w->powered_down || w->command == RELEASE;
 }
 
-/* Byte n (1: the first after the command) of a command with a three-byte address. */
+/* Handles byte n (1: the first after the command) of a command with a three-byte address. */
 static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
     struct hil_w25q *w = dev->state;
@@ -183,7 +183,7 @@ static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
         return get_cell(dev, address);
     }
     if (w->command == PAGE_PROGRAM) {
-        /* wraps; what comes last counts */
+        /* wraps; the last byte at an address counts */
         uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE;
         w->page[at] = in;
         w->in_page[at / 8u] |= (uint8_t)(1u << at % 8u);
@@ -205,7 +205,7 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     }
 }
 
-/* Does the chip drive its output in byte n of a command (1: the first behind it)? */
+/* Whether the chip drives its output in byte n of a command (1: the first after the command). */
 static bool drives(uint8_t command, uint32_t n)
 {
     return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);
@@ -225,7 +225,7 @@ static bool is_known(uint8_t command)
     return memchr(known, command, sizeof known) != NULL;
 }
 
-/* What the fault script wants of the whole chip (hil/rig/faults.h). */
+/* Applies orders of the fault script for the whole chip (hil/rig/faults.h). */
 static void take_orders(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
@@ -248,7 +248,7 @@ static void begin_command(void *device, uint64_t at)
     take_orders(dev);
 }
 
-/* What a command wants to be left alone for. */
+/* Rule for the time without access that a command requires afterwards. */
 static enum hil_rule rest_after(uint8_t command)
 {
     return command == RELEASE    ? HIL_RULE_RELEASE
@@ -257,8 +257,8 @@ static enum hil_rule rest_after(uint8_t command)
                                  : HIL_RULES;
 }
 
-/* What the W25Q128JV demands of its master: its rows of hil/periph/rules.def. A command's first
- * byte is there: only now is it known what its select had to keep. */
+/* Checks the rules of the W25Q128JV (hil/periph/rules.def) when a command's first byte is known:
+ * the rules for its select depend on the command. */
 static void hold_rules(struct hil_rules_device *rules, const struct hil_w25q_past *past,
                        uint8_t command, double clock_period_ns)
 {
@@ -331,7 +331,7 @@ void hil_w25q_power_lost(struct hil_w25q_device *dev)
 void hil_w25q_power_back(struct hil_w25q_device *dev)
 {
     dev->state->past.before = dev->state->past.rests = 0;
-    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* 0: not known */
+    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* 0 means unknown */
 }
 
 void hil_w25q_create(struct hil_w25q_device *dev)

@@ -3,7 +3,7 @@
 #include <stdarg.h>
 #include <string.h>
 
-#define CSR_PIN (1u << 26) /* every reset shows on the pin too */
+#define CSR_PIN (1u << 26) /* every reset also sets the pin flag */
 
 void hil_core_stop(struct hil_core *core, enum mr_status status, const char *format, ...)
 {
@@ -72,7 +72,7 @@ __extension__ typedef unsigned __int128 wide;
 static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
 {
     uint64_t a = HIL_SECOND_PS, b = hclk_hz;
-    while (b) { /* Euclid */
+    while (b) { /* greatest common divisor */
         uint64_t rest = a % b;
         a = b;
         b = rest;
@@ -90,11 +90,11 @@ void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
 
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
 {
-    if (cycle < clock->anchor_cycle) /* only ever a moment before: at the rate of now */
+    if (cycle < clock->anchor_cycle) /* only slightly earlier: the present rate applies */
         return clock->anchor_ps -
                (uint64_t)((wide)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
-    /* 64 bits are enough for days at any ordinary rate, and four times faster */
+    /* 64 bits last for days at common rates, and are four times faster */
     if (clock->ratio_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;
@@ -150,8 +150,8 @@ void hil_core_create(struct hil_core *core)
     memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
 }
 
-/* Least of the times with their slots below them, so that of those at the same time the first slot
- * wins; in chains that do not wait for one another. */
+/* Finds the earliest event. The key has the slot in its low bits, so at the same time the first
+ * slot wins. Several independent minimum chains are faster than one. */
 #define SLOT_BITS 5u
 _Static_assert(HIL_EVENT_SLOTS <= 1u << SLOT_BITS, "slots in their bits");
 
@@ -161,7 +161,7 @@ static void find_next(struct hil_core *core)
     uint64_t least[HIL_EVENT_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
 #pragma GCC unroll 28
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
-        /* cycles of a hundred years take 59 bits */
+        /* 59 bits hold the cycles of a hundred years */
         uint64_t key = events->at_cycle[i] << SLOT_BITS | i;
         least[i % HIL_EVENT_CHAINS] = key < least[i % HIL_EVENT_CHAINS]
                                         ? key
@@ -184,7 +184,8 @@ static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle,
     uint64_t before = events->at_cycle[slot];
     events->at_cycle[slot] = cycle;
     events->at_ps[slot] = t_ps;
-    if (before == events->next_cycle && cycle > before) { /* it may have been the earliest */
+    /* the event moved may have been the earliest */
+    if (before == events->next_cycle && cycle > before) {
         find_next(core);
     } else if (cycle < events->next_cycle ||
                (cycle == events->next_cycle && slot < events->next_slot)) {
@@ -205,7 +206,7 @@ void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t 
     set(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
 }
 
-/* Convert the slots that are in picoseconds again, after a change of HCLK. */
+/* Recalculates the slots set in picoseconds after a change of HCLK. */
 static void rebase(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
@@ -225,9 +226,9 @@ void hil_event_run(struct hil_core *core)
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
         events->at_ps[slot] = HIL_NEVER;
-        events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
+        events->next_cycle = HIL_NEVER; /* until the handler has set new events */
         core->handler[slot].handler(core->handler[slot].device, at);
-        /* where a run is cut changes nothing, and shows nowhere */
+        /* the end of a partial run must not appear in a trace */
         if (lookers->tracer && slot != HIL_EVENT_TARGET)
             lookers->tracer->sample(lookers->tracer_who, at);
         find_next(core);
@@ -250,7 +251,7 @@ void hil_hclk_stand_still(struct hil_core *core)
 {
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
-    uint64_t next_ps = HIL_NEVER; /* the end of the run is always there */
+    uint64_t next_ps = HIL_NEVER; /* the end of the run is always in the queue, so the loop ends */
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         if (events->at_ps[i] < next_ps)
             next_ps = events->at_ps[i];
@@ -333,7 +334,7 @@ unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, ui
     const uint8_t *code = from < to ? hil_memory_at(core, from, to - from, false) : NULL;
     unsigned n = 0;
     for (uint32_t i = 0; code && i < to - from; n++)
-        i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
+        i += code[i + 1] >= 0xe8u ? 4 : 2; /* 4 bytes: ARMv7-M A5.1 */
     return n;
 }
 
@@ -353,7 +354,8 @@ bool hil_condition_holds(uint32_t xpsr, unsigned condition)
     return condition >= 14 || holds[condition / 2] != (condition & 1u);
 }
 
-/* Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole words, so the base decides. */
+/* Whether the transfer at `pc` is unaligned. Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole
+ * words, so only the base matters. */
 bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
 {
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
@@ -365,15 +367,15 @@ bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
         return (hil_cpu_register(core, first >> 8 & 7u) & 3u) != 0;
     bool fp = (second >> 8 & 0xeu) == 0xau;
     bool multiple = (first & 0xfe40u) == 0xe800u ||                /* LDM, STM */
-                    ((first & 0xfe40u) == 0xe840u &&               /* double; word */
-                     ((first & 0x0120u) || !(first & 0x0080u))) || /* exclusives */
+                    ((first & 0xfe40u) == 0xe840u &&               /* LDRD, STRD; exclusives */
+                     ((first & 0x0120u) || !(first & 0x0080u))) || /* of words */
                     (fp && (first & 0xfe00u) == 0xec00u && (first & 0x01e0u) != 0x0040u) ||
                     (fp && (first & 0xff20u) == 0xed00u);
     unsigned base = first & 15u;
     return multiple && base != 13 && base != 15 && (hil_cpu_register(core, base) & 3u);
 }
 
-/* --- when --- */
+/* --- time of an access --- */
 
 struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle)
 {
@@ -384,7 +386,8 @@ struct hil_moment hil_stamp(const struct hil_core *core)
 {
     struct hil_place place;
     if (!hil_translator_place(&core->engine.translator, core->bus.access.address, &place) ||
-        !hil_memory_at(core, place.pc, 2, false)) /* the boot ROM's: its length is not known */
+        /* in the boot ROM, where instructions are not decoded */
+        !hil_memory_at(core, place.pc, 2, false))
         return (struct hil_moment){0};
     uint64_t parts = (uint64_t)hil_instructions_between(core, core->state.cpu.block_address,
                                                         place.pc) *

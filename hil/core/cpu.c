@@ -9,7 +9,7 @@
 #include "hil/core/nvic.h"
 #include "hil/core/whatif.h"
 
-/* Built from hil/rom by the Makefile before this file is compiled. */
+/* The Makefile builds bootrom.bin from hil/rom before it compiles this file. */
 __asm__(".section .rodata\n"
         ".balign 4096\n"
         ".global hil_bootrom_image\n"
@@ -19,8 +19,8 @@ __asm__(".section .rodata\n"
 
 /* --- the address space --- */
 
-/* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a
- * store that the memory hook has taken; as mapped, it would carry it out. */
+/* Maps memory that stores do not change. The protection must be changed after mapping: only then
+ * does Unicorn discard a store that the memory hook has handled; otherwise it would store it. */
 static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, const uint8_t *bytes,
                           bool readable)
 {
@@ -31,7 +31,7 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
     uc_check(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
 }
 
-/* What is at address 0: flash, or after BOOT0 the ROM. */
+/* Maps address 0 to flash, or to the ROM if BOOT0 selected it. */
 static void map_zero(struct hil_core *core, bool rom, bool readable)
 {
     core->engine.rom_at_zero = rom;
@@ -47,10 +47,9 @@ static void unmap_zero(struct hil_core *core)
              "unmapping address 0");
 }
 
-/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait; after it,
- * while the data cache may hold what is no more. Mapping
- * anew is the one way that empties the core's address cache; it takes too long (a millisecond) to
- * do it for single words. */
+/* Makes reads of flash call the memory hook: during an erase, because reads must wait, and
+ * afterwards while the data cache may hold old content. Only a new mapping empties the core's
+ * address cache; it takes a millisecond, too long to do it per word. */
 static void guard_flash(struct hil_core *core, bool guarded)
 {
     if (core->engine.flash_guarded == guarded)
@@ -62,7 +61,7 @@ static void guard_flash(struct hil_core *core, bool guarded)
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
 }
 
-/* Map flash or ROM at address 0, as the state requires. */
+/* Maps flash or ROM at address 0 to match the state of the boot pin. */
 void hil_map_follow_boot_pin(struct hil_core *core)
 {
     if (core->engine.rom_at_zero == core->state.bank.boot_rom)
@@ -83,13 +82,13 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     struct hil_core *core = user;
     (void)uc;
     if (type == UC_MEM_WRITE_PROT && is_flash(core, (uint32_t)address)) {
-        /* the memory itself does not change now */
+        /* a store to flash does not change its content directly */
         if (core->engine.split_bytes) {
             core->engine.split_bytes--;
             return true;
         }
         core->bank.store(core->bank.who, (uint32_t)address, (unsigned)size, (uint64_t)value);
-        if (address % (unsigned)size) /* Unicorn comes again with each byte */
+        if (address % (unsigned)size) /* Unicorn reports an unaligned store again byte by byte */
             core->engine.split_bytes = (unsigned)size;
         return true;
     }
@@ -125,19 +124,19 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
         lookers->tracer->sample(lookers->tracer_who, hil_now(region->core));
 }
 
-/* Map everything. Aborts when Unicorn cannot. */
+/* Maps the whole address space; aborts if Unicorn cannot. */
 static void map_create(struct hil_core *core)
 {
-    /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M
-     * B3.1). What lies between the option bytes and SRAM is reserved: a bus fault, which is what a
-     * stack that overflows meets. */
+    /* Address ranges with loads and stores but without memory (RM0090 2.3, ARMv7-M B3.1). Between
+     * the option bytes and SRAM is reserved space: a bus fault, which is also the result of a stack
+     * overflow. */
     static const struct {
         uint32_t base, size;
     } ranges[HIL_REGIONS] = {
         {0x1fff7000u, 0x00006000u}, /* above the boot ROM: OTP, unique id, option bytes */
         {0x22000000u, 0x02000000u}, /* SRAM bit-band alias: refused */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
-        {0x42000000u, 0x02000000u}, /* their bit-band alias: refused */
+        {0x42000000u, 0x02000000u}, /* bit-band alias of the peripherals: refused */
         {0x50000000u, 0x10000000u}, /* AHB2 */
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
@@ -184,7 +183,7 @@ enum {
 #define OPCODE_WFE      0xbf20u
 #define OPCODE_WFI      0xbf30u
 #define OPCODE_SEV      0xbf40u
-#define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
+#define MAX_BLOCK_BYTES 4096u /* a block is within a page */
 
 static uint16_t halfword(const uint8_t *p)
 {
@@ -213,14 +212,15 @@ static bool is_division(uint16_t first)
     return (first & 0xffd0u) == 0xfb90u;
 }
 
-/* Must a block with these flags be walked through, for faults that Unicorn does not know? */
+/* Whether a block with these flags must run instruction by instruction, for faults that Unicorn
+ * does not emulate. */
 static bool may_fault(const struct hil_core *core, unsigned flags)
 {
     return ((flags & HIL_BLOCK_FP) && fp_is_off(core)) ||
            ((flags & HIL_BLOCK_DIVISION) && (core->state.scb.ccr & CCR_DIV_0_TRP));
 }
 
-/* Count the instructions of a block and look for those that need watching. */
+/* Counts the instructions of a block and finds those that need special handling. */
 static struct hil_block_info inspect_block(struct hil_core *core, uint32_t address, uint32_t size)
 {
     struct hil_block_info info = {.address = address, .size = (uint16_t)size};
@@ -252,7 +252,7 @@ static const struct hil_block_info *block_info(struct hil_core *core, uint32_t a
     return info;
 }
 
-/* When the block ends, in parts of a cycle beyond now_cycle. */
+/* End of the block, in fractions of a cycle beyond now_cycle. */
 static uint64_t block_parts(const struct hil_core *core)
 {
     const struct hil_cpu *cpu = &core->state.cpu;
@@ -272,7 +272,7 @@ static void count_block(struct hil_core *core)
     state->cpu.block_instructions = 0;
 }
 
-/* The slow path of the block hook: treat events, find out whether the core must stop here. */
+/* Slow path of the block hook: handles events and decides whether the core must stop here. */
 static bool must_stop(struct hil_core *core, uint32_t address)
 {
     core->limit_cycle = HIL_NEVER;
@@ -291,7 +291,7 @@ static bool must_stop(struct hil_core *core, uint32_t address)
     if (nvic->best && nvic->best_group < nvic->active_group) {
         if (hil_exception_due(core))
             return true;
-        core->limit_cycle = 0; /* masked: look again at every block until it is not */
+        core->limit_cycle = 0; /* masked: checks every block until the mask is cleared */
     }
     return false;
 }
@@ -302,7 +302,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     const struct hil_onlookers *lookers = &core->onlookers;
     struct hil_core_state *state = &core->state;
     if (core->engine.single) {
-        /* no block of the run, but the instruction, and whatever follows it */
+        /* single instruction of walk(), or the block after it */
         if (core->engine.single++ > 1)
             uc_emu_stop(uc);
         return;
@@ -330,7 +330,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     }
 }
 
-/* Hardly any block needs more than to be counted; this runs for every one. */
+/* Runs for every block; nearly all blocks only need to be counted. */
 static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_core *core = user;
@@ -354,7 +354,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_instructions = info->instructions;
 }
 
-/* A transfer may have to fault: the block is walked through from here. */
+/* Stops at a transfer that may fault: the block then continues instruction by instruction. */
 static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 {
     struct hil_core *core = user;
@@ -384,7 +384,7 @@ void hil_cpu_create(struct hil_core *core)
     uc_check(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
     uc_check(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_create(core);
-    /* the first look at an address: the translator meets Unicorn's processor */
+    /* the first translation gives the translator its reference to Unicorn's processor */
     struct hil_translator *before = hil_translator_run(&core->engine.translator);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
     hil_translator_run(before);
@@ -410,7 +410,7 @@ void hil_cpu_destroy(struct hil_core *core)
 void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
-    hil_whatif_destroy(core); /* its processor has translated the old code, and judged it */
+    hil_whatif_destroy(core); /* it has translated and evaluated the old code */
     if (!core->engine.rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
@@ -423,8 +423,8 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
         hil_cpu_discard_code(core);
         return;
     }
-    /* A block that holds a changed byte begins at most its own length before it; aliases of flash
-     * share a place. */
+    /* A block with a changed byte begins at most the block length before that byte. Both addresses
+     * of flash share an entry. */
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
         core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address =
             UINT32_MAX;
@@ -443,7 +443,7 @@ static uint32_t itstate_of(uint32_t xpsr)
     return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
 }
 
-/* As the instruction that faults began with: it goes into the frame. */
+/* Sets ITSTATE to its value before the faulting instruction: the frame stores it. */
 static void set_itstate(struct hil_core *core, uint32_t itstate)
 {
     uint32_t xpsr = hil_cpu_register(core, XPSR);
@@ -458,7 +458,7 @@ static uint32_t read_pc(const struct hil_core *core)
     return pc;
 }
 
-/* The instruction at `pc` of the running block faults: those before it count. */
+/* The instruction at `pc` faults: counts the instructions of the block before it. */
 static void fault_at(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_cpu *cpu = &core->state.cpu;
@@ -467,7 +467,7 @@ static void fault_at(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t
     hil_exception_fault(core, cfsr, pc, address);
 }
 
-/* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an
+/* Handles an instruction that Unicorn does not execute: WFE and YIELD (PC already past), or an
  * undefined one. */
 static void handle_invalid(struct hil_core *core)
 {
@@ -483,7 +483,7 @@ static void handle_invalid(struct hil_core *core)
     }
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     uint16_t first = code ? halfword(code) : 0;
-    /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M A5.3.18). */
+    /* An absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M A5.3.18). */
     bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
     bool thumb = (hil_cpu_register(core, XPSR) & XPSR_T) != 0;
     fault_at(core,
@@ -521,8 +521,8 @@ static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
     return err;
 }
 
-/* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing
- * else. */
+/* Handles Unicorn's return at the end of a block or inside it. `slept`: by WFI, if there is no
+ * other reason. */
 static void handle_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
@@ -552,7 +552,7 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
     switch (core->engine.came_back) {
     case CAME_BACK_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
     case CAME_BACK_SVC: hil_exception_svc(core, read_pc(core)); break;
-    case CAME_BACK_NO_CODE: /* no code can be there (ARMv7-M B3.1) */
+    case CAME_BACK_NO_CODE: /* address range that cannot hold code (ARMv7-M B3.1) */
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
         break;
     case CAME_BACK_BKPT:
@@ -584,8 +584,8 @@ static void discard_block(struct hil_core *core)
              "forgetting a block");
 }
 
-/* CFSR of the fault that the instruction at `pc` makes and Unicorn does not know, if its condition
- * holds; 0: none. */
+/* CFSR of the fault of the instruction at `pc` that Unicorn does not emulate, if its condition
+ * holds; 0: no fault. */
 static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
 {
     uint32_t xpsr = hil_cpu_register(core, XPSR);
@@ -601,9 +601,9 @@ static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
     return core->watch_alignment && hil_transfer_is_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
 }
 
-/* Run the block instruction by instruction, from where it stands, to its end or to where the
- * debugger wants to hold. The pieces translated for that must not stay: they would be blocks of the
- * run. */
+/* Runs the block instruction by instruction, from the present one to its end or to a hold by the
+ * debugger. Blocks translated for single instructions must be discarded, or the run would use
+ * them. */
 static void walk(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
@@ -667,8 +667,8 @@ void hil_cpu_run(struct hil_core *core)
     core->engine.came_back = CAME_BACK_PLAIN;
     uc_err err = start(core, read_pc(core), 0);
     if (core->state.cpu.walking)
-        return; /* at the block's start */
-    /* Nobody asked it to stop and it is at no block's start: WFI. */
+        return; /* walk() continues at the block's start */
+    /* Returned without a request and inside a block: WFI. */
     handle_return(core, err, core->state.cpu.block_instructions != 0);
 }
 
@@ -682,7 +682,7 @@ enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void 
     return MR_OK;
 }
 
-/* --- the registers as a whole --- */
+/* --- all registers --- */
 
 void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers)
 {
@@ -691,7 +691,7 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t pc = registers->pc | 1u;
     hil_whatif_reset(core);
     hil_map_follow_boot_pin(core);
-    /* From any state to privileged thread mode on MSP, then everything, then the mode. */
+    /* First privileged thread mode on MSP, so that all registers can be set; the mode last. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &none);
     for (int i = 0; i < 13; i++)
@@ -719,7 +719,7 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
 void hil_cpu_reset(struct hil_core *core)
 {
     struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
-    /* What BOOT0 chose is aliased at 0. */
+    /* BOOT0 selects the memory at address 0. */
     const uint8_t *table = core->state.bank.boot_rom ? hil_bootrom_image : core->memory->flash;
     hil_map_follow_boot_pin(core);
     memcpy(&registers.msp, table, 4);
@@ -733,7 +733,7 @@ void hil_cpu_reset(struct hil_core *core)
                       (unsigned)registers.pc);
 }
 
-/* --- cells of RAM that do not hold --- */
+/* --- stuck bits of RAM --- */
 
 static void hold(struct hil_core *core, unsigned i)
 {
@@ -766,7 +766,7 @@ void hil_stuck_check(struct hil_core *core)
     core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
                                               (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
                                               HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
-    hil_cpu_discard_code(core); /* translated code does not look */
+    hil_cpu_discard_code(core); /* code translated before has no load hook */
 }
 
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)

@@ -8,7 +8,7 @@
 #include "hil/core/file_place.h"
 #include "hil/core/core.h"
 
-#define FILE_MAX (64u * 1024u * 1024u) /* debug information included */
+#define FILE_MAX (64u * 1024u * 1024u) /* includes debug information */
 
 #define refuse(image, ...) hil_file_refuse(&(image)->at, __VA_ARGS__)
 
@@ -52,14 +52,14 @@ static enum mr_status read_header(struct image *image)
     return status == MR_OK ? check_header(image) : status;
 }
 
-/* A linker that aligns segments to pages may put the file's own headers before the first section.
- * They are not for the chip, nor is what they reach below its memory: so many bytes to leave
- * out. */
+/* Bytes to skip at the start of a segment. A linker that aligns segments to pages may put the
+ * file's headers ahead of the first section. They do not belong into the chip, nor does anything
+ * below its memory. */
 static uint32_t headers_in(const struct image *image, const Elf32_Phdr *s)
 {
     static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};
     const Elf32_Ehdr *h = image->header;
-    uint32_t end = sizeof *h; /* of the headers in the file */
+    uint32_t end = sizeof *h; /* end of the headers in the file */
     if (h->e_phoff == sizeof *h)
         end += (uint32_t)h->e_phentsize * h->e_phnum;
     bool first = s->p_offset < end;
@@ -72,7 +72,7 @@ static uint32_t headers_in(const struct image *image, const Elf32_Phdr *s)
     return first && end - s->p_offset < s->p_filesz ? end - s->p_offset : 0;
 }
 
-/* First without `memory`, to check everything, then with it. */
+/* Called twice: without `memory` to check all segments, then with it to load them. */
 static enum mr_status load_segments(const struct image *image, struct hil_memory *memory, bool copy)
 {
     const Elf32_Ehdr *h = image->header;
@@ -122,7 +122,7 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
     return status;
 }
 
-/* Name n of a string table, or "" when it does not end inside the file. */
+/* String n of a string table; "" if it does not end inside the file. */
 static const char *string_at(const struct image *image, uint64_t table, uint32_t n)
 {
     uint64_t at = table + n;

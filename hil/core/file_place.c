@@ -18,7 +18,7 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
         vsnprintf(at->error + n, at->error_size - (size_t)n, format, arguments);
     va_end(arguments);
     for (char *p = at->error; *p; p++) {
-        /* a name may have any other character, the text of a file may not */
+        /* a file name may contain any printable character, text of a file only ASCII */
         if ((*p > 0 && *p < ' ') || (p - at->error >= n && (*p < ' ' || *p > '~')))
             *p = '?';
     }
@@ -38,7 +38,7 @@ enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const
         room = room ? 2 * room : 1u << 20;
         *bytes = realloc(*bytes, room + 1);
         if (!*bytes)
-            abort(); /* as the board itself does */
+            abort(); /* without memory the board aborts too */
         *size += fread(*bytes + *size, 1, room - *size, file);
     }
     bool failed = ferror(file) != 0;

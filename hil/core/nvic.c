@@ -28,7 +28,7 @@ void hil_nvic_reset(struct hil_nvic *nvic)
     nvic->priority[HIL_EXC_RESET] = -3;
     nvic->priority[HIL_EXC_NMI] = -2;
     nvic->priority[HIL_EXC_HARD_FAULT] = -1;
-    /* The configurable faults are enabled by SHCSR; these have no enable bit. */
+    /* These have no enable bit. SHCSR enables the configurable faults. */
     put(nvic->enabled, HIL_EXC_NMI, true);
     put(nvic->enabled, HIL_EXC_HARD_FAULT, true);
     put(nvic->enabled, HIL_EXC_SVCALL, true);
@@ -121,8 +121,7 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
     return get(nvic->active, exception);
 }
 
-/* One 32-interrupt register, seen as part of the exception set (offset by the 16 system
- * exceptions). */
+/* Part of an exception set as one 32-interrupt register, offset by the 16 system exceptions. */
 static uint32_t window(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
@@ -139,8 +138,8 @@ static void window_put(uint32_t *set, unsigned n, uint32_t bits, bool on)
     }
 }
 
-/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of
- * priorities have them. */
+/* Priorities of `count` exceptions (1 to 4) from this one on, one byte each, as in the priority
+ * registers. */
 static uint32_t priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
 {
     uint32_t value = 0;
@@ -154,7 +153,8 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
 {
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++) {
         uint32_t byte = value >> (8u * i) & 0xffu;
-        if (byte && byte < 0x10u) /* 0xff asks how many bits there are */
+        /* 0xff is allowed: software writes it to find the number of bits */
+        if (byte && byte < 0x10u)
             hil_bus_refuse(core,
                            "a priority in the lower four bits: the chip reads these bits as 0");
         core->state.nvic.priority[exception + i] = (int16_t)(byte & 0xf0u);
@@ -162,14 +162,14 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
     hil_nvic_update(core);
 }
 
-/* What ISER, ICER, ISPR, ICPR and IABR show. */
+/* The set that ISER, ICER, ISPR, ICPR or IABR shows. */
 static uint32_t *set_at(struct hil_nvic *nvic, uint32_t offset)
 {
     return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
 }
 
-/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no
- * such register. */
+/* Reads registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR).
+ * False: no such register. */
 static bool nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
     if (offset >= IPR)
@@ -190,7 +190,7 @@ static bool nvic_write(struct hil_core *core, uint32_t offset, unsigned size, ui
         return false;
     unsigned n = (offset & 0x7fu) / 4u;
     window_put(set_at(nvic, offset), n, value, !(offset & 0x80u));
-    /* A line that is still high pends again at once. */
+    /* an interrupt line that is still high becomes pending again at once */
     for (unsigned i = 0; offset >= ICPR && i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         unsigned exception = 16u + 32u * n + i;
         if ((value >> i & 1u) && get(nvic->line, exception) && !get(nvic->active, exception))
@@ -225,7 +225,7 @@ static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basep
     void *values[3] = {primask, basepri, faultmask};
     *primask = *basepri = *faultmask = 0;
     uc_reg_read_batch(core->uc, ids, values, 3);
-    *basepri &= 0xf0u; /* the STM32 has four bits; Unicorn keeps eight */
+    *basepri &= 0xf0u; /* the STM32 has four priority bits; Unicorn keeps eight */
 }
 
 static bool is_pending_higher(struct hil_core *core, bool use_primask)
@@ -252,8 +252,8 @@ bool hil_exception_wakes(struct hil_core *core)
     return is_pending_higher(core, false);
 }
 
-/* Unicorn keeps flags of the translator's view of the core (handler mode among them) and renews
- * them only when the condition flags are written as a register. */
+/* Unicorn caches flags for the translator (handler mode among them). It updates them only when the
+ * condition flags are written as a register. */
 static void renew_core_flags(struct hil_core *core)
 {
     uint32_t apsr = 0;
@@ -268,7 +268,7 @@ void hil_exception_seen(struct hil_core *core)
         lookers->tracer->exception(lookers->tracer_who);
 }
 
-/* Go to the handler: mode, stack and PC. SP is already below the frame. */
+/* Enters the handler: mode, stack and PC. SP already points below the frame. */
 static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     uint32_t vector = 0;
@@ -299,11 +299,12 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
     core->state.cpu.event = true;
     hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
     hil_exception_seen(core);
-    if (!(vector & 1u)) /* no Thumb state: the handler's first instruction faults */
+    if (!(vector & 1u)) /* not Thumb: the handler's first instruction faults */
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
 
-/* What is on the stack (ARMv7-M B1.5.6); without the floating-point unit's, FRAME_BASIC bytes. */
+/* Exception frame on the stack (ARMv7-M B1.5.6); FRAME_BASIC bytes without the floating-point
+ * part. */
 struct frame {
     uint32_t r[6], pc, xpsr; /* r0 to r3, r12, lr */
     uint64_t d[8];
@@ -311,7 +312,7 @@ struct frame {
 };
 _Static_assert(sizeof(struct frame) == FRAME_FP, "as the core stores it");
 
-/* R0 to R3, R12, LR and, with `fp`, D0 to D7 and FPSCR: out of the core or into it. */
+/* Moves R0 to R3, R12, LR and, with `fp`, D0 to D7 and FPSCR out of the core or into it. */
 static void move_registers(struct hil_core *core, struct frame *frame, bool fp, bool into)
 {
     int ids[15] = {UC_ARM_REG_R0, UC_ARM_REG_R1,  UC_ARM_REG_R2,
@@ -331,10 +332,9 @@ static void move_registers(struct hil_core *core, struct frame *frame, bool fp, 
         uc_reg_read_batch(core->uc, ids, values, fp ? 15 : 6);
 }
 
-/* There is no memory for the frame. A handler of bus faults or hard faults runs all the same, and
- * finds nothing on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1); another exception is replaced by
- * this bus fault, or by a hard fault where bus faults are disabled or not above it. 0: the run has
- * ended. */
+/* Handles a frame without memory. A handler of bus faults or hard faults runs anyway, with nothing
+ * on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1). Any other exception becomes this bus fault, or
+ * a hard fault if bus faults are disabled or their priority is too low. 0: the run has ended. */
 static unsigned instead_of(struct hil_core *core, unsigned exception, uint32_t frame_at,
                            uint32_t pc)
 {
@@ -394,8 +394,8 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     jump_to_handler(core, exception, exc_return);
 }
 
-/* The exception that a synchronous one becomes: itself, or HardFault when it is disabled or not
- * above what runs. 0: the run has ended. */
+/* The exception taken for a synchronous one: itself, or HardFault if it is disabled or its priority
+ * is not above the running one. 0: the run has ended. */
 static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
@@ -450,7 +450,7 @@ static void note_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32
               (unsigned)address, (unsigned)core->state.scb.cfsr);
 }
 
-/* A handler follows another: nothing is stored or restored. */
+/* Enters the next handler directly: the frame stays on the stack. */
 static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     core->state.counters.tail_chains++;
@@ -459,8 +459,8 @@ static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_r
     jump_to_handler(core, exception, exc_return);
 }
 
-/* A return that cannot be: its fault is tail-chained, and finds the stack as it was (ARMv7-M
- * B1.5.8, PM0214 4.4.10). */
+/* An invalid return: its fault is tail-chained, with the stack unchanged (ARMv7-M B1.5.8, PM0214
+ * 4.4.10). */
 static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
 {
     note_fault(core, cfsr, exc_return, 0);
@@ -469,7 +469,7 @@ static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_ret
         tail_chain(core, exception, exc_return);
 }
 
-/* Undo the frame that `exc_return` points to. False: a fault is taken instead. */
+/* Restores the frame that `exc_return` selects. False: a fault is taken instead. */
 static bool unstack(struct hil_core *core, uint32_t exc_return)
 {
     bool psp = (exc_return & 4u) != 0;
@@ -499,8 +499,7 @@ static bool unstack(struct hil_core *core, uint32_t exc_return)
         sp |= 4u;
     *(psp ? &psp_value : &msp) = sp;
 
-    /* Mode first (writing xPSR switches it), then the stack selection, then both stack pointers by
-     * name. */
+    /* Order: mode (writing xPSR switches it), stack selection, then both stack pointers by name. */
     uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) |
                            (fp ? CONTROL_FPCA : 0);
     uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
@@ -598,7 +597,8 @@ static uint32_t current(const struct hil_core *core)
     return (uint32_t)left;
 }
 
-/* The counter is at `value` now and runs: when is it 0? From 0 it reloads first. */
+/* Schedules the next zero of the running counter, now at `value`. From 0 the counter first
+ * reloads. */
 static void schedule(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
@@ -765,9 +765,9 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     if (offset >= 0x100u && offset < 0x500u)
         return nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
     if (offset >= SHPR && offset + size <= SHCSR)
-        /* of exceptions 4 to 15 */
+        /* SHPR: exceptions 4 to 15 */
         return priorities(&core->state.nvic, 4u + offset - SHPR, size);
-    if (offset >= CFSR && offset < HFSR) /* CFSR and its byte parts */
+    if (offset >= CFSR && offset < HFSR) /* CFSR, also by bytes */
         return scb->cfsr >> (8u * (offset & 3u)) &
                (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
     if (size != 4 || offset % 4u)
@@ -775,7 +775,7 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     switch (offset) {
     case ICTR: /* interrupt lines in groups of 32, minus one */ return 2;
     case ICSR: return icsr(core);
-    case AIRCR: /* reads with the key's complement */
+    case AIRCR: /* reads the complement of the key */
         return 0xfa050000u | (uint32_t)core->state.nvic.prigroup << 8;
     case SHCSR: return shcsr(&core->state.nvic);
     default: return scb->word[(offset - SCB) / 4u];
@@ -839,8 +839,8 @@ static void dwt_write(struct hil_core *core, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     if (!(scb->demcr & DEMCR_TRCENA))
-        return; /* as hardware: the unit is off */
-    /* all but CYCCNTENA, and SYNCTAP/CYCTAP, which only matter to trace */
+        return; /* as on hardware: the unit is off */
+    /* refuse all bits but CYCCNTENA, SYNCTAP and CYCTAP; the latter two matter only to trace */
     if (value & 0x3ffffffeu & ~0x1e00u)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");
     uint32_t count = cyccnt(core);
@@ -860,7 +860,7 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     else if (size == 4 && address % 4u == 0 && address > DBGMCU &&
              address - DBGMCU < sizeof scb->dbgmcu)
         scb->dbgmcu[(address - DBGMCU) / 4u] = address == DBGMCU + 4u ? value & 0xffu : value;
-    /* the lock is not implemented on the STM32F4: writes are ignored */
+    /* the STM32F4 does not implement the lock: writes are ignored */
     else if (size != 4 || address != DWT_LAR)
         hil_bus_no_register(core);
 }

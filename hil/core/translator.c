@@ -1,26 +1,25 @@
-/* Internals of Unicorn 2.0.1 (Debian 12) that its interface does not offer.
+/* Replaces internals of Unicorn 2.0.1 (Debian 12) for which it has no interface.
  *
- * Half of the time of a run. It sends every store to RAM through its slow path, to look for
- * translated code that the store changes; it never notices that a page has none, as QEMU does, and
- * later versions do (its pull requests 1838, 2031). Here pages of RAM are marked free of code
- * (`tlb_set_dirty`) when they come into its translation buffer, until the board first runs code
- * from RAM; from then on every store of that board is checked again. And the locks around that
- * look, which build a tree for each store and lock nothing in a single thread, are left out, as in
- * the next version.
+ * Speed: half of the time of a run. Unicorn sends every store to RAM through its slow path, to look
+ * for translated code that the store changes. Unlike QEMU and later versions (pull requests 1838,
+ * 2031) it does not notice that a page has no code. Here RAM pages are marked free of code
+ * (`tlb_set_dirty`) when they enter the translation buffer. Once the board runs code from RAM,
+ * every store of that board is checked again. The locks around the check build a tree per store and
+ * protect nothing in a single thread; they are left out, as in the next version.
  *
- * The instruction of an access. Its hooks report the access and leave PC at the start of the block,
- * ITSTATE at 0. Translated code calls `helper_...` for each access that is not plain memory, with
- * the place that it is called from; for each block the translator keeps which place belongs to
- * which instruction, to restore PC and ITSTATE from there after a fault (`cpu_restore_state`). Here
- * the place is noted, and what would be restored is read instead.
+ * Instruction of an access: Unicorn's hooks report an access with PC at the start of the block and
+ * ITSTATE 0. For each access that is not plain memory, translated code calls `helper_...` with the
+ * host address of the call. The translator has a table from host address to instruction for each
+ * block, to restore PC and ITSTATE after a fault (`cpu_restore_state`). Here the host address is
+ * noted and the table is read without restoring.
  *
- * The end of a block. After a store that faults it runs the block to its end, with all that the
- * instructions behind the store do; after a load it leaves (`cpu_loop_exit`). Here it leaves after
- * every abandoned access.
+ * End of a block: after a store that faults, Unicorn runs the block to its end, including all
+ * instructions after the store; after a load it leaves the block (`cpu_loop_exit`). Here it leaves
+ * after every abandoned access.
  *
- * The functions have the names of exported ones of the library, whose own uses of them come here
- * first. A version without them works as before: these are then never called, and an access has no
- * place. */
+ * The functions have the names of functions exported by the library, so the library's own calls
+ * reach these first. A Unicorn version without those names still works: these functions are never
+ * called, and an access has no known instruction. */
 #include <dlfcn.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -54,13 +53,13 @@ static flush *library_flush;
 static restore *library_restore;
 static restore_to *library_restore_to;
 static loop_exit *library_loop_exit;
-/* of the board that this thread runs */
+/* translator of the board that this thread runs */
 static _Thread_local struct hil_translator *running;
 
-/* Where the place goes that is asked for; NULL: it is restored. */
+/* Receives the instruction found; NULL: library_restore restores the registers as usual. */
 static _Thread_local struct hil_place *asked;
 
-/* Loads and stores of the slow path. */
+/* Loads and stores on the slow path. */
 #define LOADS(X)                          \
     X(uintptr_t, helper_ret_ldub_mmu_arm) \
     X(uintptr_t, helper_le_lduw_mmu_arm)  \
@@ -102,7 +101,7 @@ struct hil_translator *hil_translator_run(struct hil_translator *translator)
 {
     struct hil_translator *before = running;
     running = translator;
-    if (running && !before) { /* an access that faulted has not ended */
+    if (running && !before) { /* the last run may have ended inside an access */
         running->access.from = 0;
         running->abandoned = false;
     }
@@ -115,13 +114,14 @@ void hil_translator_warm_code(struct hil_translator *translator)
         return;
     translator->code_in_ram = true;
     if (translator->core && library_flush)
-        library_flush(translator->core); /* every page comes again, now as one that may have code */
+        /* all pages enter the buffer again, now as pages that may hold code */
+        library_flush(translator->core);
 }
 
 bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
                           struct hil_place *place)
 {
-    /* an access of eight bytes, or an unaligned one, may come in parts */
+    /* an access of eight bytes, or an unaligned one, may be split */
     if (running != translator || !translator->access.from || !translator->core ||
         address - translator->access.address >= 8u || !library_restore || !library_restore_to)
         return false;
@@ -140,10 +140,10 @@ bool hil_translator_can_leave(const struct hil_translator *translator)
 void hil_translator_leave(const struct hil_translator *translator)
 {
     library_loop_exit(translator->core, translator->access.from);
-    abort(); /* it does not come back */
+    abort(); /* library_loop_exit does not return */
 }
 
-/* --- in the library's place --- */
+/* --- replacements of library functions --- */
 
 bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, unsigned access,
                           int mmu_index, bool probe, uintptr_t from)
@@ -152,7 +152,7 @@ bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, uns
     if (!filled || !running)
         return filled;
     running->core = core;
-    /* Flash stays on the slow path: there stores are refused. */
+    /* Flash stays on the slow path, which refuses stores. */
     bool ram = address - HIL_SRAM_BASE < HIL_SRAM_SIZE || address - HIL_CCM_BASE < HIL_CCM_SIZE;
     if (ram && !running->code_in_ram && library_set_dirty && library_flush)
         library_set_dirty(core, (uint32_t)address);
@@ -181,7 +181,7 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
         library_restore_to(state, block, data);
 }
 
-/* An access may be made of several. */
+/* Records an access and returns the one around it: an access may consist of several. */
 static struct hil_translated_access begin_access(uint32_t address, uintptr_t from)
 {
     struct hil_translated_access outer = {0};

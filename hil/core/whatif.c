@@ -7,13 +7,13 @@
 #include "hil/core/core.h"
 
 #define STEPS     (2u * HIL_WHATIF_INSTRUCTIONS)
-#define STACK_LOW 0x1000u /* below the stack pointer of the load, and above it */
+#define STACK_LOW 0x1000u /* part of the stack below and above the stack pointer that may differ */
 #define STACK_TOP 0x200u
-#define JUDGED    256u /* places that are remembered */
+#define JUDGED    256u /* number of remembered instructions */
 #define REGISTERS 33u
 
-/* An instruction, or a store to a peripheral: its address and value. What is stored in memory is
- * compared when a run has ended: Unicorn's hook of stores misses some on a 64-bit ARM computer. */
+/* An instruction, or a store to a peripheral with its address and value. Stores to memory are
+ * compared after a run: Unicorn's store hook misses some on 64-bit ARM computers. */
 struct step {
     uint32_t pc, address;
     uint64_t value;
@@ -24,12 +24,12 @@ struct hil_whatif {
     struct hil_translator translator;
     const struct hil_core *core;
     uint8_t *sram, *ccm;             /* page-aligned copies */
-    uint8_t *first_sram, *first_ccm; /* as the first run left them */
-    uint32_t read_value; /* what the first read gives, and later ones of the same register */
+    uint8_t *first_sram, *first_ccm; /* state after the first run */
+    uint32_t read_value; /* result of the first read and of later reads of the same register */
     uint32_t read_offset;
     bool was_read;
     uint32_t stack;
-    struct step *step; /* of the first run */
+    struct step *step; /* steps of the first run */
     unsigned steps, at;
     bool compares, differs;
     uint32_t last_pc;
@@ -165,7 +165,7 @@ void hil_whatif_reset(struct hil_core *core)
         memset(core->engine.whatif->judged, 0, sizeof core->engine.whatif->judged);
 }
 
-/* Run on from the load, with this value. */
+/* Runs the code from the load on, with this value read. */
 static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     const struct hil_core *core = w->core;
@@ -184,10 +184,10 @@ static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
     struct hil_translator *outer = hil_translator_run(&w->translator);
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
     hil_translator_run(outer);
-    w->differs |= w->compares && w->at < w->steps; /* it ended sooner */
+    w->differs |= w->compares && w->at < w->steps; /* the run ended earlier than the first one */
 }
 
-/* The run with which others are compared. */
+/* Makes the run with which the others are compared. */
 static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->compares = false;
@@ -197,7 +197,7 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
 }
 
-/* Did the runs leave the memory at `base` otherwise? */
+/* Whether the memory at `base` differs between the runs, apart from the unused stack. */
 static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, const uint8_t *first,
                          uint32_t base, uint32_t size)
 {
@@ -220,11 +220,11 @@ static bool differs(struct hil_whatif *w, uint32_t pc, uint32_t value)
            other_memory(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE);
 }
 
-/* Was this place tried often enough? */
+/* Whether this load was tried often enough. */
 static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
 {
     unsigned i = 0;
-    uint32_t caller = 0; /* or whatever LR holds there */
+    uint32_t caller = 0; /* LR may also hold another value; it only distinguishes callers */
     uc_reg_read(w->core->uc, UC_ARM_REG_LR, &caller);
     while (
         i < JUDGED && w->judged[i].times &&

@@ -15,10 +15,10 @@
 #define FZ_TIM2          (1u << 0)
 #define FZ_TIM4          (1u << 2)
 #define FZ_IWDG          (1u << 12)
-/* faults and SVCall are taken by the instruction itself */
+/* faults and SVCall belong to the instruction that causes them */
 #define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR
 
-/* The debugger that is attached, or NULL. */
+/* The attached debugger, or NULL. */
 static struct hil_debug *debugger_of(const struct hil_board *board)
 {
     return board->core.onlookers.debugger_who;
@@ -60,7 +60,7 @@ static void resume(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
-    if (d->hold == HIL_HOLD_BKPT) /* the firmware's own BKPT needs no message */
+    if (d->hold == HIL_HOLD_BKPT) /* skip the firmware's own BKPT */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
     d->hold = HIL_HOLD_NONE;
     d->watch_hit = false;
@@ -178,7 +178,7 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
         return MR_OK;
     if (set) {
         *place = (struct hil_watchpoint){.kind = kind, .address = address, .size = size};
-        /* An access may begin before the range; the callback looks closely. */
+        /* An access may begin before the range; the callback checks precisely. */
         int types = kind == HIL_WATCH_WRITE ? UC_HOOK_MEM_WRITE
                   : kind == HIL_WATCH_READ  ? UC_HOOK_MEM_READ
                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
@@ -192,7 +192,7 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
         uc_hook_del(board->core.uc, there->hook);
         there->size = 0;
     }
-    hil_cpu_discard_code(&board->core); /* translated code has the look-out built in, or has not */
+    hil_cpu_discard_code(&board->core); /* the check is part of the translated code */
     return MR_OK;
 }
 
@@ -205,7 +205,7 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
     return false;
 }
 
-/* Whether a step looks at what runs now: not at the handlers of interrupts it goes over. */
+/* Whether a step covers the code running now: not handlers of interrupts during the step. */
 static bool step_sees(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
@@ -311,8 +311,8 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
         value |= 1u;
     }
     if (number == HIL_REG_XPSR) {
-        /* Flags only: mode and T bit are not the debugger's, and writing more would move the
-         * stack. */
+        /* Flags only: the debugger must not change mode and T bit, and writing more would switch
+         * the stack. */
         uint32_t flags = (uint32_t)value;
         uc_reg_write(board->core.uc, UC_ARM_REG_APSR_NZCVQG, &flags);
         return;
@@ -320,7 +320,7 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
     uc_reg_write(board->core.uc, unicorn_register(number), &value);
 }
 
-/* What a look at a peripheral register must leave as it was. */
+/* State that reading a peripheral register for the debugger must not change. */
 struct bystander {
     struct hil_core core;
     struct hil_state state;
@@ -341,7 +341,8 @@ static unsigned access_size(uint32_t address, size_t n)
 static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint8_t *bytes,
                                  size_t n, bool write)
 {
-    static struct bystander before; /* large; one debugger talks at a time */
+    /* static because it is large; there is one debugger at a time */
+    static struct bystander before;
     struct hil_core *core = &board->core;
     if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;

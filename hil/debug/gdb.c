@@ -17,12 +17,12 @@
 
 #define POLL_MS          50
 #define SEND_MS          10000
-#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
+#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, in hex */
 #define SIGNAL_INTERRUPT 2
 #define SIGNAL_TRAP      5
 #define SIGNAL_SEGMENT   11
 
-/* In the order of enum hil_debug_register. */
+/* Registers in the order of enum hil_debug_register. */
 
 /* clang-format off */
 #define REG(name, ...)    "<reg name=\"" name "\" bitsize=\"32\"" __VA_ARGS__ "/>\n"
@@ -58,8 +58,8 @@ static int digit(char c)
                                 : -1;
 }
 
-/* Bytes of hex text, at most `room`: how many. And the other way, with a 0 after them: where that 0
- * is. */
+/* Converts hex text to at most `room` bytes and returns their number. The reverse, to_hex, returns
+ * the position of the terminating 0. */
 static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
 {
     size_t n = 0;
@@ -82,7 +82,7 @@ static char *to_hex(char *text, const void *bytes, size_t n)
     return text;
 }
 
-/* End the connection and notify `lost`. */
+/* Ends the connection and reports it to `lost`. */
 static void lose(struct hil_gdb_line *line)
 {
     if (line->fd >= 0)
@@ -110,7 +110,7 @@ static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
     }
 }
 
-/* Send; waits ten seconds at most, then the connection is lost. */
+/* Sends a packet. If that takes more than ten seconds, the connection is lost. */
 static void put_packet(struct hil_gdb_line *line, const char *text)
 {
     char packet[2 * HIL_GDB_PACKET + 8];
@@ -122,8 +122,8 @@ static void put_packet(struct hil_gdb_line *line, const char *text)
     send_all(line, packet, (size_t)length);
 }
 
-/* A line for the debugger's console; only while the debugger waits for the board or for a monitor
- * command. */
+/* Sends a line to the debugger's console. Allowed only while gdb waits for the board or for a
+ * monitor command. */
 static void put_console(struct hil_gdb_line *line, const char *text)
 {
     char packet[2 * HIL_GDB_PACKET] = "O";
@@ -132,12 +132,12 @@ static void put_console(struct hil_gdb_line *line, const char *text)
     put_packet(line, packet);
 }
 
-/* What the socket has, up to timeout_ms; false: it is closed. */
+/* Reads from the socket, waiting up to timeout_ms. False: the socket is closed. */
 static bool receive(struct hil_gdb_line *line, int timeout_ms)
 {
     struct pollfd wait = {.fd = line->fd, .events = POLLIN};
     if (line->in_size == sizeof line->in)
-        line->in_size = 0; /* longer than any packet: none */
+        line->in_size = 0; /* longer than any packet: dropped */
     if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
         return line->fd >= 0;
     ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
@@ -157,10 +157,10 @@ static void drop(struct hil_gdb_line *line, size_t n)
     line->in_size -= n;
 }
 
-/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none.
- * *interrupt: Ctrl-C came instead. A packet that cannot be acknowledged counts as none: the
- * connection is lost, and the board detached. The exception is kill: gdb disconnects as soon as it
- * has sent it. */
+/* Takes the next whole packet from the buffer, unescaped and terminated with 0. Returns its length,
+ * or -1 without one. *interrupt: Ctrl-C instead. A packet that cannot be acknowledged does not
+ * count: the connection is lost, and the board detached. Exception: after sending kill, gdb
+ * disconnects at once. */
 static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
@@ -193,7 +193,7 @@ static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
     return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }
 
-/* `ADDRESS,LENGTH` and what follows; false: it is not. */
+/* Parses `ADDRESS,LENGTH`; `rest` is the text after it. False: syntax error. */
 static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
 {
     char *end;
@@ -256,14 +256,14 @@ static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
     strcpy(answer, done ? "OK" : "E0e");
 }
 
-/* Z and z: kind, address, size. */
+/* Packets Z and z: kind, address, size. */
 static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *answer)
 {
     uint32_t address, size;
     const char *rest;
     char kind = text[0];
     if (kind < '0' || kind > '4' || text[1] != ',')
-        return; /* not known: the empty answer */
+        return; /* unknown kind: the empty answer */
     if (!two_numbers(text + 2, &address, &size, &rest)) {
         strcpy(answer, "E01");
         return;
@@ -325,7 +325,7 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
     to_hex(answer, text, strlen(text));
 }
 
-/* --- conversation --- */
+/* --- packets --- */
 
 static void query(struct hil_gdb *gdb, const char *packet, char *answer)
 {
@@ -367,7 +367,8 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
     put_packet(&gdb->line, packet);
 }
 
-/* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
+/* vCont;ACTION[;ACTION...]: with a single thread the first action applies. True: the board
+ * continues. */
 static bool vcont(struct hil_gdb *gdb, const char *action)
 {
     if (*action == 'c' || *action == 'C')
@@ -379,7 +380,7 @@ static bool vcont(struct hil_gdb *gdb, const char *action)
     return true;
 }
 
-/* Treat a packet while the board is held. True: the board goes on. */
+/* Handles a packet while the board is held. True: the board continues. */
 static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_status status)
 {
     char answer[2 * HIL_GDB_PACKET] = "";
@@ -433,13 +434,13 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
             strcpy(answer, "E01");
         }
         break;
-    default: break; /* the empty answer: not supported */
+    default: break; /* not supported: the empty answer */
     }
     put_packet(&gdb->line, answer);
     return false;
 }
 
-/* Serve the debugger until it lets the board go on. */
+/* Handles packets until gdb lets the board continue. */
 static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
 {
     char packet[2 * HIL_GDB_PACKET + 1];
@@ -482,12 +483,12 @@ static void attach(struct hil_gdb *gdb)
     gdb->line.acknowledges = true;
     gdb->line.lost = (struct hil_call){detach, gdb};
     gdb->attached = true;
-    gdb->reported = true; /* it will ask */
+    gdb->reported = true; /* gdb will ask for the stop reason */
     gdb->line.in_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
 
-/* Why the board is held or has stopped, beyond the stop reply. */
+/* Prints why the board is held or has stopped, in addition to the stop reply. */
 static void explain(struct hil_gdb *gdb, enum mr_status status)
 {
     char text[512];
@@ -518,7 +519,7 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && receive(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
-        /* while it runs nothing else is to come */
+        /* while the board runs only Ctrl-C can arrive */
         take_packet(&gdb->line, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
@@ -604,7 +605,7 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
     if (gdb->line.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
         put_packet(&gdb->line, packet);
-        /* its acknowledgement: closing with unread input would look like an error */
+        /* wait for its acknowledgement: closing with unread input would look like an error */
         receive(&gdb->line, POLL_MS);
     }
     lose(&gdb->line);

@@ -5,9 +5,9 @@
 
 #include "hil/board/board.h"
 
-#define PLACES ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* each a halfword of flash or SRAM */
+#define PLACES ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* one per halfword of flash or SRAM */
 
-/* The block that begins there. */
+/* The block that begins at a place. */
 struct place {
     uint64_t runs, instructions;
     uint16_t size, slow;
@@ -15,7 +15,7 @@ struct place {
 
 struct hil_profile {
     const struct hil_core *core;
-    uint64_t elsewhere, slow; /* instructions of the boot ROM; divisions and roots */
+    uint64_t elsewhere, slow; /* instructions of the boot ROM; divisions and square roots */
     struct place place[PLACES];
 };
 
@@ -82,7 +82,7 @@ void hil_profile_begin(struct hil_board *board)
 /* --- the report --- */
 
 struct row {
-    const struct mr_symbol *symbol; /* NULL: outside of any function */
+    const struct mr_symbol *symbol; /* NULL: not inside a function */
     uint64_t instructions, entries;
 };
 
@@ -100,7 +100,7 @@ static double percent(uint64_t part, uint64_t whole)
     return whole ? 100.0 * (double)part / (double)whole : 0.0;
 }
 
-/* Blocks sorted into functions, a row each; how many. */
+/* Sums the blocks by function, one row each. Returns the number of rows. */
 static size_t collect(const struct hil_profile *profile, const struct mr_symbols *symbols,
                       struct row *rows)
 {

@@ -8,7 +8,7 @@
 #include "hil/board/board.h"
 #include "hil/core/nvic.h"
 
-/* Lanes that every trace has, by scope: scope, name, bits, and what it shows of the board now. */
+/* Lanes of every trace: scope, name, bits, and the present value. */
 /* clang-format off */
 #define LANES(X)                                                                           \
     X(pins, PD12_excitation_plus, 1, hil_board_pin(board, 3, 12))                          \
@@ -47,7 +47,7 @@ struct hil_vcd {
     uint32_t value[LANES_MAX];
     unsigned bits[LANES_MAX];
     char code[LANES_MAX][4];
-    unsigned exceptions; /* lanes of single exceptions, from FIXED_LANES on */
+    unsigned exceptions; /* number of lanes of single exceptions, from FIXED_LANES on */
     uint8_t exception[HIL_EXCEPTIONS];
 };
 
@@ -61,8 +61,7 @@ static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
             name);
 }
 
-/* An exception has a lane when its vector is its own: not empty, and not the one that most
- * share. */
+/* Gives a lane to each exception with its own vector: not empty, and not the most common one. */
 static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board,
                                const struct mr_symbols *symbols)
 {
@@ -134,7 +133,8 @@ static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64
     vcd->value[lane] = value;
     if (!vcd->begun)
         return;
-    if (t_ns > vcd->t_ns) { /* time never goes back; events are treated a few instructions late */
+    /* time must not go back: some events are handled a few instructions late */
+    if (t_ns > vcd->t_ns) {
         vcd->t_ns = t_ns;
         fprintf(vcd->file, "#%llu\n", (unsigned long long)t_ns);
     }
@@ -171,7 +171,7 @@ static void on_exception(void *who)
 static void begin(struct hil_vcd *vcd)
 {
     const struct hil_board *board = vcd->board;
-    sample(vcd, hil_now(&board->core)); /* the values of now, not yet written */
+    sample(vcd, hil_now(&board->core)); /* sets the initial values without writing them */
     vcd->begun = true;
     vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);

@@ -1,6 +1,6 @@
 #include "hil/link/wire_link.h"
 
-#include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
+#include <asm/termbits.h> /* struct termios2, for any rate; conflicts with termios.h */
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -19,17 +19,16 @@
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
 #define CAN_REMOTE   0x40000000u
 #define CAN_ERROR    0x20000000u
-#define BUFFER_MAX   65536u /* of a link that drops; beyond what the kernel holds */
+#define BUFFER_MAX   65536u /* of a link that drops; in addition to the kernel's buffer */
 #define CLOSE_MS     500
 #define POLL_MS      100
-#define PTY_POLL_MS  2       /* nothing wakes us when a host opens it */
+#define PTY_POLL_MS  2       /* opening by a host causes no wake-up */
 #define PTY_BAUD     115200u /* until a host sets another rate */
 
-/* ---- a pseudo-terminal: a host program opens its name as it would a serial port, and the rate it
- * sets is the rate at which its end of the line runs. Linux drops the parity setting of
- * pseudo-terminals (drivers/tty/pty.c clears PARENB and forces eight bits), so it cannot be read
- * from here, and a program that insists on parity needs the option for none: `stm32flash -m 8n1`.
- * ---- */
+/* ---- pseudo-terminal: a host program opens its name like a serial port. The rate that the host
+ * sets is the rate of its end of the line. Linux drops the parity setting of pseudo-terminals
+ * (drivers/tty/pty.c clears PARENB and forces eight bits), so the parity cannot be read here. A
+ * program that insists on parity needs its option for none: `stm32flash -m 8n1`. ---- */
 
 static bool set_raw(int fd, uint32_t baud)
 {
@@ -42,7 +41,8 @@ static bool set_raw(int fd, uint32_t baud)
     return ioctl(fd, TCSETS2, &t) == 0;
 }
 
-/* An unused pseudo-terminal reports a missing host only after its first close. */
+/* Opens and closes it once: an unused pseudo-terminal reports a missing host only after its first
+ * close. */
 static bool open_once(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -52,7 +52,8 @@ static bool open_once(int fd)
     return true;
 }
 
-/* In raw mode at `baud`, with a symbolic link to it at `path`; an old link there is replaced. */
+/* Opens a pseudo-terminal in raw mode at `baud`, with a symbolic link to it at `path`. Replaces an
+ * old link. */
 static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *error, size_t size)
 {
     static const char left[] = "/dev/pts/";
@@ -82,14 +83,14 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     return MR_IO;
 }
 
-/* Does a host have it open? */
+/* Whether a host has it open. */
 static bool pty_in_use(int fd)
 {
     struct pollfd look = {.fd = fd};
     return poll(&look, 1, 0) >= 0 && !(look.revents & POLLHUP);
 }
 
-/* Rate that the host has set, bits/s; 0 when it cannot be read. */
+/* Rate set by the host, bits/s; 0 if it cannot be read. */
 static uint32_t pty_baud(int fd)
 {
     struct termios2 t;
@@ -103,7 +104,8 @@ static const char *noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
-/* A connection of the wrong type disturbs no listener, and the error shows whether there is one. */
+/* Whether a listener exists. A connection of the wrong type does not disturb it, and the error
+ * differs. */
 static bool is_live(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -187,7 +189,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     return MR_USAGE;
 }
 
-/* One look for a host, of at most POLL_MS. */
+/* Checks once for a host, waiting at most POLL_MS. */
 static bool host_connected(struct hil_link *link)
 {
     if (link->type == HIL_LINK_PTY) {
@@ -276,7 +278,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
     uint8_t bytes[FRAME_BYTES] = {0};
     uint32_t id = frame->id | (frame->extended ? CAN_EXTENDED : 0) |
                   (frame->remote ? CAN_REMOTE : 0);
-    memcpy(bytes, &id, sizeof id); /* host byte order, as the kernel's struct has it */
+    memcpy(bytes, &id, sizeof id); /* host byte order, as in the kernel's struct */
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
     hil_link_put_bytes(link, bytes, sizeof bytes);
@@ -346,7 +348,7 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
     uint32_t id;
     memcpy(&id, bytes, sizeof id);
     if (id & CAN_ERROR)
-        return; /* a report of the host's controller, nothing on the bus */
+        return; /* a report of the host's controller, not a frame on the bus */
     struct hil_can_frame frame = {
         .extended = (id & CAN_EXTENDED) != 0,
         .remote = (id & CAN_REMOTE) != 0,
@@ -354,7 +356,7 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
         .length = bytes[4] > 8 ? 8 : bytes[4],
     };
     memcpy(frame.data, bytes + 8, frame.length);
-    hil_can_inject(&board->mcu.can, &frame); /* a full queue is counted there */
+    hil_can_inject(&board->mcu.can, &frame); /* hil_can_inject counts a full queue */
 }
 
 static void receive_pty(struct hil_link *link, struct hil_board *board)
@@ -372,7 +374,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
         board->options.host_baud = baud;
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
-    if (!link->drops && !link->moved) /* both ends wait: let the host have the processor */
+    if (!link->drops && !link->moved) /* both ends wait: give the host processor time */
         poll(&look, 1, PTY_POLL_MS);
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
     link->moved = n > 0;

@@ -28,15 +28,14 @@
 #define CR2_EOCS           (1u << 10)
 #define CR2_SWSTART        (1u << 30)
 #define CONVERSION_CLOCKS  12u
-#define LATENCY_CLOCKS     2u /* trigger to first sampling window, data sheet: at most 3 */
+#define LATENCY_CLOCKS     2u /* from trigger to first sampling window; data sheet: at most 3 */
 #define ADC_CLOCK_LIMIT_HZ 36000000u
-#define FIRST_CLOCK_BIT    8u /* APB2ENR.ADC1EN; ADC3EN is two higher */
+#define FIRST_CLOCK_BIT    8u /* APB2ENR.ADC1EN; ADC3EN is two bits higher */
 
 static const uint32_t data_register[2] = {0x4001204cu, 0x4001224cu};
 static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
 
-/* Analogue inputs (data sheet table 7), 0..15 of ADC1 and of ADC3: 16 times the port and the
- * pin. */
+/* Analogue inputs 0..15 of ADC1 and ADC3 (data sheet table 7): 16 times the port plus the pin. */
 #define PORT_OF(pin)   ((pin) / 16u)
 #define NUMBER_OF(pin) ((pin) % 16u)
 static const uint8_t pins[2][16] = {
@@ -78,9 +77,9 @@ static unsigned ones_of(uint64_t z)
     return (unsigned)(z * 0x0101010101010101ull >> 56);
 }
 
-/* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial,
- * sigma 4) in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond
- * four sigma are slightly thinner than Gaussian. */
+/* Noise of two LSB rms, cheap and identical on all computers: the number of ones among 64 random
+ * bits (binomial, sigma 4) in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 +
+ * 1/48; tails beyond four sigma are slightly thinner than Gaussian. */
 static double noise_lsb(struct hil_adc *a)
 {
     uint64_t z = mr_splitmix64(&a->noise);
@@ -88,13 +87,13 @@ static double noise_lsb(struct hil_adc *a)
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
-/* As a real converter has it, not rounded yet. */
+/* Converts with the errors of a real converter; the code is not rounded yet. */
 static double convert_really(struct hil_adc_device *dev, unsigned unit, unsigned k, double volts)
 {
     struct hil_adc *a = &dev->state[unit];
     const struct hil_adc_errors *errors = dev->errors;
     int source = a->source[k];
-    /* what protects the pin lets nothing go beyond the supply */
+    /* the pin's protection clamps the voltage to the supply */
     double pin_v = fmin(fmax(volts, 0.0), dev->vdda_v);
     double sampled_v = pin_v + (a->held_v - pin_v) * a->left[k];
     double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
@@ -117,7 +116,7 @@ static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, u
     if (dev->record.code)
         return dev->record.code(dev->record.who, port, pin, at);
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
-    /* the pin is driven: the converter sees its level */
+    /* a pin used as an output: the converter reads the level that it drives */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(dev->gpio, port, pin) ? dev->vdda_v : 0.0;
     else
@@ -147,7 +146,7 @@ static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     }
 }
 
-/* The stream that is set up for this converter: two are wired to each (RM0090 table 43). */
+/* The stream configured for this converter: two are wired to each (RM0090 table 43). */
 static struct hil_dma_request dma_request(const struct hil_adc_device *dev, unsigned unit)
 {
     static const uint8_t streams[2][2] = {{0, 4}, {0, 1}};
@@ -163,12 +162,12 @@ static void overrun(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
-    a->running = false; /* the sequence is lost; nothing starts until OVR is cleared (13.8.1) */
+    a->running = false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
     dev->core->state.counters.adc_overruns++;
     hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
 
-/* Hand codes `delivered` to `ended` - 1 to DMA or to DR. */
+/* Passes codes `delivered` to `ended` - 1 to DMA or to DR. */
 static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
     struct hil_adc *a = &dev->state[unit];
@@ -187,7 +186,7 @@ static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
             a->delivered = (uint8_t)(a->delivered + n);
             a->dr = a->code[a->delivered - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
-                /* its last item: no further requests until DMA is switched off and on */
+                /* last item: no more requests until DMA is switched off and on */
                 a->dma_ended = true;
         } else {
             a->dr = a->code[a->delivered++];
@@ -223,7 +222,7 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
         uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(dev->dma, &request)
                                                             : 0;
         uint32_t left = (uint32_t)a->length - a->delivered;
-        /* Without DMA every conversion may matter (EOCS, overrun). */
+        /* without DMA every conversion may matter (EOCS, overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
         next = end_of(a, a->delivered + n - 1);
     }
@@ -261,7 +260,7 @@ static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
     return a->sqr[2u - k / 6u] >> (5u * (k % 6u)) & 31u;
 }
 
-/* Hold the rule SAMPLING for an input with a source of so many Ohm. */
+/* Checks the rule SAMPLING for an input with this source resistance. */
 static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
                           unsigned sample_clocks, double clock_hz)
 {
@@ -275,7 +274,7 @@ static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned
             ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
-/* The sequence of the registers. False: not a possible one. */
+/* Plans the sequence from the registers. False: an impossible one. */
 static bool plan(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
@@ -368,7 +367,7 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
     }
 }
 
-/* Which converter a register belongs to; refuses one whose clock is off. */
+/* Converter of a register; refuses one whose clock is off. */
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
@@ -424,14 +423,15 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_adc_device *dev = device;
     if (offset == COMMON_CCR) {
         *dev->ccr = value;
-        dev->state[HIL_ADC1].planned = dev->state[HIL_ADC3].planned = false; /* another clock */
+        /* the clock has changed */
+        dev->state[HIL_ADC1].planned = dev->state[HIL_ADC3].planned = false;
         return;
     }
     if (!find_unit(dev, offset, &unit))
         return;
     struct hil_adc *a = &dev->state[unit];
     catch_up(dev, unit, hil_now(dev->core));
-    a->planned = false; /* a sequence that runs goes on as it began */
+    a->planned = false; /* a running sequence continues unchanged */
     switch (offset & 0xffu) {
     case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))
@@ -452,14 +452,14 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 #define LAST       (HIL_ADC_CODES - 1u)
 #define PI         3.14159265358979323846
 
-/* -1 to 1 */
+/* uniform, -1 to 1 */
 static double draw(uint64_t *random)
 {
     return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Capacitors of one make are off by a draw that grows with the root of their size. A carry into bit
- * b exchanges it for all below it. The largest jump becomes `jump_lsb`. */
+/* Draws the errors of the capacitors, relative to the root of their size. A carry into bit b
+ * replaces all lower bits by it, which gives a jump. The largest jump is scaled to `jump_lsb`. */
 static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
 {
     double off[BITS_DRAWN], all = 0.0, most = 0.0;
@@ -528,7 +528,7 @@ double hil_adc_left(const struct hil_adc_errors *errors, int source, double wind
 
 /* ---- adc_sampling ---- */
 
-/* The same table: C(ADC) typical, R(ADC) most. */
+/* Same table: C(ADC) typical, R(ADC) maximum. */
 #define SAMPLE_FARAD 4e-12
 #define SWITCH_OHM   6000.0
 

@@ -41,13 +41,13 @@
 #define LEC_FORM          2u
 #define LEC_BIT_RECESSIVE 4u
 #define LEC_CRC           6u
-/* for every eight dominant bits after its error flag a node counts eight more */
+/* a node adds 8 to its error count for every eight dominant bits after its error flag */
 #define JAM_BITS          8u
 #define LEC_ACK           3u
 #define LEC_BIT_DOMINANT  5u
-#define SUSPEND_BITS      8u /* a passive transmitter waits these in addition */
+#define SUSPEND_BITS      8u /* additional wait of an error-passive transmitter */
 #define JOIN_BITS         11u
-#define LEAVE_BITS        2u /* the manual gives no number; HAL and libopencm3 wait as well */
+#define LEAVE_BITS        2u /* the manual gives no number; HAL and libopencm3 also wait */
 #define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t bit_cycles(const struct hil_can_device *dev)
@@ -83,7 +83,7 @@ static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame 
         frame->data[i] = (uint8_t)((i < 4 ? m->tdlr : m->tdhr) >> (8u * (i & 3u)));
 }
 
-/* Is mailbox a sent before mailbox b? */
+/* Whether mailbox a is sent before mailbox b. */
 static bool before(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
@@ -118,7 +118,7 @@ static uint32_t tsr_value(const struct hil_can *c)
             last = m; /* lowest priority of the pending ones */
         }
     }
-    if (empty < 2) /* two or more pending: the lowest of them is marked */
+    if (empty < 2) /* with two or more pending the lowest priority is marked */
         value |= 1u << (29 + last);
     return value | (empty ? code : last) << 24;
 }
@@ -142,8 +142,8 @@ static void drop_other(struct hil_can *c)
     c->queue_count--;
 }
 
-/* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil
- * every frame. */
+/* State of the bus for the board's transmitter: a wrong bit rate, or pins not switched to CAN,
+ * destroys every frame. */
 static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
@@ -151,8 +151,8 @@ static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
     double ratio = rate / HIL_CAN_HOST_RATE;
     if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
-    /* Two nodes whose rates differ by more than about 1 % lose step within the longest run without
-     * an edge. */
+    /* Nodes whose rates differ by more than about 1 % lose synchronisation within the longest run
+     * without an edge. */
     if (bus == HIL_CAN_CONNECTED && (ratio < 0.99 || ratio > 1.01))
         return HIL_CAN_SHORTED;
     return bus;
@@ -165,14 +165,14 @@ static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
 }
 
-/* The other node's next frame, after what befalls it before the wire. */
+/* Whether the other node has a frame to send, after faults of the line were applied to it. */
 static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (c->other_waits_ps > now_ps)
         return false;
-    if (c->other_waits_ps) { /* it has waited */
+    if (c->other_waits_ps) { /* its delay has ended */
         c->other_waits_ps = 0;
         return true;
     }
@@ -187,7 +187,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     return false;
 }
 
-/* The bus is free: the winner of the arbitration starts a frame. */
+/* Starts a frame on the free bus: that of the node that wins arbitration. */
 static void try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -205,7 +205,7 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         mailbox_frame(&c->mailbox[mine], &frame);
     if (other &&
         (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
-        if (mine >= 0) { /* lost arbitration */
+        if (mine >= 0) { /* the board's mailbox lost arbitration */
             c->tsr |= 4u << (8u * (unsigned)mine);
         }
         c->sender = HIL_CAN_OTHER_NODE;
@@ -225,12 +225,12 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         /* the ACK slot stays recessive */
         length = bits.length - HIL_CAN_TAIL_BITS + 2u + HIL_CAN_ERROR_BITS;
     else if (!loopback && bus == HIL_CAN_SHORTED)
-        length = 1u + HIL_CAN_ERROR_BITS; /* start of frame already reads back wrong */
+        length = 1u + HIL_CAN_ERROR_BITS; /* the start of frame already reads back wrong */
     c->sender = (int8_t)mine;
     c->abort_current = false;
     c->spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
                  dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
-    if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
+    if (c->spoiled) /* CRC error: error flag and delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     phase_for(dev, HIL_CAN_FRAME, at, length);
 }
@@ -240,7 +240,8 @@ void hil_can_other_event(void *device, uint64_t at)
     try_start(device, at);
 }
 
-/* A state that so many recessive bits in a row end: not while the bus is held dominant. */
+/* Enters a state that ends after a number of recessive bits in a row. It cannot end while the bus
+ * is held dominant. */
 static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
                            uint64_t bits)
 {
@@ -257,7 +258,7 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
         wait_recessive(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
 }
 
-/* Eight more dominant bits. A receiver stops counting when it is error passive. */
+/* Counts eight more dominant bits. A receiver stops counting when it is error-passive. */
 static void jammed(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -285,7 +286,7 @@ static void mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
 
 /* --- acceptance filters (32.7.4): banks of 32 bits, mask or list --- */
 
-/* The identifier register of a frame, as mailboxes and filters have it. */
+/* The identifier register of a frame, in the format of mailboxes and filters. */
 static uint32_t identifier_word(const struct hil_can_frame *f)
 {
     return (f->extended ? f->id << 3 | 4u : f->id << 21) | (uint32_t)f->remote << 1;
@@ -298,7 +299,7 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
     unsigned banks = can->fmr >> 8 & 0x3fu;
     uint32_t word = identifier_word(frame);
     bool found = false;
-    if (can->fmr & FMR_FINIT) /* nothing is received while filters are written */
+    if (can->fmr & FMR_FINIT) /* reception is off while filters are written */
         return false;
     for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
         bool list = (can->fm1r >> i & 1u) != 0;
@@ -311,7 +312,7 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
         *fifo = to;
         *match = n + (list && off_a);
         found = true;
-        if (list) /* before any mask */
+        if (list) /* a list takes precedence over any mask */
             break;
     }
     return found;
@@ -333,7 +334,7 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
         *(i < 4 ? &r.rdlr : &r.rdhr) |= (uint32_t)frame->data[i] << (8u * (i & 3u));
     if (c->fifo_count[f] == 3) {
         c->rfr[f] |= RFR_FOVR;
-        c->fifo[f][2] = r; /* the last one is overwritten */
+        c->fifo[f][2] = r; /* overwrites the last frame */
     } else {
         c->fifo[f][c->fifo_count[f]++] = r;
         if (c->fifo_count[f] == 3)
@@ -352,7 +353,7 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
                  : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
                                                               : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
-    /* exception 1 of fault confinement: alone on the bus */
+    /* exception 1 of fault confinement: the only node on the bus */
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
     if (c->abort_current)
@@ -374,7 +375,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
-    if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* its sender tries again */
+    if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* the other node sends again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
@@ -415,7 +416,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     }
 }
 
-/* MCR asks for initialisation or sleep; granted when no frame is under way. */
+/* Enters initialisation or sleep if MCR requests it and no frame is in progress. */
 static void update_mode(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -484,8 +485,8 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     return MR_OK;
 }
 
-/* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees
- * an error. */
+/* The bus becomes dominant: the sender of the present frame destroys it, all other nodes detect an
+ * error. */
 static void begin_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -532,7 +533,7 @@ void hil_can_reset(void *device, unsigned unit)
     struct hil_can *c = dev->state;
     struct hil_can before = *c;
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
-    /* what the other node still wants to send is not ours to forget */
+    /* frames queued by the other node survive the board's reset */
     c->other_waits_ps = before.other_waits_ps;
     c->queue_head = before.queue_head;
     c->queue_count = before.queue_count;
@@ -583,7 +584,8 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     }
 }
 
-/* Flags are cleared by 1: who writes what was read clears those too that rose meanwhile. */
+/* Flags are cleared by writing 1: writing back the value read also clears flags that were set in
+ * between. */
 static void hold_flags(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
@@ -597,7 +599,7 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
     hold_flags(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
-        if (bits & 1u) /* RQCP clears its companions too */
+        if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
             c->tsr &= ~(0xfu << (8u * m));
         if ((bits & 0x80u) && !mailbox_empty(c, m)) { /* ABRQ */
             bool begun = c->phase == HIL_CAN_FRAME;
@@ -660,14 +662,14 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
         c->mcr = value;
         update_mode(dev, hil_now(dev->core));
         break;
-    case MSR: /* ERRI, WKUI, SLAKI do not rise */ break;
+    case MSR: /* ERRI, WKUI, SLAKI are never set */ break;
     case TSR: tsr_write(dev, value); break;
     case RF0R:
     case RF1R:
         hold_flags(dev, value & RFR_FMP);
         release_fifo(c, (offset - RF0R) / 4u, value);
         break;
-    case ESR: /* LEC can be set by software, to see it change */ c->esr = value & 0x70u; break;
+    case ESR: /* software can write LEC to detect a later change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))
             hil_bus_refuse(dev->core, "BTR outside initialisation: the chip ignores the write");

@@ -5,7 +5,7 @@
 struct stream {
     struct hil_can_bits bits;
     unsigned last; /* level of the last bit sent */
-    unsigned run;  /* equal bits up to and including it */
+    unsigned run;  /* equal bits up to the last one */
 };
 
 static void send(struct stream *s, unsigned bit)
@@ -13,7 +13,7 @@ static void send(struct stream *s, unsigned bit)
     s->run = s->bits.length && bit == s->last ? s->run + 1u : 1u;
     s->last = bit;
     s->bits.length++;
-    if (s->run == 5) { /* a bit of the other level follows, and begins the next run */
+    if (s->run == 5) { /* a stuff bit of the other level follows and begins the next run */
         s->last = !bit;
         s->run = 1;
         s->bits.length++;

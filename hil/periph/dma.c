@@ -7,7 +7,7 @@
 #include "hil/core/nvic.h"
 
 #define LIFCR        0x08u
-#define STREAMS      0x10u /* the first of eight */
+#define STREAMS      0x10u /* offset of the first of eight */
 #define STREAM_BYTES 0x18u
 #define CR           0x00u
 #define FCR          0x14u
@@ -15,7 +15,7 @@
 #define CR_CIRC      0x100u
 #define CR_MINC      0x400u
 #define FCR_RESET    0x21u
-/* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF never rise here. */
+/* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF are never set here. */
 #define FLAG_TE      8u
 #define FLAG_HT      16u
 #define FLAG_TC      32u
@@ -58,7 +58,7 @@ static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned s
     raise(dev, unit, stream, FLAG_TE);
 }
 
-/* Memory that DMA reaches: SRAM, and flash for reading. Not the CCM. */
+/* Memory accessible to DMA: SRAM, and flash for reading; not the CCM. */
 static uint8_t *reach(struct hil_dma_device *dev, uint32_t address, uint32_t n, bool write)
 {
     if (address - HIL_CCM_BASE < HIL_CCM_SIZE || address < HIL_FLASH_SIZE)
@@ -115,7 +115,7 @@ uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_req
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
 }
 
-/* Host memory of the next n items, or NULL after a transfer error. */
+/* Address on this computer of the next n items, or NULL after a transfer error. */
 static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint32_t n)
 {
     struct hil_dma_stream *s = stream_of(dev, r);
@@ -137,7 +137,7 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
     uint8_t *memory = next_items(dev, r, n);
     if (!memory)
         return;
-    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* what nearly all are */
+    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* the most common case */
     if (halves)
         memcpy(memory, values, n * sizeof values[0]);
     for (uint32_t i = 0; i < n && !halves; i++) {
@@ -169,7 +169,7 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
     if (!hil_dma_until_flag(dev, &r))
-        return; /* without service the flag stays and the next capture is an overrun */
+        return; /* without service the flag stays set and the next capture is an overrun */
     uint32_t value = hil_bus_read(dev->core, s->par, item_bytes(s));
     uint8_t *memory = next_items(dev, &r, 1);
     if (!memory)
@@ -211,7 +211,7 @@ void hil_dma_reset(void *device, unsigned unit)
     }
 }
 
-/* The streams' data are known as of the last event; bring them up to now before a read. */
+/* Updates streams to the present before a read: their data are those of the last event. */
 static void catch_up(struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
@@ -236,7 +236,7 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
-    if (flags(dma, stream) || s->ndtr == 0) { /* as hardware: it does not start (10.3.17) */
+    if (flags(dma, stream) || s->ndtr == 0) { /* as on hardware: it does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
                   (unsigned)flags(dma, stream), (unsigned)s->ndtr);
         return;
@@ -250,10 +250,10 @@ static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream,
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     bool was_on = (s->cr & CR_EN) != 0;
-    if (was_on) { /* only the enables can change while it runs */
+    if (was_on) { /* while the stream runs only the enable bits can change */
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
-            /* suspended: the end of the last item is signalled (10.3.14) */
+            /* suspended: TC signals the end of the last item (10.3.14) */
             raise(dev, unit, stream, FLAG_TC);
     } else {
         s->cr = value & ~CR_EN;

@@ -39,13 +39,13 @@
 #define CR_LOCK        (1u << 31)
 #define OPTCR_LOCK     (1u << 0)
 #define OPTCR_STRT     (1u << 1)
-#define OPTIONS_FIXED  0x0fff0020u /* nWRP, WDG_SW: not modelled but as factory new */
+#define OPTIONS_FIXED  0x0fff0020u /* nWRP, WDG_SW: fixed at their factory values */
 #define OPTCR_BITS     0x0fffffecu
 #define OPTIONS_ERASED 0x0fffffecu /* protection byte 0xff: level 1 */
 #define ROW_BYTES      16u
 #define NO_VPP         3u /* PSIZE x64 */
 
-/* Steps of an unlocking sequence. */
+/* State of an unlocking sequence. */
 enum { STEP_LOCKED, STEP_ONE_KEY, STEP_OPEN, STEP_DEAD };
 
 static const uint32_t sector_starts[HIL_FLASH_SECTORS + 1] = {
@@ -74,7 +74,7 @@ uint32_t hil_flash_sector_start(unsigned sector)
 uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
                           uint64_t *random)
 {
-    /* drawn in any case: other draws stay the same */
+    /* drawn in any mode, so that later draws stay the same */
     double u = mr_splitmix64_uniform(random);
     if (times != HIL_TIMES_SPREAD)
         return (times == HIL_TIMES_TYPICAL ? typical_us : maximum_us) * 1000000ull;
@@ -84,7 +84,7 @@ uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32
     return (uint64_t)((typical_us + (maximum_us - typical_us) * u) * 1e6);
 }
 
-/* 64 independent bits, each 1 with probability permille / 1000: from the lowest of ten binary
+/* 64 independent bits, each 1 with probability permille / 1000. From the lowest of ten binary
  * digits of the probability upwards, a digit 1 is an OR with a random word, a digit 0 an AND. */
 static uint64_t biased_bits(unsigned permille, uint64_t *random)
 {
@@ -130,7 +130,7 @@ static void update_irq(struct hil_flash_device *dev)
     hil_irq_line(dev->core, HIL_IRQ_FLASH, end || error);
 }
 
-/* A request that is not carried out. */
+/* Refuses a request and sets the error flags. */
 static void refuse(struct hil_flash_device *dev, uint32_t error, const char *why, uint32_t address)
 {
     struct hil_flash *flash = dev->state;
@@ -165,7 +165,7 @@ static void begin(struct hil_flash_device *dev, enum hil_flash_operation operati
     hil_core_attend(dev->core);
 }
 
-/* What the operation would make of its cells, as far as it got. */
+/* Changes the cells as far as the operation got: all of them after permille 1000. */
 static void change_cells(struct hil_flash_device *dev, unsigned permille)
 {
     struct hil_flash *flash = dev->state;
@@ -182,7 +182,7 @@ static void change_cells(struct hil_flash_device *dev, unsigned permille)
         hil_cells_tear(cells, NULL, flash->size, permille, &flash->random);
         break;
     case HIL_FLASH_OPTIONS:
-        /* back to level 0: everything goes */
+        /* regression to level 0 erases everything */
         if (level_of(flash->options) == 1 && level_of(flash->value) == 0)
             hil_cells_tear(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
                            &flash->random);
@@ -225,7 +225,7 @@ void hil_flash_event(void *device, uint64_t at)
     hil_call(&dev->ready);
 }
 
-/* Hold the bus until the operation in progress has ended. */
+/* Stalls the bus until the present operation has ended. */
 static void wait_for_end(struct hil_flash_device *dev)
 {
     struct hil_clock *clock = &dev->core->state.clock;
@@ -260,7 +260,7 @@ void hil_flash_load(void *device, uint32_t address)
                      (unsigned)address);
 }
 
-/* What stops part of the way leaves cells in between. */
+/* An interrupted operation leaves its cells partly changed. */
 void hil_flash_power_lost(struct hil_flash_device *dev)
 {
     const struct hil_flash *flash = dev->state;
@@ -311,7 +311,7 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
 {
     struct hil_flash *flash = dev->state;
     uint32_t address = HIL_FLASH_BASE + offset;
-    wait_for_end(dev); /* a second write holds the bus */
+    wait_for_end(dev); /* a second write stalls the bus */
     if (!(flash->cr & CR_PG)) {
         refuse(dev, SR_PGSERR, "store without CR.PG", address);
     } else if (offset % ROW_BYTES + size > ROW_BYTES) {
@@ -341,7 +341,7 @@ static void erase(struct hil_flash_device *dev)
     unsigned sector = flash->cr >> 3 & 15u;
     bool all = (flash->cr & CR_MER) != 0;
     if (all == ((flash->cr & CR_SER) != 0)) {
-        /* both: neither is performed (3.6.3); none: nothing to start */
+        /* with both bits neither is performed (3.6.3); with none there is nothing to start */
         refuse(dev, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
@@ -363,7 +363,7 @@ static void erase(struct hil_flash_device *dev)
 static void cr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_flash *flash = dev->state;
-    wait_for_end(dev); /* a write while BSY is set holds the bus */
+    wait_for_end(dev); /* a write while BSY is set stalls the bus */
     if (flash->cr & CR_LOCK) {
         hil_trace(dev->core, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
         return;
@@ -389,7 +389,7 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         flash->option_key_step = STEP_LOCKED;
     if (!(value & OPTCR_STRT))
         return;
-    if (level_of(flash->options) == 2) { /* for ever (3.7.3) */
+    if (level_of(flash->options) == 2) { /* permanent (3.7.3) */
         refuse(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
         return;
     }
@@ -400,11 +400,11 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
     bool regression = level_of(flash->options) == 1 && level_of(value) == 0;
     flash->value = value & OPTCR_BITS;
     flash->optcr |= OPTCR_STRT;
-    /* The data sheet gives no time for option bytes: that of a 16 KiB sector. */
+    /* The data sheet has no time for option bytes; a 16 KiB sector's is used. */
     begin(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 
-/* One key of a sequence; true when the register opens. A wrong key closes it until the next
+/* Checks one key of a sequence. True: the register is unlocked. A wrong key locks it until the next
  * reset. */
 static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first,
                    uint32_t second)
@@ -472,7 +472,8 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
 
 /* ---- syscfg ---- */
 
-/* What is at address 0 (RM0090 9.2.1): the boot pins choose at reset, SYSCFG_MEMRMP after it. */
+/* Memory at address 0 (RM0090 9.2.1): the boot pins select it at reset, SYSCFG_MEMRMP
+ * afterwards. */
 
 #define SYSTEM_ROM 1u
 

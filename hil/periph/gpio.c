@@ -50,14 +50,14 @@ int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigne
     return (int)(dev->state->port[port].afr[pin / 8u] >> (4u * (pin % 8u)) & 15u);
 }
 
-/* The peripheral that a pin is given to, or NULL. */
+/* The peripheral that the pin's alternate function selects, or NULL. */
 static const struct hil_pin *user_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     const struct hil_pin *user = dev->alternate[port][pin];
     return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
 }
 
-/* `held`: something makes it so. */
+/* Level of a pin. `held`: something drives or pulls it. */
 static bool level_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
 {
     const struct hil_gpio_port *p = &dev->state->port[port];
@@ -129,7 +129,7 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     p->driven |= bit;
     p->outside = (uint16_t)(level ? p->outside | bit : p->outside & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
-    /* Without the alternate function no edge ever reaches the peripheral. */
+    /* Without the alternate function the peripheral sees no edges. */
     const struct hil_pin *user = after != before ? user_of(dev, port, pin) : NULL;
     if (user && user->edge)
         user->edge(user->who, user->channel, after, at);
@@ -158,8 +158,8 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
     return value;
 }
 
-/* A pin that is given a use must exist on the package; a pin of the chip alone works on hardware,
- * but is not connected. */
+/* Stops the run if a pin in use is missing from the package: hardware would work, but without a
+ * connection. */
 static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
 {
     for (unsigned pin = 0; pin < 16; pin++) {

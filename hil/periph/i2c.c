@@ -68,7 +68,7 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
     i2c->phase = phase;
     i2c->begin_cycle = at;
     i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
-    if (periods == BYTE_PERIODS) { /* the clock is held low */
+    if (periods == BYTE_PERIODS) { /* the slave may hold the clock low */
         double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
         i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
         dev->slave.hold->stretch_ps = 0;
@@ -86,7 +86,8 @@ static void leave_bus(struct hil_i2c_device *dev)
     i2c->end_cycle = HIL_NEVER;
 }
 
-/* The first 1 sent while SDA is held low: another master seems to be there (27.3.4). */
+/* Detects lost arbitration: the first 1 sent while SDA is held low looks like another master
+ * (27.3.4). */
 static bool loses_arbitration(struct hil_i2c_device *dev, uint8_t byte)
 {
     if (byte == 0 || !holds_sda(dev))
@@ -112,7 +113,7 @@ static void hold_start(struct hil_i2c_device *dev, bool repeated)
         hil_rules_kept(dev->rules, HIL_RULE_REPEATED_START);
 }
 
-/* A stop or repeated start that was asked for, now that a byte is over. */
+/* Makes a requested stop or repeated start after a byte. */
 static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
@@ -124,7 +125,7 @@ static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
     return true;
 }
 
-/* Where only the program can make it go on: a stop or start is made at once. */
+/* Makes a requested stop or start at once in states that only software ends. */
 static void take_request(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
@@ -132,7 +133,7 @@ static void take_request(struct hil_i2c_device *dev, uint64_t at)
         return;
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
-        i2c->cr1 &= ~CR1_STOP; /* there is nothing to stop */
+        i2c->cr1 &= ~CR1_STOP; /* there is no transfer to stop */
         if (waits(i2c, CR1_START) && !i2c->busy && is_connected(dev)) {
             hold_start(dev, false);
             enter(dev, HIL_I2C_STARTING, at, 1);
@@ -211,7 +212,7 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
     bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
     i2c->acknowledge = waits(i2c, CR1_ACK);
     if (!acknowledges)
-        /* it lets go of the line; what is clocked in beyond is ones */
+        /* the slave releases SDA; further bytes read as ones */
         dev->slave.stop(dev->slave.who);
     if (i2c->sr1 & SR1_RXNE) {
         i2c->shifted = byte;
@@ -229,14 +230,14 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
 static void end_stop(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (holds_sda(dev)) { /* SDA does not rise: STOP and BUSY stay */
+    if (holds_sda(dev)) { /* SDA does not rise: STOP and BUSY stay set */
         i2c->end_cycle = HIL_NEVER;
         return;
     }
     uint32_t full = i2c->sr1 & (SR1_BTF | SR1_RXNE);
     dev->slave.stop(dev->slave.who);
     leave_bus(dev);
-    i2c->sr1 |= full == (SR1_BTF | SR1_RXNE) ? full : 0; /* both bytes can still be read */
+    i2c->sr1 |= full == (SR1_BTF | SR1_RXNE) ? full : 0; /* both received bytes remain readable */
     i2c->busy = false;
     i2c->cr1 &= ~CR1_STOP;
     take_request(dev, at);
@@ -262,16 +263,16 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     struct hil_i2c *i2c = dev->state;
     bool scl = hil_gpio_level(dev->gpio, PORT_B, SCL);
     if (i2c->scl && !scl && dev->slave.hold->hung_clocks)
-        dev->slave.hold->hung_clocks--; /* another bit of the byte that the slave is in */
+        dev->slave.hold->hung_clocks--; /* one more bit of the byte in which the slave hangs */
     hil_gpio_drive(dev->gpio, PORT_B, SDA, !holds_sda(dev), at);
     bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA);
-    bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: it rises */
+    bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: SDA rises */
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
                    i2c->phase == HIL_I2C_RECEIVING;
     if (condition && sda && !in_byte)
         dev->slave.stop(dev->slave.who);
     if (is_connected(dev)) {
-        /* SCL is high */
+        /* SCL is high in the second half of the period */
         if (condition && in_byte &&
             (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2)
             i2c->sr1 |= SR1_BERR;
@@ -286,8 +287,7 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }
 
-/* The program or the chip stops in the middle of a byte that is being read: the slave goes on
- * holding what it sent. */
+/* Stops in the middle of a byte that is being read: the slave continues to hold its bit. */
 static void abandon(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
@@ -321,7 +321,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
     switch (offset) {
     case DR:
         value = i2c->dr;
-        if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the byte behind it moves up */
+        if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the next byte moves up */
             i2c->dr = i2c->shifted;
             i2c->sr1 &= ~SR1_BTF;
             if (i2c->phase == HIL_I2C_FULL)
@@ -415,11 +415,11 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_i2c *i2c = dev->state;
     (void)unit;
     if (waits(i2c, CR1_SWRST) && offset != CR1)
-        return; /* held in reset */
+        return; /* the peripheral is held in reset */
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
     case DR: dr_write(dev, value); break;
-    case SR1: /* flags of errors are cleared by 0 */ i2c->sr1 &= value | ~SR1_ERRORS; break;
+    case SR1: /* error flags are cleared by writing 0 */ i2c->sr1 &= value | ~SR1_ERRORS; break;
     default:
         if ((offset == CCR || offset == TRISE) && waits(i2c, CR1_PE))
             hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");

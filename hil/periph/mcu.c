@@ -11,10 +11,10 @@
 #define ALWAYS  HIL_RCC_BUSES
 #define ANY_ADC 0x700u
 
-/* Boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
+/* Peripherals: boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
 static const struct part {
     uint32_t base;
-    unsigned alike; /* so many in a row: a kilobyte, a unit and a bit apart */
+    unsigned alike; /* number of equal units, each a kilobyte and a bit apart */
     unsigned unit;
     size_t device; /* offset in struct hil_mcu */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
@@ -50,24 +50,24 @@ static const struct part {
 
 #define PARTS (sizeof parts / sizeof parts[0])
 
-/* Device id, unique id and flash size of system memory; option bytes. */
+/* Reads device id, unique id, flash size and option bytes in system memory. */
 static uint32_t read_system_memory(void *device, uint32_t address)
 {
     const struct hil_mcu *mcu = device;
     switch (address & ~3u) {
-    case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
+    case 0x1fff77dcu: /* the boot loader identification is the byte at ...de (AN2606) */
         return HIL_ROM_VERSION << 16 | 0xff00ffffu;
     case 0x1fff7a10u: return mcu->options->uid[0];
     case 0x1fff7a14u: return mcu->options->uid[1];
     case 0x1fff7a18u: return mcu->options->uid[2];
-    case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
+    case 0x1fff7a20u: /* flash size in KiB in the upper half, address ...22 */
         return mcu->options->type->flash_kib << 16 | 0xffffu;
     case 0x1fffc000u:
     case 0x1fffc004u:
     case 0x1fffc008u:
     case 0x1fffc00cu: return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
     default:
-        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: factory new */
+        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: as from the factory */
             return 0xffffffffu;
         return hil_bus_no_register(mcu->core);
     }
@@ -100,7 +100,7 @@ static void attach_to_bus(struct hil_mcu *mcu)
     for (unsigned i = 0; i < PARTS; i++) {
         const struct part *part = &parts[i];
         if (part->write == hil_usart_write && part->unit != mcu->options->type->usart)
-            continue; /* nothing is at the other one */
+            continue; /* nothing is connected to the other USART */
         for (unsigned n = 0; n < part->alike; n++)
             attach_part(mcu, part, n);
     }
@@ -134,8 +134,7 @@ static void attach_to_events(struct hil_mcu *mcu)
         hil_event_wire(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
 }
 
-/* Alternate functions (data sheet table 9) of the pins whose levels are modelled, and who listens
- * to pins. */
+/* Connects pins to alternate functions (data sheet table 9) and to peripherals that watch pins. */
 static void attach_to_pins(struct hil_mcu *mcu)
 {
     struct hil_gpio_device *gpio = &mcu->gpio;
@@ -144,7 +143,7 @@ static void attach_to_pins(struct hil_mcu *mcu)
     /* PD13, TIM4_CH2 */
     mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};
     const struct hil_board_type *type = mcu->options->type;
-    /* the serial link's output */
+    /* output of the serial link */
     mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_rests_high, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};
@@ -158,7 +157,7 @@ static void attach_to_pins(struct hil_mcu *mcu)
     gpio->alternate[0][15] = &mcu->pin[4];
     gpio->alternate[1][3] = &mcu->pin[5];
     mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
-    /* the serial line itself */
+    /* input of the serial link */
     gpio->outside[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
     hil_gpio_listen(gpio, hil_spi_pins_changed, &mcu->spi);
     hil_gpio_listen(gpio, hil_i2c_lines_changed, &mcu->i2c);
@@ -214,7 +213,8 @@ void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
 {
     hil_flash_reset(&mcu->flash);
     hil_rcc_reset(&mcu->rcc, csr_flags);
-    hil_adc_reset(&mcu->adc, 0); /* before its DMA stops, or it would seem to overrun */
+    /* before its DMA stops: otherwise the converter would report an overrun */
+    hil_adc_reset(&mcu->adc, 0);
     for (unsigned unit = 0; unit < 2; unit++) {
         hil_dma_reset(&mcu->dma, unit);
         hil_tim_reset(&mcu->tim, unit);

@@ -13,8 +13,8 @@
     {                  \
         HIL_NO_PORT, 0 \
     }
-/* The memory is not selected, the thermometer's bus and its data rest, CAN is recessive; the lamp
- * warns, no shunts are on, the camera is not triggered. */
+/* Levels of the pins at reset: memory not selected, thermometer bus idle, CAN recessive, warning
+ * lamp on, shunts off, camera not triggered. */
 #define PULLS(warning, shunts)                                                       \
     {                                                                                \
         {P('B', 12), true}, {P('B', 6), true}, {P('B', 7), true}, {P('D', 1), true}, \
@@ -35,7 +35,7 @@
 /* Devices: RM0090 38.6.1. */
 #define F407_REVISION_Y 0x100f6413u
 
-/* The rig's inputs and outputs on a board that has all 144 pins: transducers, gages, staircase and
+/* The rig's inputs and outputs on a board with all 144 pins: transducers, gages, staircase and
  * reference. */
 #define WIRED_144                                                                   \
     .channel = {P('F', 3), P('F', 4),  P('F', 5), P('F', 6), P('F', 7), P('F', 8),  \
@@ -60,7 +60,7 @@ static const struct hil_board_type types[] = {
         .rom_hears = true,
         .sensor_select = NONE,
     },
-    /* What is soldered on: ST's own project of the board (STM32_open_pin_data,
+    /* Parts on the board: ST's own project of the board (STM32_open_pin_data,
      * boards/C47_Discovery_STM32F407G-DISC1); its VDD is 3 V (UM1472 4.3). */
     {
         .number = MR_BOARD_DISCOVERY,
@@ -83,10 +83,10 @@ static const struct hil_board_type types[] = {
         .serial_in = P('C', 7),
         .usart = 6,
         .serial_function = 8,
-        .sensor_select = P('E', 3), /* LIS302DL: its SDO */
+        .sensor_select = P('E', 3), /* SDO of the LIS302DL */
         .sensor_out = P('A', 6),
     },
-    /* Its clock comes from the ST-LINK, OSC_OUT is free (UM1974 6.7; STM32_open_pin_data,
+    /* The ST-LINK supplies the clock; OSC_OUT is unused (UM1974 6.7; STM32_open_pin_data,
      * boards/A45_Nucleo_NUCLEO-F446ZE). */
     {
         .number = MR_BOARD_NUCLEO446,

@@ -76,7 +76,7 @@ uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
     return (ppre & 4u) ? 2u << (ppre & 3u) : 1u;
 }
 
-/* Timers run at twice a divided PCLK. */
+/* With a divided PCLK timers run at twice PCLK. */
 uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
     uint32_t divider = hil_rcc_divider(dev, bus);
@@ -98,7 +98,8 @@ static void halt(struct hil_rcc_device *dev, const char *what)
                   (unsigned)dev->state->cfgr);
 }
 
-/* Output of the PLL for a source frequency; halts when a limit of the data sheet is broken. */
+/* Output of the PLL for a source frequency; stops the run if it is outside the data sheet's
+ * limits. */
 static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
 {
     uint32_t cfg = dev->state->pllcfgr;
@@ -115,8 +116,8 @@ static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     return (uint32_t)(vco / p);
 }
 
-/* Frequency of HCLK, true and nominal (without the error of the HSI), by CR, PLLCFGR and
- * CFGR.SWS. */
+/* Frequency of HCLK from CR, PLLCFGR and CFGR.SWS: true, or nominal (without the error of the
+ * HSI). */
 static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
     struct hil_rcc *rcc = dev->state;
@@ -157,7 +158,7 @@ void hil_rcc_leave_on(struct hil_rcc_device *dev)
     clocks_changed(dev);
 }
 
-/* SW asks, SWS follows once the source is ready. */
+/* SW requests a source; SWS follows once the source is ready. */
 static void switch_source(struct hil_rcc_device *dev)
 {
     static const uint32_t ready[3] = {CR_HSIRDY, CR_HSERDY, CR_PLLRDY};
@@ -174,7 +175,7 @@ static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
     return source == SOURCE_HSE || (source == SOURCE_PLL && (rcc->pllcfgr & PLLCFGR_SRC_HSE));
 }
 
-/* Clock security: HSI takes over before the core sees a missing edge. */
+/* Clock security: HSI takes over before the core misses an edge. */
 static void secure_clock(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
@@ -190,8 +191,8 @@ static void secure_clock(struct hil_rcc_device *dev)
     hil_nvic_line(dev->core, HIL_EXC_NMI, true);
 }
 
-/* A crystal wants its oscillator, a clock from elsewhere the bypass: the other way round neither is
- * relied on. RM0090 7.2.1 */
+/* Whether HSE runs. A crystal needs the oscillator, an external clock needs the bypass; the reverse
+ * is not reliable. RM0090 7.2.1 */
 static bool has_clock(const struct hil_rcc_device *dev)
 {
     bool bypassed = (dev->state->cr & CR_HSEBYP) != 0;
@@ -293,14 +294,14 @@ static void cir_write(struct hil_rcc_device *dev, uint32_t value)
     hil_nvic_line(dev->core, HIL_EXC_NMI, (dev->state->cir & CIR_CSSF) != 0);
 }
 
-/* --- rules of the microcontroller itself --- */
+/* --- rules of the microcontroller --- */
 
 static bool is_dsb(const uint8_t *code)
 {
     return code[0] == 0xbf && code[1] == 0xf3 && (code[2] & 0xf0u) == 0x40u && code[3] == 0x8f;
 }
 
-/* Is there a DSB between two instructions? The errata's other way. */
+/* Whether a DSB is between two instructions: one of the errata's workarounds. */
 static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
 {
     const uint8_t *code = hil_memory_at(core, from, to - from, false);
@@ -311,8 +312,8 @@ static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
     return false;
 }
 
-/* Only within the block that switched the clock on: leaving it takes a branch, and that the cycles
- * that are wanted. (On APB at a quarter of HCLK some of those are not seen.) */
+/* Checks only within the block that enabled the clock: leaving the block takes a branch, whose
+ * cycles are enough. (With APB at a quarter of HCLK they may not be; such cases are missed.) */
 static void fresh_accessed(void *who)
 {
     struct hil_rcc_device *dev = who;
@@ -331,7 +332,7 @@ static void fresh_accessed(void *who)
                          between - 1u, (unsigned)fresh.pc, fresh.cycles);
 }
 
-/* A peripheral answers two cycles of AHB after its clock is on, one on APB 1 + the prescaler. */
+/* A peripheral answers two AHB cycles after its clock is enabled; on APB 1 + the prescaler. */
 static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
     struct hil_moment at = hil_stamp(dev->core);
@@ -352,7 +353,7 @@ static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t risi
     };
 }
 
-/* HCLK may rise only when the wait states for it are known to be in force. */
+/* Checks that HCLK rises only after the new wait states were read back. */
 static void hold_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
 {
     struct hil_rcc *rcc = dev->state;
@@ -371,7 +372,7 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
     struct hil_rcc_device *dev = device;
     (void)unit;
     if (dev->core->bus.fresh.clocks ==
-        &dev->state->word[offset / 4u]) { /* read back: the errata's third way */
+        &dev->state->word[offset / 4u]) { /* a read back is another workaround of the errata */
         dev->core->bus.fresh.clocks = NULL;
         hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
     }
@@ -420,9 +421,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         rcc->word[offset / 4u] = value;
         break;
     case CIR: cir_write(dev, value); break;
-    case AHB1RSTR: /* a reset is over as soon as it is given */
-        reset_lines(dev, HIL_RCC_AHB1, value);
-        break;
+    case AHB1RSTR: /* a reset ends at once */ reset_lines(dev, HIL_RCC_AHB1, value); break;
     case APB1RSTR: reset_lines(dev, HIL_RCC_APB1, value); break;
     case APB2RSTR: reset_lines(dev, HIL_RCC_APB2, value); break;
     case CSR: csr_write(dev, value); break;
@@ -436,16 +435,15 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 /* ---- power ---- */
 
-/* Power control, and what it and the wait states of flash allow as clock. */
+/* Power control, and the clock limit from it and the wait states of flash. */
 
 #define ACR_LATENCY 7u
 #define PWR_VOS     (1u << 14)
-#define SCALE_US    40u /* voltage scaling settles within this */
+#define SCALE_US    40u /* settling time of the voltage scaling */
 
 uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
 {
-    /* RM0090 table 10, 2.7 to 3.6 V: 30 MHz for each wait state; table 22: scale 2 up to 144
-     * MHz. */
+    /* RM0090 table 10, 2.7 to 3.6 V: 30 MHz per wait state; table 22: scale 2 up to 144 MHz. */
     uint32_t flash_hz = 30000000u * ((rcc->flash_acr & ACR_LATENCY) + 1u);
     uint32_t core_hz = (rcc->pwr_cr & PWR_VOS) ? 168000000u : 144000000u;
     return flash_hz < core_hz ? flash_hz : core_hz;
@@ -466,7 +464,7 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_rcc *rcc = dev->state;
     (void)unit;
     if (offset == 4)
-        return; /* only status bits are left by registers.def */
+        return; /* registers.def handles this register: only status bits remain */
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
         rcc->scale_ready_cycle = hil_now(dev->core) +
                                  (uint64_t)dev->core->state.clock.hclk_hz / 1000000u * SCALE_US;
@@ -498,7 +496,7 @@ static uint64_t lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycles)
 static void reload(struct hil_iwdg_device *dev)
 {
     struct hil_iwdg *w = dev->state;
-    /* Divider 4 * 2^PR, at most 256; reset when the counter passes 0. */
+    /* Divider 4 * 2^PR, at most 256; the counter resets the chip when it passes 0. */
     uint64_t divider = 4u << (w->pr > 6 ? 6 : w->pr);
     uint64_t timeout_ps = lsi_ps(dev, divider * (w->rlr + 1u));
     if (w->running)
@@ -533,7 +531,7 @@ static void key_write(struct hil_iwdg_device *dev, uint32_t key)
     if (key == KEY_START && !w->running) {
         w->running = true;
         dev->rcc->state->watchdog_runs = true;
-        start_lsi(dev->rcc); /* by itself */
+        start_lsi(dev->rcc); /* the watchdog starts LSI itself */
     }
     uint64_t now_ps = hil_now_ps(dev->core);
     if (key == KEY_RELOAD && (now_ps < w->until_ps[0] || now_ps < w->until_ps[1]))

@@ -10,8 +10,8 @@
 #include "hil/periph/options.h"
 
 #define NS_PS     1000.0
-/* A rise of a line that only a resistor pulls up: I2C-bus specification UM10204, table 10, standard
- * mode. */
+/* Rise time of a line with only a pull-up resistor: I2C-bus specification UM10204, table 10,
+ * standard mode. */
 #define PULLED_NS 1000.0
 
 enum { A, B, C, D, E, F, G, H, I };
@@ -36,8 +36,8 @@ static const struct {
 #include "hil/periph/rules.def"
 };
 
-/* By OSPEEDR. STM32F407 data sheet DS8626, I/O AC characteristics, 2.7 V or more at 50, 50, 40, 30
- * pF: longest rise or fall, highest frequency. */
+/* Indexed by OSPEEDR. STM32F407 data sheet DS8626, I/O AC characteristics, 2.7 V or more at 50, 50,
+ * 40, 30 pF: longest rise or fall, highest frequency. */
 static const struct {
     double slew_ns, most_mhz;
 } speeds[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
@@ -57,7 +57,7 @@ double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, un
     return 1e3 / speeds[speed_of(dev, port, pin)].most_mhz;
 }
 
-/* Who did it, in words. */
+/* Prints the function and address that caused it. */
 static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
 {
     const char *name = pc && dev->function ? dev->function(dev->who, pc) : NULL;
@@ -149,7 +149,8 @@ void hil_rules_broken(struct hil_rules_device *dev, enum hil_rule rule, uint32_t
 
 /* --- pins --- */
 
-/* The thermometer's bus, moved by stores: SDA rises while SCL is high, a stop; falls, a start. */
+/* Follows the thermometer's bus when software moves it. With SCL high, a rising SDA is a stop, a
+ * falling one a start. */
 static void follow_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
 {
     struct hil_rules *state = dev->state;
@@ -172,7 +173,7 @@ static void follow_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bo
                         high ? edges->fell : edges->rose, at);
         break;
     case HIL_RULES_THERMOMETER_DATA: follow_bus(dev, high, at); break;
-    default: break; /* the chip judges when it knows its command */
+    default: break; /* the chip's model checks this when it knows the command */
     }
 }
 
@@ -181,7 +182,7 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].otyper >> pin & 1u;
 }
 
-/* Has the table a pin of this port? */
+/* Whether the table has a pin of this port. */
 static bool is_kept(unsigned port)
 {
     bool kept = false;
@@ -208,7 +209,7 @@ void hil_rules_stored(void *device, unsigned port)
     }
 }
 
-/* --- inputs that nothing drives --- */
+/* --- floating inputs --- */
 
 static bool matters(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
                     struct hil_difference *difference)
@@ -249,7 +250,7 @@ void hil_rules_reset(struct hil_rules_device *dev)
             (struct hil_rules_edges){.high = hil_gpio_level(dev->gpio, pins[i].port, pins[i].pin)};
 }
 
-/* --- words --- */
+/* --- names --- */
 
 enum hil_rule hil_rule_named(const char *name, size_t length)
 {

@@ -25,7 +25,7 @@
 #define DATA_REGISTER 0x4000380cu
 #define PORT_B        1u
 #define MISO          14u
-#define GROUP         64u /* bytes that one event may move under DMA */
+#define GROUP         64u /* bytes that one event may transfer by DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
@@ -61,7 +61,7 @@ static bool is_connected(const struct hil_spi_device *dev)
     return true;
 }
 
-/* Fill the transmit buffer from DMA if it may. */
+/* Fills the transmit buffer from DMA if enabled. */
 static void refill(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
@@ -85,7 +85,7 @@ static void receive(struct hil_spi_device *dev, uint8_t byte)
 {
     struct hil_spi *spi = dev->state;
     bool driven = spi->selected && is_connected(dev) && dev->slave.drives(dev->slave.who);
-    if (spi->sr & SR_RXNE) { /* the byte in the buffer stays, this one is lost (28.3.10) */
+    if (spi->sr & SR_RXNE) { /* overrun: the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->dr_was_read = false;
         return;
@@ -107,16 +107,16 @@ static void begin(struct hil_spi_device *dev, uint64_t at)
     refill(dev);
 }
 
-/* --- rules: of the select line and the clock --- */
+/* --- rules of the select line and the clock --- */
 
-/* SCK rises in the middle of a bit (modes 0 and 3: the chip's). */
+/* SCK rises in the middle of a bit (modes 0 and 3, those of the chip). */
 static struct hil_moment first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
 {
     begin.ps += (uint64_t)(hil_spi_period_ns(dev) / 2.0 * 1e3);
     return begin;
 }
 
-/* A store has begun a byte. */
+/* Checks the clock when a store begins a byte. */
 static void judge_begin(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
@@ -132,7 +132,7 @@ static void judge_begin(struct hil_spi_device *dev)
                       hil_rules_period_ns(dev->rules, PORT_B, 13), begin.pc);
 }
 
-/* The line moves while a byte is under way. */
+/* Checks a fall of the select line while a byte is being sent. */
 static void judge_select(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
@@ -144,8 +144,8 @@ static void judge_select(struct hil_spi_device *dev)
             first_rise(dev, hil_stamp_at(dev->core, spi->shift_end_cycle - byte_cycles(dev))));
 }
 
-/* By its last rise in a byte the chip has all bits of it; if it is deselected before, it drops the
- * byte, and nothing has to be kept. */
+/* Checks the rise of the select line. At the last clock of a byte the chip has all its bits. If the
+ * line rises before that, the chip drops the byte and the rule does not apply. */
 static void judge_deselect(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
@@ -155,8 +155,7 @@ static void judge_deselect(struct hil_spi_device *dev)
         hil_rules_judge(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
-/* The next event is the end of the byte after which something becomes visible: a flag of a stream,
- * an interrupt. */
+/* Schedules the end of the next byte with a visible effect: a flag of a stream, an interrupt. */
 static void schedule(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
@@ -279,8 +278,8 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     bool shifting = spi->shifting;
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
-    case SR: /* nothing in it can be written here; CRCERR is never set */ break;
-    case DR: /* a byte not yet sent is overwritten, as on hardware */
+    case SR: /* read-only here; CRCERR is never set */ break;
+    case DR: /* as on hardware, replaces a byte not yet sent */
         spi->held = (uint8_t)value;
         spi->holding = true;
         break;

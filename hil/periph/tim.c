@@ -87,7 +87,7 @@ static void update_irq(struct hil_tim_device *dev, unsigned unit)
     hil_irq_line(dev->core, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
 }
 
-/* The next moment after `at` at which something happens by itself. */
+/* Schedules the next change after `at` that the timer makes by itself. */
 static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &dev->state[unit];
@@ -110,8 +110,8 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
-/* Reference level of a channel for the present count; the modes that act on a match do so when
- * `match`. */
+/* Reference level of a channel at the present count. `match`: the count equals CCR, on which some
+ * modes act. */
 static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t count, bool match)
 {
     bool now = t->reference[channel];
@@ -127,7 +127,7 @@ static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t c
     }
 }
 
-/* External triggers of the converters that these timers make (RM0090 table 69). */
+/* Triggers converters from the outputs of these timers (RM0090 table 69). */
 static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsigned channel,
                                bool rising, uint64_t at)
 {
@@ -149,7 +149,7 @@ static struct levels output_levels(const struct hil_tim *t)
     return levels;
 }
 
-/* Outputs may have changed since `before`: pins and converters see it, all channels at once. */
+/* Reports outputs that changed since `before` to pins and converters, all channels at once. */
 static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
                            uint64_t at)
 {
@@ -182,7 +182,7 @@ static void load_preloads(struct hil_tim *t)
     }
 }
 
-/* TIM4's trigger output starts TIM2, if it waits for it (trigger mode, ITR3). */
+/* TIM4's trigger output starts TIM2 if TIM2 waits for it (trigger mode, ITR3). */
 static void trigger_output(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_tim *slave = &dev->state[HIL_TIM2];
@@ -215,7 +215,7 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
 
 static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel, uint64_t at)
 {
-    /* of DMA1, request channel 3 (RM0090 table 42) */
+    /* streams of DMA1, request channel 3 (RM0090 table 42) */
     static const uint8_t stream[HIL_CAPTURES] = {5, 6};
     unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
@@ -241,7 +241,7 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         if (t->capture_cycle[i] <= at)
             capture(dev, t, i, at);
     }
-    if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* else it is held */
+    if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* otherwise the counter stands still */
         struct levels before = output_levels(t);
         uint64_t tick = tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
@@ -308,7 +308,7 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     uint64_t *cycle = &t->capture_cycle[channel];
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
-        *cycle = HIL_NEVER; /* shorter than the filter */
+        *cycle = HIL_NEVER; /* shorter than the filter: removed */
     if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
@@ -379,14 +379,14 @@ static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channe
 {
     struct hil_tim *t = &dev->state[unit];
     if (!is_output(t, channel))
-        return; /* read-only while capturing */
+        return; /* read-only in capture mode */
     t->ccr[channel] = value & counter_mask(unit);
     if (!(channel_mode(t, channel) & 8u))
         t->ccr_now[channel] = t->ccr[channel];
     refresh_references(dev, unit, hil_now(dev->core));
 }
 
-/* A capture needs an input that is held. */
+/* Checks the rule FLOATING: something must drive or pull a capture input. */
 static void hold_inputs(struct hil_tim_device *dev)
 {
     static const struct {
@@ -468,7 +468,7 @@ void hil_tim11_reset(void *device, unsigned unit)
     *dev->state = (struct hil_tim11){.arr = 0xffff, .began_ps = HIL_NEVER};
 }
 
-/* Between two captures; HIL_NEVER: nothing comes. */
+/* Time between two captures; HIL_NEVER without a crystal signal. */
 static uint64_t period_ps(const struct hil_tim11_device *dev)
 {
     const struct hil_tim11 *t = dev->state;
@@ -489,7 +489,7 @@ static uint32_t count11_at(const struct hil_tim11_device *dev, uint64_t at_ps)
     return (uint32_t)((uint64_t)ticks / (t->psc + 1u)) & 0xffffu;
 }
 
-/* What was captured up to now. */
+/* Adds the captures up to now. */
 static void catch_up(struct hil_tim11_device *dev)
 {
     struct hil_tim11 *t = dev->state;
@@ -522,7 +522,7 @@ void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     struct hil_tim11 *t = dev->state;
     (void)unit;
     catch_up(dev);
-    if (offset == SR) /* zeroes clear */
+    if (offset == SR) /* flags are cleared by writing 0 */
         t->sr &= value;
     else
         t->word[offset / 4u] = value;

@@ -32,14 +32,14 @@
 #define CR3_DMAR   64u
 #define CR3_ONEBIT 0x800u
 #define CR3_DMAT   128u
-#define GARBLED    0u /* what arrives where the ends do not agree */
+#define GARBLED    0u /* received byte if the settings of the two ends differ */
 
 /* USART1 and USART6: RM0090 table 1 (addresses), 43 (requests), 61 (interrupts). */
 static const struct numbers {
     uint32_t data_register;
     enum hil_irq irq;
     uint8_t request;        /* channel of DMA2's streams */
-    uint8_t receive_stream; /* beside 2 */
+    uint8_t receive_stream; /* the second stream is always 2 */
 } usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
 
 static const struct numbers *numbers(const struct hil_usart_device *dev)
@@ -67,7 +67,7 @@ static bool is_connected(const struct hil_usart_device *dev, struct hil_pin_plac
            dev->options->type->serial_function;
 }
 
-/* HCLK cycles of one bit; 0 while no rate is set. */
+/* HCLK cycles of one bit; 0 if no rate is set. */
 static uint64_t bit_cycles(const struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
@@ -92,8 +92,7 @@ static unsigned bits_with(enum hil_parity parity)
     return parity == HIL_PARITY_NONE ? 10u : 11u;
 }
 
-/* Bits of the frame of a byte as they go over the line, first in bit 0: start, data, parity,
- * stop. */
+/* Bits of a byte's frame in line order, first in bit 0: start, data, parity, stop. */
 static uint32_t frame_levels(uint8_t byte, enum hil_parity parity)
 {
     uint32_t bits = (uint32_t)byte << 1;
@@ -108,9 +107,9 @@ static uint64_t frame_bits(const struct hil_usart_device *dev)
     return bits_with(parity(dev->state));
 }
 
-/* Does the other end use the programmed settings: the parity, and a rate near enough (2 %: a
- * receiver tolerates 3.3 %, RM0090 table 142, which includes the other end's own error and that of
- * its divider)? */
+/* Whether the other end uses the programmed settings: the parity, and a rate within 2 %. (A
+ * receiver tolerates 3.3 %, RM0090 table 142, including the other end's error and that of its
+ * divider.) */
 static bool line_fits(const struct hil_usart_device *dev)
 {
     uint64_t bit = bit_cycles(dev);
@@ -135,7 +134,7 @@ static void update_irq(struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
     uint32_t sr = flags(u);
-    /* TXEIE, TCIE, RXNEIE, IDLEIE sit at the places of their flags. */
+    /* TXEIE, TCIE, RXNEIE, IDLEIE have the bit positions of their flags. */
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
@@ -162,7 +161,7 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
     u->out_count = 0;
 }
 
-/* Fill DR from DMA if it may. */
+/* Fills DR from DMA if enabled. */
 static void refill(struct hil_usart_device *dev)
 {
     struct hil_usart *u = dev->state;
@@ -171,7 +170,7 @@ static void refill(struct hil_usart_device *dev)
         u->holding = hil_dma_read_items(dev->dma, &request, &u->held, 1);
 }
 
-/* DR to shift register at cycle `at`, if it is free. */
+/* Moves DR to the shift register at cycle `at` if that is free. */
 static void shift(struct hil_usart_device *dev, uint64_t at)
 {
     struct hil_usart *u = dev->state;
@@ -203,8 +202,7 @@ static void schedule(struct hil_usart_device *dev)
             n = hil_dma_until_flag(dev->dma, &request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
-        /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present
-         * one. */
+        /* Item n from now reaches DR after n - 1 more bytes, following the present one. */
         next = u->shift_end_cycle +
                (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
     }
@@ -266,7 +264,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
     }
 }
 
-/* A byte with an error is received all the same, its flags with it (30.6.1). */
+/* Receives a byte. One with an error is received with its error flags (30.6.1). */
 static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = dev->state;
@@ -298,7 +296,7 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
     return (frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
 }
 
-/* A byte comes to the end of the line, as the faults of the line leave it. */
+/* A byte arrives at the end of the line, after the faults of the line. */
 static void arrive(struct hil_usart_device *dev, uint8_t byte)
 {
     struct hil_usart *u = dev->state;

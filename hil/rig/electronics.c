@@ -11,9 +11,9 @@
 #define S_PER_H              3600.0
 #define TWO_PI               6.28318530717958647693
 #define CODES                4096.0
-/* Largest errors of the sensors themselves: from the data sheets in firmware/config.c. */
+/* Largest errors of the sensors, from the data sheets in firmware/config.c. */
 #define CELL_GAIN_REL        0.005 /* electrolytic transducer, 0.5 % */
-#define CELL_ZERO_IN         0.010 /* its zero is set by hand */
+#define CELL_ZERO_IN         0.010 /* the zero is set by hand */
 #define GAGE_FACTOR_REL      0.005
 #define MID_V                1.65 /* nominal values of hil/rig/rig.h */
 #define GAGE_V_PER_LB        0.005
@@ -34,13 +34,13 @@ void hil_figures_reference(struct hil_figures *figures)
     };
 }
 
-/* Evenly within -most to most. */
+/* Uniform between -most and most. */
 static double evenly(uint64_t *random, double most)
 {
     return most * (2.0 * mr_splitmix64_uniform(random) - 1.0);
 }
 
-/* Box and Muller; half of what they give is enough here. */
+/* Normal distribution by Box and Muller; the second value is not used. */
 static double normal(uint64_t *random, double sd)
 {
     double u = 1.0 - mr_splitmix64_uniform(random), v = mr_splitmix64_uniform(random);
@@ -84,7 +84,8 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
 static void draw_transducers(struct hil_electronics *e, const struct hil_figures *f,
                              uint64_t *random)
 {
-    double drive = 1.0 + normal(random, f->transducer_excitation_sd_rel); /* of all of a board */
+    /* common to all transducers of a board */
+    double drive = 1.0 + normal(random, f->transducer_excitation_sd_rel);
     double mid_v = f->transducer_mid_v - MID_V + normal(random, f->transducer_mid_supply_sd_v);
     e->transducer_tau_s = f->transducer_settle_us * 1e-6;
     e->transducer_gain_k = f->transducer_cell_ppm_k * 1e-6;
@@ -121,8 +122,8 @@ static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f,
     draw_gages(e, f, random);
 }
 
-/* Resistors from each switch, from the supply (the zero) and from ground to one node: the share of
- * each is its conductance over the sum of all, whatever the switches do. */
+/* Resistors connect each switch, the supply (for the zero) and ground to one node. The share of
+ * each is its conductance over the sum of all, independent of the switches. */
 static void draw_staircase(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
     double part[HIL_RUN_SWITCHES], rest = CODES - STAIRCASE_ZERO_CODES, all = 0.0;
@@ -147,7 +148,7 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f,
     e->lamp_sense_ps = ps_of_us(fmax(f->lamp_sense_us, f->lamp_clear_us));
     double threshold_a = f->lamp_sense_threshold_a + normal(random, f->lamp_sense_threshold_sd_a);
     e->lamp_told = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
-    /* half of the most to the most: no two relays are alike */
+    /* between half the maximum and the maximum, because relays differ */
     e->relay_operate_ps =
         ps_of_us(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
     e->relay_release_ps =
@@ -168,7 +169,7 @@ static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures
     }
 }
 
-/* What the converters see of each channel, in its order. */
+/* Properties of each channel at the converter, in converter order. */
 static void set_sources(struct hil_adc_errors *adc, const struct hil_figures *f)
 {
     const struct {

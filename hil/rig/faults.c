@@ -25,9 +25,9 @@
 
 /* ---- the two links ---- */
 
-/* Reports a fault that fired, or a frame or byte that suffered one: a line with its virtual time to
- * the log and to the trace, and a count. `log` NULL: not written. `file_line`: its line in the
- * fault file; 0: none. */
+/* Reports a fault that fired, or a frame or byte that it affected: writes a line with the virtual
+ * time to log and trace, and counts it. `log` NULL: no log. `file_line`: line in the fault file, or
+ * 0. */
 __attribute__((format(printf, 4, 5))) static void fault_report(struct hil_core *core, FILE *log,
                                                                unsigned file_line,
                                                                const char *format, ...)
@@ -147,7 +147,8 @@ static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uin
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
-    memcpy(lines->bytes + lines->bytes_count, bytes, n); /* after the late ones */
+    /* behind the bytes that are late already */
+    memcpy(lines->bytes + lines->bytes_count, bytes, n);
     lines->bytes_count += (uint32_t)n;
 }
 
@@ -155,7 +156,7 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
-    size_t from = 0; /* not given yet */
+    size_t from = 0; /* first byte not delivered yet */
     bool any = false;
     if (dev->pin_callbacks.on_serial_bytes)
         dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.ctx, t_ps, bytes, n);
@@ -249,17 +250,17 @@ static void supply_off(struct hil_supply_device *dev, uint64_t duration_ps)
     dev->core->reset.hold_ps = hil_now_ps(dev->core) + duration_ps;
 }
 
-/* Volts at which the chip goes into reset: DS8626, embedded reset and power control block, typical,
+/* Supply voltage at which the chip resets: DS8626, embedded reset and power control block, typical,
  * falling. */
 static double brown_out_volts(const struct hil_supply_device *dev)
 {
-    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* OPTCR.BOR_LEV; 3: off */
+    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* by OPTCR.BOR_LEV; 3: off */
     return level[dev->flash->state->options >> 2 & 3u];
 }
 
 static void supply_dip(struct hil_supply_device *dev, double volts, uint64_t duration_ps)
 {
-    /* RM0090 table 10: HCLK for each wait state, by supply. */
+    /* RM0090 table 10: HCLK per wait state, by supply voltage. */
     double hz_by_wait_state = volts >= 2.7 ? 30e6
                             : volts >= 2.4 ? 24e6
                             : volts >= 2.1 ? 22e6
@@ -317,8 +318,8 @@ static void schedule(struct hil_faults_device *dev)
 
 /* --- triggers --- */
 
-/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER:
- * not between any two. */
+/* Time when the gear passes a station, interpolated between two switches that open. HIL_NEVER if
+ * the station is not between two. */
 static uint64_t station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;
@@ -340,7 +341,7 @@ static uint64_t station_ps(const struct hil_run *run, double station_ft)
     return HIL_NEVER;
 }
 
-/* A counted thing has happened for the n-th time. */
+/* The n-th event of a counted kind has occurred: schedules the faults that wait for it. */
 static void reached(struct hil_faults_device *dev, enum hil_trigger trigger, uint64_t n)
 {
     struct hil_faults *faults = dev->state;
@@ -381,7 +382,7 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
     uint32_t address = fault->address + fault->bit / 8u;
     uint8_t byte = 0;
     if (hil_memory_peek(dev->core, address, &byte, 1) != MR_OK)
-        return; /* checked when it was ordered */
+        return; /* cannot fail: checked when the fault was added */
     byte = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
     (void)hil_cpu_poke(dev->core, address, &byte, 1);
 }
@@ -457,7 +458,7 @@ static void on_due(void *device, uint64_t at)
     schedule(dev);
 }
 
-/* --- ordering --- */
+/* --- adding faults --- */
 
 static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fault *fault,
                              enum mr_status status, const char *why)
@@ -537,21 +538,21 @@ void hil_faults_create(struct hil_faults_device *dev)
     hil_event_wire(dev->core, HIL_EVENT_FAULT, on_due, dev);
 }
 
-/* ---- as text ---- */
+/* ---- text form ---- */
 
 #define LINE_MAX_BYTES 256
 #define WORDS_MAX      16
 
 #define refuse_text(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
 
-/* What a number of a line is called, where it goes, and its range. ORDER: of things counted from 1;
- * PS: a time, with its picoseconds. */
+/* A number in a line: its name, its member and its range. ORDER: counted from 1; PS: a time, with
+ * its factor to picoseconds. */
 enum kind { WHOLE, WHOLE64, REAL, ORDER, PS, PLACE };
 
 static const struct slot {
     const char *name;
     enum kind kind;
-    size_t at; /* in struct hil_fault */
+    size_t at; /* offset in struct hil_fault */
     double low, high, ps;
 } slots[] = {
 #define AT(member) offsetof(struct hil_fault, member)
@@ -576,13 +577,13 @@ static const struct slot {
 #undef AT
 };
 
-/* By enum hil_trigger. */
+/* Indexed by enum hil_trigger. */
 static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY_US]",
                                        "frame N [+ DELAY_US]", "flash N [+ DELAY_US]",
                                        "nor N [+ DELAY_US]"};
 
-/* What stands in a line, and what it begins with: | between words adds the place of the one that is
- * there to `choice`, a number of order itself to `index`. */
+/* Patterns of a line, with the fault they begin with. Of words between |, the index of the one
+ * given is added to `choice`; a number of kind ORDER is added to `index`. */
 #define CHANNEL "mend|stick|high|low|open"
 #define LINE(at)                                                                           \
     {                                                                                      \
@@ -621,14 +622,14 @@ static const struct action {
 #define ACTIONS (sizeof actions / sizeof actions[0])
 
 struct reader {
-    struct hil_file_place at; /* line: the present one */
+    struct hil_file_place at; /* line: number of the current line */
     const char *elf;
     char *word[WORDS_MAX];
-    unsigned words, next, wrong; /* wrong: the farthest that did not fit */
-    const char *no_symbol;       /* a place that the image does not name */
+    unsigned words, next, wrong; /* wrong: index of the farthest word that did not fit */
+    const char *no_symbol;       /* symbol that the image does not have */
 };
 
-/* At the end of a line what no word can be, for it has spaces. */
+/* Word i, or "end of line". The latter contains spaces, so it equals no word. */
 static const char *word_at(const struct reader *r, unsigned i)
 {
     return i < r->words ? r->word[i] : "end of line";
@@ -643,7 +644,7 @@ static const struct slot *slot_named(const char *name, size_t length)
     return NULL;
 }
 
-/* 0x20001234, SYMBOL or SYMBOL+OFFSET */
+/* Accepts 0x20001234, SYMBOL or SYMBOL+OFFSET. */
 static bool take_place(struct reader *r, const char *word, uint32_t *address)
 {
     char name[LINE_MAX_BYTES], *end;
@@ -693,7 +694,7 @@ static bool take_number(struct reader *r, const struct slot *slot, struct hil_fa
     return true;
 }
 
-/* One of the words between |, whose place is added to `choice`. */
+/* Matches one of the words between | and adds its index to `choice`. */
 static bool take_word(const char *wanted, const char *word, unsigned *choice)
 {
     size_t length = strlen(word);
@@ -709,14 +710,15 @@ static bool take_word(const char *wanted, const char *word, unsigned *choice)
     }
 }
 
-/* The words from r->next on, by a pattern. False: they are others, and r->next is as before. */
+/* Matches the words from r->next on against a pattern. False: no match, and r->next is
+ * unchanged. */
 static bool take(struct reader *r, const char *pattern, struct hil_fault *f)
 {
     char copy[128], *save;
     unsigned began = r->next;
     snprintf(copy, sizeof copy, "%s", pattern);
     for (char *want = strtok_r(copy, " ]", &save); want; want = strtok_r(NULL, " ]", &save)) {
-        if (*want == '[') { /* may be missing, with its number */
+        if (*want == '[') { /* optional, together with its number */
             char *number = strtok_r(NULL, " ]", &save);
             if (strcmp(word_at(r, r->next), want + 1) != 0)
                 continue;
@@ -735,7 +737,7 @@ static bool take(struct reader *r, const char *pattern, struct hil_fault *f)
     return true;
 }
 
-/* "gage GAGE drift GAIN LB" as "gage GAGE(1 to 14) drift ...", behind `out`. */
+/* Appends a pattern with the ranges of its numbers, such as "gage GAGE(1 to 14) drift ...". */
 static void put_pattern(char *out, size_t size, const char *pattern)
 {
     size_t used = strlen(out);
@@ -755,7 +757,7 @@ static void put_pattern(char *out, size_t size, const char *pattern)
     }
 }
 
-/* Names the word that does not fit, and what there is. */
+/* Reports the word that does not fit, and the possible ones. */
 static enum mr_status refuse_action(const struct reader *r)
 {
     char known[600] = "";

@@ -14,15 +14,15 @@
 #include "hil/rig/rig.h"
 #include "hil/rig/runfile.h"
 
-/* The application takes a block 0.97 ms after its first trigger: what comes half way before that
- * finds the block before it done, and is there in time. */
+/* The application handles a block 0.97 ms after its first trigger. A command sent half a block
+ * earlier arrives after the block before is handled and before this one. */
 #define COMMAND_TICKS     37800u
 #define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
-/* the one-shot goes low again 1 us after the capture; edges may follow closely */
+/* the one-shot falls 1 us after the capture, because the next edge may be close */
 #define PULSE_TICKS       84u
 #define FRAME_PULSE_TICKS 8400u /* 100 us */
-#define SERIAL_COMMANDS   2u    /* the application takes so many from each link in a block */
-#define MARGIN_S          1.0   /* from power on to the first scan, and to send the end */
+#define SERIAL_COMMANDS   2u    /* the application handles this many from each link per block */
+#define MARGIN_S          1.0   /* from power on to the first scan, and to send the last data */
 
 static uint64_t tick_cycles(const struct hil_replay_device *dev)
 {
@@ -41,7 +41,7 @@ static uint64_t command_tick(const struct hil_replay *replay, size_t i)
            COMMAND_TICKS;
 }
 
-/* When PA15 has to rise or fall next, HIL_NEVER: no more. */
+/* Cycle of the next change of PA15; HIL_NEVER if there is none. */
 static uint64_t pin_cycle(const struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
@@ -58,7 +58,7 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
     return cycle_of(dev, replay->edge_tick[state->next_edge]);
 }
 
-/* The same of PB3. */
+/* Cycle of the next change of PB3. */
 static uint64_t frame_cycle(const struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
@@ -91,7 +91,8 @@ static void apply_command(struct hil_replay_device *dev, const struct mr_command
                       (unsigned)message->tag);
 }
 
-/* The first conversion after TIM2 has started: everything is counted from that start. */
+/* Called at the first conversion after TIM2's start: all ticks of the record count from that
+ * start. */
 static void begin(struct hil_replay_device *dev)
 {
     const struct hil_tim *tim2 = &dev->tim->state[HIL_TIM2];
@@ -105,7 +106,7 @@ static void begin(struct hil_replay_device *dev)
     schedule(dev);
 }
 
-/* All commands of the next block at once. The application takes those from CAN first. */
+/* Sends all commands of the next block at once. The application handles those from CAN first. */
 static void apply_block(struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
@@ -146,7 +147,7 @@ static void on_event(void *device, uint64_t at)
     struct hil_replay_device *dev = device;
     struct hil_replay_state *state = dev->state;
     if (!dev->replay || !state->started || state->resets != dev->core->state.counters.resets)
-        return; /* a board that was reset begins the record again with its scans */
+        return; /* after a reset the record starts again with the first scan */
     if (pin_cycle(dev) <= at)
         move_pin(dev, at);
     if (frame_cycle(dev) <= at)
@@ -166,7 +167,7 @@ static const struct mr_block *block_at(const struct hil_replay *replay, uint64_t
     return place < replay->block_count ? first + place : first + replay->block_count - 1;
 }
 
-/* Place of a pin in its converter's scan; false: nothing of the record is on it. */
+/* Position of a pin in its converter's scan. False: the record has no data for the pin. */
 static bool channel_of(const struct hil_rig_device *rig, unsigned port, unsigned pin,
                        bool *transducer, unsigned *channel)
 {
@@ -193,7 +194,7 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
     uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
     const struct mr_block *block = block_at(replay, since / MR_TICKS_PER_BLOCK);
     if (block != dev->codes_block) {
-        hil_codes_of(block, &dev->codes, &unused); /* has been tried when the file was read */
+        hil_codes_of(block, &dev->codes, &unused); /* cannot fail: checked when the file was read */
         dev->codes_block = block;
     }
     unsigned scan = (unsigned)(since % MR_TICKS_PER_BLOCK / SCAN_TICKS);
@@ -201,7 +202,7 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
         return dev->codes.adc1[channel][scan];
     int polarity = dev->rig->state->excitation;
     if (polarity == 0)
-        return 2048; /* an unexcited transducer rests at its middle */
+        return 2048; /* an unexcited transducer rests at mid-scale */
     return dev->codes.transducer[polarity < 0][channel][scan / 2u];
 }
 
@@ -226,7 +227,7 @@ double hil_replay_duration_s(const struct hil_replay *replay)
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 
-/* Room for one more element, by doubling; aborts on lack of memory, as the board itself does. */
+/* Makes room for one more element by doubling; aborts without memory, as the board does. */
 static void *grow(void *array, size_t count, size_t size)
 {
     if (count & (count - 1))
@@ -268,7 +269,7 @@ static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay
     return MR_OK;
 }
 
-/* A tick, at least `apart` behind the one before it. */
+/* Reads a tick, at least `apart` after the tick before. */
 static enum mr_status read_tick(struct hil_record *r, const char *text, uint64_t apart,
                                 uint64_t **ticks, size_t *count)
 {
@@ -368,7 +369,7 @@ static struct range range_of(unsigned i, unsigned low, unsigned high)
     return i < low ? low_codes : i < low + high ? high_codes : middle_codes;
 }
 
-/* Can `count` codes, `low` and `high` of them saturated, add up to `sum`? */
+/* Whether `count` codes, `low` and `high` of them saturated, can add up to `sum`. */
 static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
 {
     unsigned least = 0, most = 0;
@@ -381,8 +382,8 @@ static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
     return sum >= least && sum <= most;
 }
 
-/* Begins with the least of each and hands the rest out evenly; a code that is full leaves its share
- * to the next ones. */
+/* Starts with the least value of each code and spreads the rest evenly. A full code leaves its
+ * share to the next ones. */
 static void spread(unsigned sum, unsigned count, unsigned low, unsigned high, uint16_t *codes)
 {
     unsigned rest = sum;
@@ -401,7 +402,8 @@ static void spread(unsigned sum, unsigned count, unsigned low, unsigned high, ui
     }
 }
 
-/* A transducer's counts are of both polarities together: any split will do. */
+/* A transducer's counts of saturated codes are for both polarities together: uses the first split
+ * that fits. */
 static bool spread_transducer(const struct mr_block *block, unsigned i, struct hil_codes *codes)
 {
     const unsigned n = HIL_CODES_PER_POLARITY;

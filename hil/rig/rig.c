@@ -22,7 +22,7 @@
 #define CHANNEL_STAIRCASE   22u
 #define CHANNEL_REFERENCE   23u
 #define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
-#define RELAY_BOUNCES       2u   /* a contact that closes opens again so often */
+#define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
 
 static void schedule(struct hil_rig_device *dev)
 {
@@ -59,7 +59,7 @@ void hil_rig_start(struct hil_rig_device *dev)
     schedule(dev);
 }
 
-/* Where the staircase's part of a contact stands, 0 to 1. */
+/* Share of a contact in the staircase voltage, 0 to 1. */
 static double contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
     double taus = (t_s - (double)contact->since_ps * 1e-12) / tau_s;
@@ -74,7 +74,7 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
 {
     struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
-    hil_adc_catch_up(dev->adc, at); /* what was sampled before saw the old state */
+    hil_adc_catch_up(dev->adc, at); /* earlier samples must use the old state */
     double tau_s = dev->electronics->staircase_tau_s;
     contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12, tau_s) : 0.0;
     contact->moved = true;
@@ -109,7 +109,7 @@ static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
     hil_trace(dev->core, "shunts %s", on ? "on" : "off");
 }
 
-/* The relay's contacts move: the first time after its delay, then as they bounce. */
+/* Moves the relay's contacts: first after its delay, then for each bounce. */
 static void move_relay(struct hil_rig_device *dev, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
@@ -172,8 +172,8 @@ void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t time
     contact->next_ps = HIL_NEVER;
 }
 
-/* What is left of a step after `taus`. The converters look after the same few times in every scan:
- * those are remembered. */
+/* Remaining part of a step after `taus` time constants. Cached, because every scan uses the same
+ * few times. */
 static double rest_after(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
     struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
@@ -213,7 +213,7 @@ void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64
     int8_t wanted = (int8_t)(pd12 - pd13);
     if (wanted == rig->excitation)
         return;
-    hil_adc_catch_up(dev->adc, at); /* what was sampled before saw the old polarity */
+    hil_adc_catch_up(dev->adc, at); /* earlier samples must use the old polarity */
     hil_rig_count_excitation(dev, at);
     rig->from = amplitude(dev, at);
     rig->excitation = wanted;
@@ -221,7 +221,7 @@ void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64
     rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
 }
 
-/* PE1 has this level from now on. */
+/* Handles a new level of PE1. */
 static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
@@ -247,7 +247,7 @@ void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, doubl
     dev->state->offset_lb[gage] = offset_lb;
 }
 
-/* Degrees above those at which the electronics were set. */
+/* Temperature above that at which the electronics were adjusted. */
 static double warmer_k(const struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
@@ -268,7 +268,8 @@ static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
 }
 
-/* Its gates are supplied by VDDA: its steps are codes. */
+/* VDDA supplies the staircase, so its voltage is proportional to VDDA and its steps are constant in
+ * codes. */
 static double staircase_volts(const struct hil_rig_device *dev, double t_s)
 {
     const struct hil_electronics *e = dev->electronics;
@@ -282,7 +283,7 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
            (e->vdda_v / HIL_NOMINAL_VDDA_V);
 }
 
-/* The reference over its nominal voltage. */
+/* The reference voltage relative to its nominal value. */
 static double reference(const struct hil_rig_device *dev, double warmer)
 {
     return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);
@@ -299,7 +300,7 @@ static bool is_gage(unsigned channel)
     return channel >= HIL_RUN_TRANSDUCERS && channel < HIL_RUN_COLUMNS;
 }
 
-/* What a channel's sensor is exposed to: inches, pounds; volts of the staircase. */
+/* Input of a channel's sensor in inches or pounds; for the staircase in volts. */
 static double quantity(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
@@ -310,8 +311,8 @@ static double quantity(const struct hil_rig_device *dev, unsigned channel, doubl
                          is_gage(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
 }
 
-/* Nothing moves where there is no run: the time of each conversion costs more than the rest of
- * it. */
+/* Without a run nothing moves, so the time of the conversion is not computed: it would cost more
+ * than all the rest. */
 static double quantity_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
     double t_s = dev->run ? (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12 : 0.0;
@@ -325,7 +326,7 @@ void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel
     dev->state->held[channel] = quantity(dev, channel, (double)hil_now_ps(dev->core) * 1e-12);
 }
 
-/* A chip of the board's own is selected, and its output is on this channel's pin. */
+/* Whether an on-board sensor chip is selected and drives this channel's pin. */
 static bool sensor_holds(const struct hil_rig_device *dev, unsigned channel)
 {
     const struct hil_board_type *type = dev->type;
@@ -360,7 +361,7 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
     return volts * reference(dev, warmer);
 }
 
-/* --- what it is connected to --- */
+/* --- connections --- */
 
 static void update_excitation(void *device, uint64_t at)
 {
@@ -393,7 +394,7 @@ void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
     update_lamp(dev, hil_now(dev->core));
 }
 
-/* Low while the lamp draws current, by its amplifier's threshold, and a little later. */
+/* Low while the lamp draws more than the threshold of its amplifier, after a delay. */
 static bool lamp_sense(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_rig_device *dev = device;
@@ -403,11 +404,11 @@ static bool lamp_sense(const void *device, unsigned channel, bool *drives)
     *drives = !dev->bare;
     if (on == dev->state->lamp_on &&
         hil_now_ps(dev->core) < dev->state->lamp_since_ps + e->lamp_sense_ps)
-        on = !on; /* not yet */
+        on = !on; /* the delay has not passed */
     return !(on && e->lamp_told);
 }
 
-/* What the converter sees of a channel. */
+/* Source resistance of a channel at the converter. */
 static double source_ohm(const void *device, int channel)
 {
     const struct hil_rig_device *dev = device;

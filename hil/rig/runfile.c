@@ -53,7 +53,7 @@ char *hil_record_line(struct hil_record *r)
     while (r->next < r->bytes + r->size) {
         char *line = r->next, *end = strchr(line, '\n');
         if (!end)
-            break; /* a 0 within the text */
+            break; /* the text contains a 0 */
         *end = '\0';
         r->next = end + 1;
         r->at.line++;
@@ -67,7 +67,7 @@ char *hil_record_line(struct hil_record *r)
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 
-/* Seconds with up to 12 decimals, exactly, as picoseconds; up to 10^6 s. */
+/* Seconds with up to 12 decimals, converted exactly to picoseconds; up to 10^6 s. */
 static bool time_ps(const char *text, uint64_t *t_ps)
 {
     uint64_t value = 0;
@@ -124,7 +124,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
         return refuse(r, "`%s` is not a command", text + end);
     run->commands = realloc(run->commands, (run->command_count + 1u) * sizeof *run->commands);
     if (!run->commands)
-        abort(); /* as the board itself does */
+        abort(); /* without memory the board aborts too */
     run->commands[run->command_count++] = command;
     return MR_OK;
 }
@@ -174,7 +174,7 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
 
 static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char *line)
 {
-    /* for those who compare; the board must not know it */
+    /* true values for comparisons; the board must not know them */
     static const char truth[] = " provenance landing touchdown truth transducer gage gap_in "
                                 "gap_end_in ";
     char keyword[16] = "", known[20];

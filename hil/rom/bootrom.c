@@ -1,16 +1,16 @@
-/* The boot ROM of the emulated board: a program of our own in system memory with the AN3155
- * protocol on USART1 (PA9, PA10) as the STM32F407's boot loader version 3.1 does. It runs on the
- * emulated core and reaches flash, option bytes and line only through the emulated registers, so
- * their locks, times and errors apply to it as to any firmware.
+/* The boot ROM of the emulated board: a program in system memory with the AN3155 protocol on USART1
+ * (PA9, PA10), compatible with the STM32F407's boot loader version 3.1. It runs on the emulated
+ * core and reaches flash, option bytes and line only through the emulated registers, so their
+ * locks, times and errors apply to it as to any firmware.
  *
  * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack
- * pointer, entry) from firmware that has put clock, interrupts and peripherals back to their reset
- * state. Like the original it does not change VTOR. It measures the rate from the first byte, 0x7F,
+ * pointer, entry) from firmware that has returned clock, interrupts and peripherals to their reset
+ * state. Like the original it does not change VTOR. It measures the rate of the first byte, 0x7F,
  * with SysTick; the original promises 1200 to 115200 Baud, this one also works somewhat above.
  *
- * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where
- * alignment allows, else x8, with no way to choose; there are no commands for write protection, and
- * option bytes cannot be written by Write Memory. */
+ * Differences from ST's: no CAN2, USB and USART3; flash is programmed x32 where alignment allows,
+ * otherwise x8, without a choice; no commands for write protection; Write Memory cannot write
+ * option bytes. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -61,13 +61,13 @@
 #define RX_PIN       (1u << 10)
 #define FLASH_BEGIN  0x08000000u
 #define FLASH_END    0x08100000u
-#define RAM_BEGIN    0x20002000u /* below it are our own variables */
+#define RAM_BEGIN    0x20002000u /* this program's variables are below */
 #define RAM_END      0x20020000u
 #define SYSTEM_BEGIN 0x1fff0000u
 #define SYSTEM_END   0x1fff7000u
 #define SECTORS      12u
 
-static bool line_error; /* in a byte since it was cleared */
+static bool line_error; /* an error in a byte since it was cleared */
 
 void reset(void) __attribute__((noreturn));
 extern uint32_t stack_top[];
@@ -81,7 +81,7 @@ static void feed_watchdog(void)
     IWDG_KR = 0xaaaa;
 }
 
-/* Sleep until something pends: a byte, the end of a flash operation, or half a second of
+/* Sleeps until an interrupt is pending: a byte, the end of a flash operation, or half a second of
  * SysTick. */
 static void sleep(void)
 {
@@ -89,7 +89,7 @@ static void sleep(void)
     feed_watchdog();
     NVIC_ICPR(0) = 1u << 4;
     NVIC_ICPR(1) = 1u << 5;
-    SCB_ICSR = 1u << 25; /* SysTick no longer pending */
+    SCB_ICSR = 1u << 25; /* clears the pending SysTick */
 }
 
 static uint8_t get(void)
@@ -119,7 +119,7 @@ static bool answer(bool good)
     return good;
 }
 
-/* 24 MHz from the internal oscillator; back to 16 MHz without the PLL. */
+/* Switches to 24 MHz from the internal oscillator; or back to 16 MHz without the PLL. */
 static void clock_fast(void)
 {
     RCC_CR |= 1u;
@@ -152,7 +152,7 @@ static uint32_t wait_level(bool high)
 {
     uint32_t wanted = high ? RX_PIN : 0;
     while ((GPIOA_IDR & RX_PIN) != wanted) {
-        if (SCB_ICSR & 1u << 26) { /* SysTick has come round */
+        if (SCB_ICSR & 1u << 26) { /* SysTick has wrapped */
             SCB_ICSR = 1u << 25;
             feed_watchdog();
         }
@@ -160,14 +160,14 @@ static uint32_t wait_level(bool high)
     return SYST_CVR;
 }
 
-/* Cycles between two readings of SysTick, which counts down through 24 bits. */
+/* Cycles between two readings of SysTick, a 24-bit down counter. */
 static uint32_t since(uint32_t from, uint32_t to)
 {
     return (from - to) & 0xffffffu;
 }
 
-/* 0x7F on the line: low for its start bit, high for seven bits, low for one. Eight bits lie between
- * the falls. */
+/* Measures a bit of 0x7F on the line: low for the start bit, high for seven bits, low for one. The
+ * falling edges are eight bits apart. */
 static uint32_t measure_bit(void)
 {
     for (;;) {
@@ -204,7 +204,7 @@ static void line_open(void)
     NVIC_ISER(0) = 1u << 4;
 }
 
-/* All that was touched back to its reset state. */
+/* Returns the peripherals used to their reset state. */
 static void line_close(void)
 {
     while (!(USART1_SR & TC))
@@ -308,7 +308,7 @@ static bool in_ram(uint32_t address, uint32_t n)
     return in(address, RAM_BEGIN, RAM_END, n);
 }
 
-/* Four bytes, most significant first, and their XOR; answered by the caller. */
+/* Receives an address: four bytes, most significant first, and their XOR. The caller answers. */
 static bool get_address(uint32_t *address)
 {
     uint8_t sum = 0;
@@ -351,7 +351,8 @@ static void command_read(void)
         put_bytes((const uint8_t *)address, n + 1u);
 }
 
-/* As after a reset: main stack pointer from the first word, PC from the second, interrupts on. */
+/* Starts a program as a reset does: main stack pointer from the first word, PC from the second,
+ * interrupts on. */
 __attribute__((noreturn)) static void start(uint32_t address)
 {
     uint32_t stack = REG(address), entry = REG(address + 4u);
@@ -401,8 +402,8 @@ static uint16_t get_half(uint8_t *sum)
     return (uint16_t)(high << 8 | low);
 }
 
-/* Extended erase: a count less one and as many sector numbers, or 0xFFFF for everything. There is
- * one bank, so the codes for single banks are refused. */
+/* Extended erase: a count minus one and that many sector numbers, or 0xFFFF for everything. There
+ * is one bank, so the codes for single banks are refused. */
 static void command_erase(void)
 {
     uint8_t sectors[SECTORS], sum = 0;
@@ -438,7 +439,7 @@ static void change_options(uint32_t clear, uint32_t set)
     system_reset();
 }
 
-/* Back to level 0, which the hardware does by erasing everything first. */
+/* Returns to level 0; the hardware erases everything first. */
 static void command_readout_unprotect(void)
 {
     answer(true);
@@ -453,7 +454,7 @@ static void command_readout_unprotect(void)
     system_reset();
 }
 
-/* Commands that protection level 1 leaves (AN3155, table of commands, note 2). */
+/* Commands available at protection level 1 (AN3155, table of commands, note 2). */
 static bool is_always_allowed(uint8_t command)
 {
     return command <= 0x02 || command == 0x92;
