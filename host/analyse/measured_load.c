@@ -52,7 +52,7 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
 
 #define PAUSE_S 30
 #define SHARE   100u /* a group below a hundredth of the largest one is excluded, */
-#define LEAST   100u /* unless it has edges and this many entries: the link was down before */
+#define LEAST   100u /* unless it has edges and this many entries (a link that was down before) */
 
 struct moments {
     struct group {

@@ -268,7 +268,7 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 /* ---- the film ---- */
 
 #define PERIODS_MOST 1e9 /* limits a gap if a damaged time is huge */
-/* steps on each side in the median for the period: half of them may be gaps */
+/* number of steps on each side in the median; up to half of them may be gaps */
 #define AROUND       7u
 
 /* Median of the steps from `from` to `to`. Of two middle steps the shorter one: a longer step

@@ -503,7 +503,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     return error->status;
 }
 
-/* Results that campaign queries read without the samples. */
+/* Fills in the results that campaign queries read without the samples. */
 static void fill_rows(struct compare_landing *landing)
 {
     for (size_t i = 0; i < landing->rows; i++) {

@@ -10,7 +10,7 @@
 /* Without a clock, stamps start here: log2asc reads second 0 as "no time yet". The stamps appear
  * as a date in 2001; their last digits are board time. */
 #define NO_DATE_US    1000000000000000.0
-#define STAMP_MOST_US 9e15 /* above, a double has no microseconds */
+#define STAMP_MOST_US 9e15 /* above this, a double cannot hold microseconds */
 
 struct candump_export {
     FILE *out;

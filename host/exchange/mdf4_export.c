@@ -318,7 +318,7 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 /* columns before the readings: time, since touchdown, gear, speed, 8 bytes each; readings have 4 */
 #define COLUMNS_BEFORE 4u
 #define FRAME_ROW      24u
-#define STAMP_MOST_US  9e15 /* above, a double has no microseconds */
+#define STAMP_MOST_US  9e15 /* above this, a double cannot hold microseconds */
 
 /* Each kind of CAN frame has a table of its own. */
 enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KINDS };
@@ -434,7 +434,7 @@ static void put_reading_row(struct place *place, const struct measured_channel *
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
-        else /* host order is the file's: x86, ARM */
+        else /* x86 and ARM store doubles as the file does */
             memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {

@@ -30,7 +30,7 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
         file->length += count;
     } while (file->length == room);
     file->text = text;
-    int failed = ferror(stream) ? errno : 0; /* fails for a folder as well */
+    int failed = ferror(stream) ? errno : 0; /* also fails for a folder */
     fclose(stream);
     if (failed)
         return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(failed),
