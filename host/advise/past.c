@@ -225,7 +225,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
     enum mr_status status = choose(store, before, &row, &count, past, &end_us, error);
-    if (status == MR_OK && before && !count) /* no board is known without an earlier landing */
+    if (status == MR_OK && before && !count) /* RUN `before` is the first landing */
         status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later RUN",
                            (long long)before, store_path(store));
     if (status == MR_OK)

@@ -595,8 +595,8 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 
 #define NEAR_BLOCKS 1000 /* one second: a block record that close to an edge covers the edge */
 
-/* Fits the gear without loading samples. Enough if the board received all edges, reported the
- * end of the landing, and has block records near each edge and after the stop. */
+/* Fits the gear without loading samples. `*enough`: true if the board received all edges,
+ * reported the end of the landing, and has block records near each edge and after the stop. */
 static enum mr_status fit_without_series(struct store *store, struct measured *measured,
                                          bool *enough, struct error *error)
 {

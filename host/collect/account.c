@@ -259,8 +259,8 @@ static void add_loss(struct account *account, int64_t lost, int64_t block)
                 make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
-/* True: the message continues the last accepted one. Otherwise it is held as a doubt, which a
- * continuing message confirms. */
+/* True: the message continues the last accepted one. Otherwise the message is doubtful until a
+ * later one continues it. */
 static bool believe(struct account *account, const struct mr_can_health *health, int64_t block)
 {
     if (!account->sent_known ||

@@ -171,7 +171,7 @@ static void walk(struct check *check, const char *rest, const char *so_far, cons
     rest += length + (rest[length] == '.');
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
-        if (json_is_null(element) && *rest) { /* no overlap: one zone is unknown */
+        if (json_is_null(element) && *rest) { /* no overlap, because one zone is unknown */
             check->found++;
             if (!strstr(rest, "_difference"))
                 judge(check, so_far, element);
