@@ -16,9 +16,8 @@
 #define AFTER_S   0.1  /* mats keep moving this long after the gear stops */
 #define LONGEST_S 60.0 /* longer than any landing */
 #define CLOSED_FT (0.001f / 12.0f)
-#define TALLY     10 /* consecutive joints of a zone, one of which may be open */
-#define LAID_MOST \
-    1.2 /* gaps as laid: uniform up to this multiple of the slack, limited to the slack */
+#define TALLY     10  /* consecutive joints of a zone, one of which may be open */
+#define LAID_MOST 1.2 /* gaps as laid: uniform up to so many slacks, limited to one slack */
 
 /* Prior as in host/landing_series: factors of the configured values, uniform or lognormal. */
 static const struct {
