@@ -45,7 +45,7 @@ static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
         float length_ft = station_of(bands, band->gage[after]) -
                           station_of(bands, band->gage[before]);
-        if (after - before == 1) /* the last gage of an end */
+        if (after - before == 1) /* at an end of the band: only one neighbour */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
         sum += band->weight[i];

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS    3000u /* 5 ft at 2 ft/s is 2.5 s */
+#define UNCLEAR_BLOCKS    3000u /* switches 5 ft apart at 2 ft/s: 2.5 s */
 #define REVERSE_MOST_FT_S 20.0  /* faster than anyone pushes: a switch opened late */
 /* A gear gets no faster than FASTER times its entry speed plus FASTER_FT_S. */
 #define FASTER            1.25

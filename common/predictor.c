@@ -9,7 +9,7 @@
 #define BLOCK_S     1e-3f
 #define HMIL_PER_FT 1.2e6f
 
-/* Correction. The values were tuned on seeds of `make score` that the published tables do not
+/* Correction of the model by readings. Tuned on seeds of `make score` that its tables do not
  * use. */
 #define SPRING_LB_FT    3000.0f
 #define SPRING_MOST_LB  16.0f
@@ -67,7 +67,7 @@ static float thrust_lb(const struct mr_predictor *p)
     return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
 }
 
-/* --- joints at rest, and what they resist --- */
+/* --- joints at rest and their resistance --- */
 
 /* Uniform over 0..1: fractional part of i times an irrational number, to 24 bits. */
 static float spread(uint32_t i, uint32_t multiplier)
@@ -676,7 +676,7 @@ static uint32_t dearer(const struct mr_predictor *p)
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
-/* Over budget: over the last second, or by more than half since the last look. */
+/* Over budget: over the last second, or 1.5 times the budget since the last look. */
 static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
 {
     uint64_t second = (uint64_t)p->second_updates + p->look_updates;

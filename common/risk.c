@@ -312,7 +312,7 @@ static float zones(unsigned mats)
     return x < MOST_ZONES ? x : MOST_ZONES;
 }
 
-/* How far a zone exceeds the limit length, 0..1. */
+/* How far a zone exceeds OVER_MATS, 0..1. */
 static float over(unsigned mats)
 {
     float x = ((float)mats - OVER_MATS) / OVER_BY_MATS;

@@ -9,7 +9,7 @@
  * noise. It applies after NOISE_FREE differences. */
 #define NOISE_MOST 36.0f
 #define NOISE_FREE 8u
-/* ^Blocks per turn: each channel is judged every TURNS blocks. Noise uses three of them, the
+/* Blocks per turn: each channel is judged every TURNS blocks. Noise uses three of them, the
  * comparison with neighbours the third. */
 #define TURNS      8u
 

@@ -51,7 +51,7 @@ static void leave_place(struct mr_zonescan *scan)
 
 /* Finds the first joint that closes ahead of a place. Of two places, the wheel at the farther one
  * closes all joints that it closes from the nearer one. The search for the end therefore continues
- * where the last place's ended, unless that is not usable; then it starts again. */
+ * where the last place's stopped, unless the first joint is beyond that. */
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;

@@ -122,7 +122,7 @@ static void take_named(struct landing *landing, const struct mr_config *config,
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        /* a switch that is not fitted is not missing */
+        /* a switch that is not fitted does not count as missing */
         station_ft[i] = config->gate[i].step_codes ? mr_config_gate_ft(config, i) : MR_NAN;
     struct mr_passage_edge passed = {.tick = edge->tick,
                                      .block = index,

@@ -4,7 +4,7 @@
 
 #define S_PER_TICK    (1.0f / 84e6f)
 #define NEVER_S       1e9f
-/* gates after touchdown, from which on the deceleration is that of braking alone */
+/* after this many gates beyond touchdown the deceleration is that of braking alone */
 #define BRAKING_GATES 3u
 
 /* Copies the firmware's motion estimate as floats at each gate. */
