@@ -9,7 +9,7 @@
 #define VERIFY_TRIES 2u
 #define ERASE_TRIES  2u
 #define FAILURES_MAX 64u
-#define ERASE_MS     60u /* assumed until an erase was timed */
+#define ERASE_MS     60u /* assumed until an erase has been timed */
 #define READ_TRIES   4u
 #define SCAN_TRIES   32u /* twice per page of a sector */
 /* free pages of the ring: 8 pages of configuration at 4 ms each, 58 bytes per ms meanwhile,

@@ -12,7 +12,8 @@
 #define ZERO_MOVES_IN 0.004f
 #define MOVES_LB      0.75f
 #define ZERO_FAR_LB   30.0f
-#define SPAN_OFF      0.01f /* relative to the expected span; at least SURE standard errors */
+/* allowed deviation relative to the expected span; at least SURE standard errors */
+#define SPAN_OFF      0.01f
 #define SURE          3.0f
 #define HALF          (CALIBRATE_BLOCKS / 2u)
 
@@ -207,8 +208,8 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* The noise is that of a mean over 256 blocks against one over 512. The configured gain error does
- * not widen the limit: the shunt exists to check the gain. */
+/* The factor 1.5: the span is the difference of a mean over 256 blocks and one over 512. The
+ * configured gain error does not widen the limit: the shunt exists to check the gain. */
 static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];

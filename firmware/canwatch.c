@@ -27,7 +27,8 @@ static enum mr_can_state state_of(const struct canwatch *watch)
     if (errors->bus_off)
         return MR_CAN_OFF;
     if (stalled && watch->state == MR_CAN_OFF)
-        return MR_CAN_OFF; /* until a frame passes: on a shorted bus bus-off ends and returns */
+        /* stays off until a frame passes: on a shorted bus bus-off ends and begins again */
+        return MR_CAN_OFF;
     if (stalled)
         return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
                                                                            : MR_CAN_STUCK;

@@ -141,7 +141,7 @@ static void begin_report(struct predict *p, struct telemetry *telemetry)
     p->telling = 0;
 }
 
-/* Number n of the list of chart and plan, then lamp limit. */
+/* Item n of the list: chart and plan, then the lamp limit. */
 static float risk_item(const struct predict *p, unsigned n)
 {
     return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;

@@ -194,7 +194,7 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
     bool writing = store->step >= STEP_ERASE;
     if (store->missing || predict->status != MR_OK)
         return false;
-    /* written when quiet again, with the state of that time */
+    /* abandon this copy: the next one is written when quiet, with the state of that time */
     if (writing && (!quiet || !predict->dirty))
         store->step = STEP_NONE;
     if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty &&

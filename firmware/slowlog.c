@@ -58,7 +58,7 @@ void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t in
     log->begun = true;
     if (!is_since(index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
-    if (!quiet) { /* restart after the landing */
+    if (!quiet) { /* starts again after the landing */
         slowlog_reset(log);
         log->due = index + SLOWLOG_MEAN_BLOCKS;
         return;

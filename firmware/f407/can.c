@@ -23,7 +23,7 @@ static struct board_can_frame tx_ring[TX_QUEUE], rx_ring[RX_QUEUE];
 static struct queue tx, rx;
 static bool running;
 static volatile uint16_t base; /* base of the identifiers on the bus */
-/* ^Frames that left their mailboxes, and frames that mailboxes aborted on request. */
+/* Frames that left their mailboxes, and frames that mailboxes aborted on request. */
 static volatile uint32_t passed, aborted;
 static uint32_t cleared; /* waiting frames that were dropped */
 
@@ -51,8 +51,8 @@ void can_start(void)
     CAN1->BTR = BIT_TIMING;
     CAN1->FMR |= CAN_FMR_FINIT; /* filters stay off until board_can_move sets the identifiers */
     CAN1->FM1R = 3u;            /* banks 0 and 1: identifier lists */
-    CAN1->FS1R = 3u;            /* 32 bits */
-    CAN1->FFA1R = 0;            /* to FIFO 0 */
+    CAN1->FS1R = 3u;            /* filters of 32 bits */
+    CAN1->FFA1R = 0;            /* accepted frames go to FIFO 0 */
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);

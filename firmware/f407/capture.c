@@ -40,7 +40,7 @@ void capture_start(void)
     TIM2->EGR = TIM_EGR_UG;
     TIM2->CNT = 0;
     TIM2->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_8;
-    TIM2->CCER = 1u; /* rising */
+    TIM2->CCER = 1u; /* rising edges */
     TIM2->DIER = TIM_DIER_CC1DE;
     TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM4's start starts it */
 }
@@ -101,7 +101,7 @@ void board_frames_capture(bool on)
     TIM2->CCMR1 = (TIM2->CCMR1 & 0xffu) | TIM_CCMR1_CC2_TI2 | TIM_CCMR1_IC2F_256;
     (void)TIM2->CCR[1]; /* discards an old capture */
     TIM2->DIER |= TIM_DIER_CC2DE;
-    TIM2->CCER |= TIM_CCER_CC2E; /* rising */
+    TIM2->CCER |= TIM_CCER_CC2E; /* rising edges */
 }
 
 size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)

@@ -44,7 +44,7 @@ enum {
 static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
-/* ^DMA targets: `sink` for bytes received while a page is sent, and the newest status. */
+/* DMA targets: `sink` for bytes received while a page is sent, and the newest status. */
 static volatile uint8_t sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 

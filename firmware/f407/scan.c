@@ -42,7 +42,7 @@ static bool prepared, timers_run;
 
 static struct mr_block ring[BLOCK_QUEUE];
 static struct queue queue;
-/* ^Indices of the block being filled, and of the block at the start of the first half of the
+/* Indices of the block being filled, and of the block at the start of the first half of the
  * buffer. */
 static uint32_t next_index, first_index;
 /* From a block's first trigger to the start of its last conversion. */
@@ -163,7 +163,7 @@ static void check_polarity(void)
     uint32_t after = TIM4->CNT;
     bool reversed_since = before < TRIGGER_TICK;
     if (after < before || before <= REVERSE_TICK)
-        return; /* the reversal was between the two readings */
+        return; /* the excitation reversed between the readings */
     if (pins != (reversed_since ? 1u : 2u))
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }

@@ -29,7 +29,7 @@ void *memmove(void *to, const void *from, size_t length)
     uint8_t *out = to;
     const uint8_t *in = from;
     if ((uintptr_t)out - (uintptr_t)in >=
-        length) { /* upward: nothing is read after it is written */
+        length) { /* upward: each byte is read before it is overwritten */
         while (length--)
             *out++ = *in++;
         return to;
