@@ -534,7 +534,7 @@ struct session {
     const struct arguments *a;
     struct hil_board *board;
     struct hil_link can, serial;
-    uint64_t host_seen_ps; /* time of the last use of the pty: */
+    uint64_t host_seen_ps; /* time when a host last used the pty */
     struct mr_symbols symbols;
     struct hil_run rig;
     struct hil_replay replay;
@@ -616,8 +616,8 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
             status = flushed;
         double held_s = hil_wall_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
-        /* excludes held time from the pace; not without gdb, where 1000 tiny differences add up to
-         * 80 ppm */
+        /* held time does not count for the pace; without gdb skipped, because rounding would add 80
+         * ppm */
         if (session->gdb.listener >= 0 && !session->gdb.runs)
             session->pace.began_s += hil_wall_s() - held_s;
         if (!alive)

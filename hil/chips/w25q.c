@@ -331,7 +331,7 @@ void hil_w25q_power_lost(struct hil_w25q_device *dev)
 void hil_w25q_power_back(struct hil_w25q_device *dev)
 {
     dev->state->past.before = dev->state->past.rests = 0;
-    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* 0 means unknown */
+    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* plus 1, because 0 means unknown */
 }
 
 void hil_w25q_create(struct hil_w25q_device *dev)

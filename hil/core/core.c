@@ -346,7 +346,7 @@ uint32_t hil_access_pc(const struct hil_core *core)
              : hil_cpu_register(core, 15) & ~1u;
 }
 
-/* ARMv7-M A7.3 */
+/* Whether a condition holds: ARMv7-M A7.3. */
 bool hil_condition_holds(uint32_t xpsr, unsigned condition)
 {
     bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;

@@ -82,7 +82,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     struct hil_core *core = user;
     (void)uc;
     if (type == UC_MEM_WRITE_PROT && is_flash(core, (uint32_t)address)) {
-        /* a store to flash does not change its content directly */
+        /* the flash controller changes the content, not the store itself */
         if (core->engine.split_bytes) {
             core->engine.split_bytes--;
             return true;
@@ -302,7 +302,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     const struct hil_onlookers *lookers = &core->onlookers;
     struct hil_core_state *state = &core->state;
     if (core->engine.single) {
-        /* single instruction of walk(), or the block after it */
+        /* the first call is for walk()'s instruction; stop at the next */
         if (core->engine.single++ > 1)
             uc_emu_stop(uc);
         return;
@@ -410,7 +410,7 @@ void hil_cpu_destroy(struct hil_core *core)
 void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
-    hil_whatif_destroy(core); /* it has translated and evaluated the old code */
+    hil_whatif_destroy(core); /* whatif has translated and evaluated the old code */
     if (!core->engine.rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);

@@ -53,8 +53,8 @@ static enum mr_status read_header(struct image *image)
 }
 
 /* Bytes to skip at the start of a segment. A linker that aligns segments to pages may put the
- * file's headers ahead of the first section. They do not belong into the chip, nor does anything
- * below its memory. */
+ * file's headers ahead of the first section. The chip's memory contains neither them nor anything
+ * below its first address. */
 static uint32_t headers_in(const struct image *image, const Elf32_Phdr *s)
 {
     static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};

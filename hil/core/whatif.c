@@ -7,7 +7,7 @@
 #include "hil/core/core.h"
 
 #define STEPS     (2u * HIL_WHATIF_INSTRUCTIONS)
-#define STACK_LOW 0x1000u /* part of the stack below and above the stack pointer that may differ */
+#define STACK_LOW 0x1000u /* range below and above the load's stack pointer that may differ */
 #define STACK_TOP 0x200u
 #define JUDGED    256u /* number of remembered instructions */
 #define REGISTERS 33u
@@ -165,7 +165,7 @@ void hil_whatif_reset(struct hil_core *core)
         memset(core->engine.whatif->judged, 0, sizeof core->engine.whatif->judged);
 }
 
-/* Runs the code from the load on, with this value read. */
+/* Runs a copy of the core from the load on; the load reads `value`. */
 static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     const struct hil_core *core = w->core;
@@ -197,7 +197,8 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
 }
 
-/* Whether the memory at `base` differs between the runs, apart from the unused stack. */
+/* Whether the memory at `base` differs between the runs, apart from the stack around the stack
+ * pointer. */
 static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, const uint8_t *first,
                          uint32_t base, uint32_t size)
 {

@@ -573,7 +573,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     if (offset >= FIFOS)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
-    case MSR: /* RX and SAMP: the pin, recessive between frames */
+    case MSR: /* RX and SAMP show the pin, recessive between frames */
         return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != HIL_CAN_OTHER_NODE) << 8 |
                (uint32_t)(in_frame && c->sender == HIL_CAN_OTHER_NODE) << 9;
     case TSR: return tsr_value(c);

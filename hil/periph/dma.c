@@ -137,7 +137,7 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
     uint8_t *memory = next_items(dev, r, n);
     if (!memory)
         return;
-    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* the most common case */
+    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* nearly all transfers */
     if (halves)
         memcpy(memory, values, n * sizeof values[0]);
     for (uint32_t i = 0; i < n && !halves; i++) {

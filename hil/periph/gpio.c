@@ -158,8 +158,8 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
     return value;
 }
 
-/* Stops the run if a pin in use is missing from the package: hardware would work, but without a
- * connection. */
+/* Stops the run if a pin in use is missing from the package. The chip would drive it, but it is not
+ * connected. */
 static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
 {
     for (unsigned pin = 0; pin < 16; pin++) {

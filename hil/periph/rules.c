@@ -57,7 +57,7 @@ double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, un
     return 1e3 / speeds[speed_of(dev, port, pin)].most_mhz;
 }
 
-/* Prints the function and address that caused it. */
+/* Prints the function and address of the instruction that broke a rule. */
 static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
 {
     const char *name = pc && dev->function ? dev->function(dev->who, pc) : NULL;

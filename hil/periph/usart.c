@@ -39,7 +39,7 @@ static const struct numbers {
     uint32_t data_register;
     enum hil_irq irq;
     uint8_t request;        /* channel of DMA2's streams */
-    uint8_t receive_stream; /* the second stream is always 2 */
+    uint8_t receive_stream; /* DMA receives on this stream or on 2 */
 } usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
 
 static const struct numbers *numbers(const struct hil_usart_device *dev)

@@ -15,7 +15,7 @@
 #include "hil/rig/runfile.h"
 
 /* The application handles a block 0.97 ms after its first trigger. A command sent half a block
- * earlier arrives after the block before is handled and before this one. */
+ * earlier arrives between the handling of the block before and of this one. */
 #define COMMAND_TICKS     37800u
 #define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 /* the one-shot falls 1 us after the capture, because the next edge may be close */

@@ -67,7 +67,7 @@
 #define SYSTEM_END   0x1fff7000u
 #define SECTORS      12u
 
-static bool line_error; /* an error in a byte since it was cleared */
+static bool line_error; /* a byte had an error since the flag was cleared */
 
 void reset(void) __attribute__((noreturn));
 extern uint32_t stack_top[];
@@ -119,7 +119,7 @@ static bool answer(bool good)
     return good;
 }
 
-/* Switches to 24 MHz from the internal oscillator; or back to 16 MHz without the PLL. */
+/* Switches to 24 MHz through the PLL from the internal oscillator. */
 static void clock_fast(void)
 {
     RCC_CR |= 1u;
