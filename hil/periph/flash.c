@@ -292,7 +292,7 @@ static bool boots_rom(const struct hil_flash_device *dev)
 void hil_flash_reset(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
-    /* "If a device reset occurs during an operation, the contents are not guaranteed" (RM0090 3.6) */
+    /* RM0090 3.6: "If a device reset occurs ... the contents are not guaranteed" */
     hil_flash_power_lost(dev);
     flash->sr = 0;
     flash->cr = CR_LOCK;
