@@ -220,7 +220,7 @@ def write_bill(parts, path):
 
 
 def connectors(parts):
-    return sorted(((p.refdes, p["value"], sorted(((n, net) for n, _, net in p.pins), key=lambda x: natural(x[0])))
+    return sorted(((p.refdes, p["value"], p["footprint"], p["part"], sorted(((n, net) for n, _, net in p.pins), key=lambda x: natural(x[0])))
                    for p in parts.values() if p["device"] == "CONNECTOR"), key=lambda row: natural(row[0]))
 
 
@@ -231,9 +231,9 @@ def meaning(net):
 def passives(kinds):
     """Resistors and capacitors, which have no part number: a row of all values of a tolerance and footprint."""
     groups = {}
-    for n, kind, value, tol, foot, part, refs in kinds:
+    for n, kind, value, tol, foot, part, _ in kinds:
         if kind in ("RESISTOR", "CAPACITOR") and not part:
-            groups.setdefault((kind, tol, foot), []).append(f"{value}{f' ({n})' if n > 1 else ''}: {short(refs)}")
+            groups.setdefault((kind, tol, foot), []).append(f"{value} ({n})" if n > 1 else value)
     return [f"| {kind.lower()} | {tol} | {foot} | {', '.join(values)} |" for (kind, tol, foot), values in groups.items()]
 
 
@@ -242,39 +242,34 @@ def parts_page(parts):
     lines = ["# Parts and connectors of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the schematics in hil/circuits. Do not edit. -->", "",
              f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 in each of the fourteen blocks G. Sensors are not counted. "
-             "`make circuits` writes the same list as `build/circuits/parts.csv`.", "",
+             "`make circuits` writes a list with all references, `build/circuits/parts.csv`.", "",
              "## Resistors and capacitors", "",
-             "| Kind | Tolerance | Footprint | Values (count, if more than one): references |", "|---|---|---|---|", *passives(kinds), "",
+             "| Kind | Tolerance | Footprint | Values (count, if more than one) |", "|---|---|---|---|", *passives(kinds), "",
              "## Other parts", "", "| Count | Kind | Footprint | Part number | References |", "|--:|---|---|---|---|"]
     lines += [f"| {n} | {' '.join(filter(None, [kind.lower().replace('_', ' '), value, tol]))} | {foot} | {part} | {short(refs)} |"
-              for n, kind, value, tol, foot, part, refs in kinds if part or kind not in ("RESISTOR", "CAPACITOR")]
+              for n, kind, value, tol, foot, part, refs in kinds if kind != "CONNECTOR" and (part or kind not in ("RESISTOR", "CAPACITOR"))]
     lines += ["", "## Connectors", "", "`-`: the pin connects only to parts within its block; see the drawing.", "",
-              "| Connector | Purpose | Pins |", "|---|---|---|"]
+              "| Connector | Purpose | Footprint | Part number | Pins |", "|---|---|---|---|---|"]
     seen = set()
-    for ref, what, pins in connectors(parts):
+    for ref, what, foot, number, pins in connectors(parts):
         block = re.fullmatch(r"([A-Z]+)\d+/(\w+)", ref)
         if block and (block[1], block[2]) in seen:
             continue
         if block:
             seen.add((block[1], block[2]))
             ref = short([r for r in parts if re.fullmatch(rf"{block[1]}\d+/{block[2]}", r)])
-        lines.append(f"| {ref} | {what} | " + ", ".join(f"{n} {meaning(net)}" for n, net in pins) + " |")
+        lines.append(f"| {ref} | {what} | {foot} | {number} | " + ", ".join(f"{n} {meaning(net)}" for n, net in pins) + " |")
     return "\n".join(lines) + "\n"
 
 
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "Simulated properties of the circuits, and what firmware and emulated board assume. *Included*: the code includes the value from",
-             "`hil/circuits/figures.def`. **Not met**: the simulated value contradicts the assumption."]
-    assumptions = {}
-    for name, _, unit, _, what, assumed, holds in beside(figures):
-        told = "*included*" if assumed is None else number(assumed) + ("" if unit == "1" else " " + unit)
-        assumptions.setdefault(name, []).append(f"{told}{'' if holds else ' (**not met**)'}: {what}")
-    block = None
-    for name, (value, unit, here, what) in figures.items():
-        if here != block:
-            lines += ["", f"## {here.capitalize()}", "", "| Figure | Value | Meaning and source | Assumed |", "|---|--:|---|---|"]
-            block = here
-        lines.append(f"| {name} | {number(value)}{'' if unit == '1' else ' ' + unit} | {what} | {'; '.join(assumptions.get(name, []))} |")
+             "What firmware and emulated board assume of the circuits, and the simulated value. *Included*: the code includes the value. `hil/circuits/figures.def` has all",
+             "simulated figures with their meaning and source.", "",
+             "| Figure | Simulated | Assumed | Meaning of the assumed value | Holds |", "|---|--:|--:|---|---|"]
+    for name, value, unit, _, what, assumed, holds in beside(figures):
+        unit = "" if unit == "1" else " " + unit
+        told = "*included*" if assumed is None else number(assumed) + unit
+        lines.append(f"| {name} | {number(value)}{unit} | {told} | {what} | {'yes' if holds else '**no**'} |")
     return "\n".join(lines) + "\n"

@@ -34,8 +34,7 @@ def main(db):
                              "most from advices"], check=True, capture_output=True, text=True).stdout.split()
     p, low, high, hardest, speed, planned, limit = (float(word) for word in advice[1:])
     print("# Measured: the landings of the demo\n")
-    print("`make demo` plays synthetic landings to the emulated board; no real board or runway was measured. `make pictures` generates this page from the demo's campaign, and\n"
-          "`tests/cli/demo.sh` checks it.\n")
+    print("`make demo` plays synthetic landings to the emulated board; no real board or runway was measured. `make pictures` generates this page.\n")
     print("Advice before landing 5, planned at %.1f ft/s and %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
           "is %.0f %%. At this speed, braking up to %.1f ft/s² keeps the probability below the limit.\n" % (speed, planned, advice[0], 100 * p, 100 * low, 100 * high, 100 * limit, hardest))
     print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel reaches 50 closed mats, truth (s) | Lead (s) | Longest zone ahead, truth (mats) |")

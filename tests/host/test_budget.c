@@ -97,7 +97,7 @@ TEST_IN(a_movement_by_hand, fresh, NULL)
     is(BUDGET_CERTIFICATE, 0.002);
     is(BUDGET_BASELINE, 0.002); /* a straight line leaves as much at the zero */
     is(BUDGET_POSITION, 0.000105);
-    is(BUDGET_TEMPERATURE, 724.9e-6 * 10.0 / sqrt(3.0)); /* docs/electronics/figures.md */
+    is(BUDGET_TEMPERATURE, 724.9e-6 * 10.0 / sqrt(3.0)); /* hil/circuits/figures.def */
     assert_near(b.row[BUDGET_NOISE].input, 0.7, 1e-6);
     transducer.points = 4; /* of which the zero is one */
     budget_make(&of, &b);

@@ -32,12 +32,11 @@ $(sed -n '6,$p' <<<"$whole")
 ## Method
 
 Each draw is one transducer and one gage on a separate board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The nonlinearity of
-the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of 0.4 % (transducer) or
-0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
+the sensor is 0.002 in or 0.1 lb rms. The certificate states 0.8 % (transducer) and 0.4 % (gage) with k = 2.
 
-The calibration goes up and down through ten known values, each set by hand to within 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature
-then changes by up to 10 K, and one reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The
-[budget](../explanation/errors.md#two-numbers-for-one-reading) uses the calibration, the certificate and the 10 K, but not the drawn values.
+The calibration goes up and down through ten known values, each set to within 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. Then the temperature
+changes by up to 10 K, and one movement of 0.3 to 2.5 in, or tension of 50 to 350 lb, is measured. The [budget](../explanation/errors.md#two-numbers-for-one-reading)
+does not use the drawn values.
 
 Not simulated: error of the station, aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
 P
