@@ -37,7 +37,7 @@ static void order_gages(const struct mr_bands *bands, struct mr_band *band, unsi
     }
 }
 
-/* The weight of a gage is the band length between the midpoints to its neighbours. */
+/* The weight of a gage is the share of the band between the midpoints to its neighbours. */
 static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;

@@ -862,12 +862,12 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
     zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of the ends in mats: 95 % points of `make score`, series 0 to 309, over 1.96
- * (tests/score/README.md). Valid only where there is a zone of 30 mats or more. The first four are
- * without a survey, the last four with one.
- * Start: outside the transducers at the wheel, outside ahead of it; between them, the same two.
- * End: within NEAR_FT beyond a valid transducer; farther, with a transducer beyond the end;
- * farther, without one; less than LAST_FT from the runway's end. */
+/* Standard errors of a zone's ends in mats: 95 % points of `make score`, series 0 to 309, over 1.96
+ * (tests/score/README.md). Valid only where there is a zone of 30 mats or more. The first four
+ * values are without a survey, the last four with one.
+ * Start: outside the transducers, at the wheel or ahead of it; between the transducers, likewise.
+ * End: within NEAR_FT beyond a valid transducer; farther, with another transducer beyond the end;
+ * farther, without one; within LAST_FT of the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f,
                                                                    1.28f, 10.97f, 0.77f, 6.89f};
 static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f,

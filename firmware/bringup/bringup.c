@@ -458,8 +458,7 @@ static bool is_received_back(const struct board_can_frame *sent)
 static void print_can(void)
 {
     struct board_can_errors errors;
-    /* Alternating bits need no stuff bits in the data. The driver's filter accepts this
-     * identifier. */
+    /* Alternating bits: the data need no stuff bits. MR_ID_COMMAND passes the driver's filter. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     board_can_state(&errors);
     board_can_move(0);

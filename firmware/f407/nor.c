@@ -249,7 +249,7 @@ enum nor_status nor_poll(void)
     case ABSENT: return NOR_MISSING;
     case STARTING: detect_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
     case IDLE:
-        memory_fence(); /* what was read now belongs to the caller */
+        memory_fence(); /* from here on the caller sees the data that DMA has stored */
         return failed ? NOR_FAILED : NOR_IDLE;
     case ERASING:
         if (!(read_status() & STATUS_BUSY))

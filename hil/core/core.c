@@ -386,7 +386,7 @@ struct hil_moment hil_stamp(const struct hil_core *core)
 {
     struct hil_place place;
     if (!hil_translator_place(&core->engine.translator, core->bus.access.address, &place) ||
-        /* in the boot ROM, where instructions are not decoded */
+        /* an access from the boot ROM: its instructions are not decoded */
         !hil_memory_at(core, place.pc, 2, false))
         return (struct hil_moment){0};
     uint64_t parts = (uint64_t)hil_instructions_between(core, core->state.cpu.block_address,
