@@ -150,7 +150,7 @@ static bool follows_plan(const struct mr_risk_state *risk)
 
 /* --- look ahead --- */
 
-/* Braking to come from the plan, times the measured ratio `met`, from this speed on. */
+/* Looks ahead by the plan, times the measured ratio `met`, from this speed on. */
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
@@ -174,7 +174,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
     risk->stopping_distance_ft = stopping_distance_ft;
 }
 
-/* Braking to come if the present deceleration continues. */
+/* Looks ahead as if the present deceleration continues. */
 static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
@@ -196,7 +196,7 @@ static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
         look_ahead_as_now(risk, p);
 }
 
-/* Starts the search for the zone that the hardest braking to come would close. */
+/* Starts the search for the zone that the hardest later braking would close. */
 static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;

@@ -458,7 +458,7 @@ static double draw(uint64_t *random)
     return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Draws the errors of the capacitors, relative to the root of their size. A carry into bit b
+/* Draws the errors of the capacitors, proportional to the root of their size. A carry into bit b
  * replaces all lower bits by it, which gives a jump. The largest jump is scaled to `jump_lsb`. */
 static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
 {
