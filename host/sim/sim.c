@@ -54,7 +54,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     return MR_OK;
 }
 
-/* Why a run failed at a mat and a time, and what to do. */
+/* Reason of a failed run with mat and time, and a remedy. */
 static void fail_at(const struct sim_result *result, const struct sim_scene *scene, char *why,
                     size_t size)
 {
@@ -120,7 +120,7 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
     }
 }
 
-/* Engines count from the start; a result has the scene's clock. */
+/* Convert from the engines' time, which begins at the start of the run, to the scene's clock. */
 static void to_scene_times(struct sim_result *result)
 {
     result->t_s += result->start_s;
@@ -129,7 +129,7 @@ static void to_scene_times(struct sim_result *result)
         result->outputs[k].t_s += result->start_s;
 }
 
-/* A run that was stopped while it was checked has an answer, but not what that is worth. */
+/* If a run was stopped during its check, it has a result but no error estimate. */
 static enum mr_status conclude(struct sim_result *result, const struct sim_scene *scene,
                                const struct deadline *deadline, struct error *error)
 {
@@ -174,7 +174,7 @@ bool sim_progress(void *progress, int pass, double part)
     return true;
 }
 
-/* ---- a result, as `matrig sim` answers with it ---- */
+/* ---- the answer of `matrig sim` ---- */
 
 #define DIGITS 9
 
@@ -196,7 +196,7 @@ static json_t *flagged(const double *flags, const double *names, size_t count)
     return list;
 }
 
-/* One group of bands: its part of the arrays begins at `segment` and `connection`. */
+/* Add one group of bands. Its part of the arrays begins at `segment` and `connection`. */
 static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
                       size_t connection, size_t count)
 {
@@ -264,9 +264,9 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
                   s->cleat_left[worst], s->cleat_mat[worst]);
 }
 
-/* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
- * cleat_left, torn) and each part's extremes of the run; for people the extremes of all. Nothing
- * without modifications (`state` NULL). */
+/* Add "mods". JSON: the state as scene keys (band_T0, band_slipped, band_pulled, cleat_left, torn)
+ * and the extremes of each part. Printed: extremes over all parts. `state` NULL: no modifications,
+ * nothing added. */
 static void mods_answer(struct answer *answer, const struct sim_scene *scene,
                         const struct mods_state *s)
 {
@@ -296,7 +296,7 @@ static void mods_answer(struct answer *answer, const struct sim_scene *scene,
     answer_close(answer);
 }
 
-#define ROWS_MAX 12 /* of all mats, for people */
+#define ROWS_MAX 12 /* largest number of mats that are printed */
 
 size_t sim_shown_count(const struct sim_scene *scene)
 {
@@ -329,7 +329,7 @@ static json_t *outputs_json(const struct sim_scene *scene, const struct sim_resu
     return outputs;
 }
 
-/* People see every so many of a long runway's mats. */
+/* Only every n-th mat of a long runway is printed. */
 static void add_outputs(struct answer *answer, const struct sim_scene *scene,
                         const struct sim_result *result)
 {
@@ -353,7 +353,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
     }
 }
 
-/* NaN, null: a failed run that has none. */
+/* NaN becomes null in JSON: a failed run without an estimate. */
 static double estimate(const struct sim_result *result, double error)
 {
     return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
@@ -362,8 +362,7 @@ static double estimate(const struct sim_result *result, double error)
              : (double)NAN;
 }
 
-/* A run that failed has no verdict; one that was interrupted can only say that there is a wave
- * already. */
+/* A failed run has no outcome. An interrupted run can only report that there already is a wave. */
 static void add_extremes(struct answer *answer, const struct sim_scene *scene,
                          const struct sim_result *result)
 {

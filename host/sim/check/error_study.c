@@ -11,34 +11,36 @@
 #include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
-#define TARGET_FT           1e-10 /* agreement that needs no further tightening, */
-/* at a tolerance well below those that are judged: two errors can be alike by luck */
+#define TARGET_FT           1e-10 /* references that agree to this need no further tightening */
+/* the reference is tightened at least to this, far below the judged tolerances: at one tolerance
+ * two errors can agree by luck */
 #define TARGET_RTOL         1e-12
 #define LOOSEST_EXPONENT    3
 #define TIGHTEST_EXPONENT   9
-#define REPEAT_MS           25.0 /* runs shorter than this are repeated */
+#define REPEAT_MS           25.0 /* shorter runs are repeated to measure their time */
 #define REPEATS             5
-/* steps times mats beyond which the reference is not tightened further */
+/* steps times mats above which the reference is not tightened further */
 #define REFERENCE_MAT_STEPS 2e7
-#define TABLE_MAT_STEPS     6e7   /* the same of a run in the table, */
-#define TABLE_STEPS         30000 /* and these and */
-#define TABLE_STEPS_PER_MAT 700   /* these per mat */
-#define EXPLICIT_REACH      6.0 /* steps of `event` are at most about this over the fastest rate */
-/* where the negative real axis leaves the classical method's stability region */
+#define TABLE_MAT_STEPS     6e7   /* limits of a run in the table: steps times mats, */
+#define TABLE_STEPS         30000 /* steps of any run, */
+#define TABLE_STEPS_PER_MAT 700   /* and additional steps per mat */
+#define EXPLICIT_REACH      6.0 /* longest step of `event` times the fastest rate, approximately */
+/* end of the classical method's stability region on the negative real axis */
 #define RK4_REAL            2.785
-#define RUNGS               24 /* of fixed steps below the limit: */
-/* a fifth of an octave apart, close enough to see which of them hit by luck, then half of one */
+#define RUNGS               24 /* fixed steps below the limit: */
+/* the first ones a fifth of an octave apart, to show which of them are right by luck; the rest half
+ * an octave */
 #define CLOSE_RUNGS         15
-#define FIRST               0.97 /* of the limit */
+#define FIRST               0.97 /* times the limit */
 #define LEAST_STEPS         20.0
 #define MAT_STEPS           6e7              /* steps times mats of the longest run of rk4 */
-static const double beyond[] = {1.12, 1.05}; /* of the limit */
+static const double beyond[] = {1.12, 1.05}; /* times the limit */
 
-/* Slopes are fitted over errors above this many times what the references differ by, below this
- * part of the peak, and over at least this range. */
+/* Slopes are fitted to errors in this range: above LEAST_OF_AGREEMENT times the difference of the
+ * references, below MOST_OF_PEAK of the peak. The range must span at least LEAST_RANGE. */
 #define LEAST_OF_AGREEMENT 10.0
 #define MOST_OF_PEAK       0.1
-/* of the largest value: sums of rounding over 1e5 steps come near this */
+/* times the largest value: rounding over 1e5 steps can add up to this */
 #define ROUND_OFF          3e-12
 #define LEAST_RANGE        3.0
 
@@ -48,7 +50,7 @@ const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft
 struct reference {
     bool found;
     double rtol;
-    double u_ft, lift_ft; /* how far the two methods are apart */
+    double u_ft, lift_ft; /* differences of the two methods */
     double max_lift_ft;
     struct sim_record record; /* of the first method */
 };
@@ -67,7 +69,7 @@ static __attribute__((format(printf, 2, 3))) void note(struct error_study *study
     }
 }
 
-/* A new run, failed until filled in; NULL when there is no room. */
+/* Add a run, which counts as failed until it is filled in. NULL: the table is full. */
 static struct error_run *add_run(struct error_study *study)
 {
     if (study->run_count == ERROR_RUNS_MAX)
@@ -82,7 +84,7 @@ static struct error_run *add_run(struct error_study *study)
 
 /* ---- one run ---- */
 
-/* outcome->ms becomes processor time. */
+/* outcome->ms is processor time afterwards. */
 static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
                                const struct pass_request *request, struct error *error)
 {
@@ -158,12 +160,12 @@ static enum mr_status measure(struct error_study *study, const struct reference 
 static uint64_t reference_steps(const struct sim_scene *scene)
 {
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        return 50000; /* it chatters: no method gets through */
+        return 50000; /* it chatters: no method can finish */
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
 
-/* One pair of methods, tightened until they agree; the best pair stays in the reference. `failed`
- * says which method did not get through when no pair came about. */
+/* Tighten one pair of methods until they agree; `reference` keeps the best pair. If no pair
+ * completes, *failed_name is the method that failed. */
 static enum mr_status tighten(struct reference *reference, const struct stepper_kind *const pair[2],
                               const struct sim_scene *scene, struct pass_outcome *failed,
                               const char **failed_name, struct error *error)
@@ -190,7 +192,7 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
-        /* the tighter pair, unless it is clearly worse */
+        /* the tighter pair, unless it agrees clearly worse */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
@@ -279,7 +281,7 @@ static double octaves(int rung)
     return rung < CLOSE_RUNGS ? 0.2 * rung : 0.2 * CLOSE_RUNGS + 0.5 * (rung - CLOSE_RUNGS);
 }
 
-/* Fixed steps, of rk4. */
+/* Runs of rk4 over fixed steps. */
 static enum mr_status over_steps(struct error_study *study, const struct reference *reference,
                                  const struct sim_scene *scene, struct error *error)
 {
@@ -312,11 +314,11 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
 /* ---- the chain ---- */
 
 #define CHAIN_TIMES  64
-#define CHAIN_LOOSER 10.0 /* a landing hangs on thousands of switches */
+#define CHAIN_LOOSER 10.0 /* small errors grow over thousands of switches */
 #define CHAIN_RUNS   10   /* of event, a decade apart */
 #define CHAIN_RUNGS  16   /* of staggered, half an octave apart */
 
-/* A run, its u at even times in u_ft. Returns the longest stable step. */
+/* Run once; u at even times is stored in u_ft. Returns the longest stable step. */
 static double chain_pass(struct error_run *run, const struct sim_scene *scene,
                          const struct sim_options *options, double *u_ft, struct error *error)
 {
@@ -334,7 +336,7 @@ static double chain_pass(struct error_run *run, const struct sim_scene *scene,
     run->mat = result.mat;
     run->t_s = result.t_s;
     if (status == MR_NUMERICS)
-        error->status = MR_OK; /* a row of the table */
+        error->status = MR_OK; /* the failure is a row of the table */
     for (size_t k = 0; status == MR_OK && k < CHAIN_TIMES; k++)
         memcpy(u_ft + k * row, result.outputs[k].u_ft, row * sizeof *u_ft);
     double limit_s = result.dt_limit_s;
@@ -351,8 +353,8 @@ static double chain_apart_ft(const struct sim_scene *scene, const double *a, con
     return most;
 }
 
-/* Its two solvers against `event` at the tightest tolerance, which two runs of it agree on; the
- * independent method is tests/stability's. */
+/* The chain's two solvers against `event` at the tightest tolerance, confirmed by a second run of
+ * it. tests/stability has an independent method. */
 static enum mr_status chain_study(struct error_study *study, const struct sim_scene *whole,
                                   struct error *error)
 {
@@ -387,7 +389,7 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
                                        .single = true,
                                        .dt_s = study->dt_limit_s * FIRST *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
-        struct error_run *row = add_run(study); /* there is room */
+        struct error_run *row = add_run(study); /* there is room for it */
         chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_apart_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
@@ -437,7 +439,7 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
     return error->status;
 }
 
-/* ---- slopes, and who is cheapest ---- */
+/* ---- slopes, and the cheapest solver ---- */
 
 size_t error_study_solvers(const struct error_study *study, const char **names, size_t room)
 {

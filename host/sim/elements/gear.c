@@ -84,8 +84,8 @@ void gear_press(struct gear *gear, int mat, double touching)
     gear->touching[mat] = touching;
 }
 
-/* A foot instead of a point: the thrust of `parts` is that of one axle in the middle, at x_ft.
- * Returns how many mats it touches. */
+/* Spread the thrust of one axle, given in `parts`, over a foot with its middle at x_ft. Returns how
+ * many mats it touches. */
 static int spread(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
 {
     double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
@@ -102,7 +102,7 @@ static int spread(const struct gear *gear, double x_ft, struct sim_touch *touch,
     return count;
 }
 
-/* The parts of one line, an axle's each times its axles. */
+/* Parts of one line: those of one axle times its number of axles. */
 static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];
@@ -118,7 +118,7 @@ static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct 
     return parts;
 }
 
-/* What has a mat touched by so many axles, each with a share of it. */
+/* A mat under the gear: how many axles touch it, and the sum of their shares. */
 struct pressed {
     int mat;
     double share, touching;
@@ -179,7 +179,8 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     return count;
 }
 
-/* One piece of the ground's law: q = at + slope v. The speed at the end of a step, and q there. */
+/* One linear piece of the ground's law, q = at + slope v: speed at the end of a step, and q
+ * there. */
 struct piece {
     double v_ft_s, q_lb;
 };
@@ -202,10 +203,10 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     double free_ft_s = v_ft_s + per_lb * x_lb; /* without the ground */
     if (fabs(q) > limit_lb)
         q = copysign(limit_lb, q);
-    /* q grows with the speed in pieces: which one, the speed at q itself tells */
+    /* q(v) is piecewise linear; the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
     struct piece end = follow(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
-    if (!loads && end.q_lb * q < 0.0) /* through 0, and it loads the other way */
+    if (!loads && end.q_lb * q < 0.0) /* q passes through 0 and loads in the other direction */
         end = follow(free_ft_s, per_lb, damping, rho * q, load);
     if (fabs(end.q_lb) > limit_lb)
         end = follow(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
@@ -213,8 +214,8 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     return end.v_ft_s;
 }
 
-/* The ground under the gear as a row of the table: its key, and its place in the engines. What it
- * does is gear.h's. */
+/* The ground under the gear as an element of the table: its key and its use by the engines. Its law
+ * is in gear.h. */
 
 static void describe(double k, struct sim_result *result)
 {

@@ -1,6 +1,6 @@
-/* Viscous damping by the ground: -c v on each mat that the ground carries (element_mat.grounded),
- * as of wet clay or a bituminous layer under the mats. c is of a whole mat, on either end or
- * both. */
+/* Viscous damping by the ground, such as wet clay or a bituminous layer under the mats: -c v on
+ * each mat that the ground carries (element_mat.grounded). c is per mat, whether one end or both
+ * are on the ground. */
 #include "host/sim/elements/element.h"
 
 static double force_lb(double c, struct element_mat mat)

@@ -19,7 +19,7 @@ static double view_v_ft_s(const struct mods_view *view, int mats, int mat)
     return mat < 1 || mat > mats ? 0.0 : view->v_ft_s[mat * view->stride + view->offset];
 }
 
-/* What a segment pulls with; a slack one nothing. */
+/* Tension of a segment; 0 if it is slack. */
 static double taut_lb(double raw_lb)
 {
     return raw_lb > 0.0 ? raw_lb : 0.0;
@@ -27,14 +27,14 @@ static double taut_lb(double raw_lb)
 
 #define RADIANS (3.14159265358979323846 / 180.0)
 
-/* Bands: MODIFICATIONS.md, "Bands". Those of a group are alike; tensions are those of one. */
+/* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
 
-/* of slip through the connections until nothing moves any more, at the start */
+/* most passes over all connections of a group until nothing slips */
 #define SWEEPS  200
-#define SETTLED 1e-12 /* of the stiffness' reach: less slip than that is none */
+#define SETTLED 1e-12 /* times a mat's length: a smaller slip counts as none */
 
-/* Riveted mats of all groups in order; one that both are riveted to is braced once, by their
- * sum. */
+/* List the riveted mats of all groups in order. A mat that both groups are riveted to has one
+ * brace, with the sum of their forces. */
 static void find_braces(struct mods *m)
 {
     int at[SIM_BAND_GROUPS] = {0};
@@ -105,18 +105,18 @@ static double grip_lb(const struct mods_bands *b, int connection)
     return b->out[connection] != 0.0 ? 0.0 : b->made->grip_lb;
 }
 
-/* What has to go from segment `from` to segment `to`, ft, so that from - to = grip: the band slides
- * through. A slack segment takes up length before it pulls. */
+/* Length, ft, that slides from segment `from` to segment `to` until their tensions differ by the
+ * grip. A slack segment first takes up length without tension. */
 static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 {
     double t_from = b->lb[from], t_to = b->lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
-    double to_limit_ft = (t_from - grip) / k_from; /* while the other stays slack */
+    double to_limit_ft = (t_from - grip) / k_from; /* if the other segment stays slack */
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
                                             : (t_from - t_to - grip) / (k_from + k_to);
 }
 
-/* One connection; returns the slip. */
+/* Slide the band through one connection; returns the slip. */
 static double slide(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
@@ -133,7 +133,7 @@ static double slide(struct mods_bands *b, int c)
     return s;
 }
 
-/* Slip at one connection loads the next: there and back, until nothing slides any more. */
+/* Slip at one connection loads the next, so sweep forwards and backwards until nothing slips. */
 static void slide_all(const struct mods *m, struct mods_bands *b)
 {
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
@@ -145,8 +145,8 @@ static void slide_all(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* The wheel turns a riveted mat by band_tilt against the band on both sides: the rivets feel a part
- * across the mat. A hole that slip has worn holds less. */
+/* The wheel turns a riveted mat by band_tilt against the band on both sides. This pulls the rivets
+ * perpendicular to the mat. A hole that is worn by slip holds less. */
 static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
     const struct sim_bands *s = b->made;
@@ -162,7 +162,7 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
     }
 }
 
-/* Extremes, and what the group pushes its mats with. */
+/* Record the extremes, and add the group's forces on its mats. */
 static void note(struct mods *m, const struct mods_bands *b)
 {
     for (int i = 0; i < b->segments; i++) {
@@ -177,8 +177,8 @@ static void note(struct mods *m, const struct mods_bands *b)
     }
 }
 
-/* A segment's ends are the middles of its mats; the outer ones end at the springs of the anchors,
- * at the runway's ends. */
+/* A segment ends at the middles of its mats. The outer segments end at the anchor springs, at the
+ * ends of the runway. */
 static void reset_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
@@ -208,7 +208,8 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* By what the mats pull now; without a view, by the scene's start. */
+/* Update the bands from the mats' positions. Without a view: reset them to the start of the
+ * scene. */
 void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
                      int count)
 {
@@ -355,20 +356,20 @@ void mods_free(struct mods *m)
     free(m);
 }
 
-/* A line ties mats first + k period .. first + k period + span - 1; lines of a strip are staggered
- * evenly. */
+/* A line ties mats first + k period .. first + k period + span - 1. The lines of a strip are
+ * staggered evenly. */
 static int lines_across(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
-        /* of the mat on its left */
+        /* position in the line of the mat on the joint's left */
         int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
         lines += at >= 0 && at % period < s->stiff_span - 1;
     }
     return lines;
 }
 
-/* Turn of a joint as the mats lie on the ground. */
+/* Rotation of a joint in mats as laid on the ground. */
 static double laid_turn_rad(const struct sim_scene *scene, int joint)
 {
     const double *ground_ft = scene->ground_ft.values;
@@ -384,7 +385,7 @@ static void reset_joints(struct mods *m)
     const struct sim_mods *s = &m->scene->mods;
     double tangent = elementary_tan(s->lay_deg * RADIANS);
     for (int j = 1; j <= m->mats + 1; j++) {
-        bool inner = j > 1 && j <= m->mats; /* the ground is not tied to */
+        bool inner = j > 1 && j <= m->mats; /* nothing ties the outer mats to the ground */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
         if (m->stiffened && inner) {
             int lines = lines_across(s, j);
@@ -436,7 +437,7 @@ double mods_cleat_lb(const struct mods *m, int mat)
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
-/* The soil behind a cleat that moves gives way, and the cleat bends. */
+/* A moving cleat wears: the soil behind it gives way and the cleat bends. */
 void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -451,8 +452,8 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
 
 /* --- joints --- */
 
-/* What an elastic-plastic element carries when stretched by `stretch` from `*zero`, which yielding
- * moves. */
+/* Load of an elastic-plastic element stretched by `stretch`; `*zero` is its unloaded stretch, which
+ * yielding moves. */
 static double carried(double stiffness, double cap, double stretch, double *zero)
 {
     double load = stiffness * (stretch - *zero);
@@ -488,7 +489,7 @@ bool mods_is_torn(const struct mods *m, int joint)
     return m->tears && m->state->torn[joint] != 0.0;
 }
 
-/* Bending moment of the stiffeners at joint j turned by d. */
+/* Bending moment of the stiffeners at a joint that is turned by turn_rad. */
 static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 {
     if (!(m->turn_lb_ft_rad[joint] > 0.0))
@@ -549,11 +550,11 @@ void mods_describe(const struct mods *m, struct sim_result *result)
                         s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 
-/* Where mats rise: bands over a wave, stiffeners that bend, cleats that leave the ground.
+/* Forces where mats rise: bands over a wave, bent stiffeners, cleats that leave the ground.
  * MODIFICATIONS.md. */
 
-/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving
- * part lies on the ground. */
+/* Here mats and nodes count from 0, as in the planar model, and Y points down. A mat outside the
+ * heaving part lies on the ground. */
 static double slope(const struct mods_heave *h, int n)
 {
     if (n < 0 || n >= h->mats)
@@ -568,7 +569,7 @@ static double all_lb(const struct mods_bands *b, int segment)
     return b->made->count * taut_lb(b->lb[segment]);
 }
 
-/* The segment that passes over node j, between mats j and j + 1 of those counted from 1. */
+/* Segment that passes over node j, which lies between mats j and j + 1 (mats counted from 1). */
 static int segment_over(const struct mods_bands *b, int j)
 {
     int first = b->mat[0], every = b->made->every;
@@ -576,7 +577,7 @@ static int segment_over(const struct mods_bands *b, int j)
     return before < b->segments ? before : b->segments - 1;
 }
 
-/* A band that follows the mats bears on every crest with T times its angle: 2 T h/L on a vee. */
+/* A band that follows the mats presses on every crest with T times its angle: 2 T h/L on a vee. */
 static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
@@ -592,8 +593,7 @@ static double node_height_ft(const struct mods_heave *h, int node)
     return ground_ft - (node < h->first || node > h->last + 1 ? h->rest_y_ft : h->z[2 * node]);
 }
 
-/* Height of a point of the band in mats from the left end: of a node, or of the middle of a riveted
- * mat. */
+/* Height of the band at a node, or at the middle of a riveted mat. `at`: mats from the left end. */
 static double height_ft(const struct mods_heave *h, double at)
 {
     int node = (int)floor(at);
@@ -616,8 +616,7 @@ static double rise(const struct mods_heave *h, double from, double to)
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
-/* A band that is free between its rivets is the tightest line over the nodes from one to the
- * next. */
+/* A band that is free between its rivets is the tightest line over the nodes between them. */
 static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
                        int segment)
 {
@@ -678,9 +677,9 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
            2.0 * pull_lb * 4.0 / (length_ft * lightest);
 }
 
-/* Share that is left when the wheel presses a cleat back of whose depth `out` was out. Its tip
- * stays where it is in the soil, so that it turns at its root: cos turn = 1 - out. A part of that
- * springs back. */
+/* Share of a cleat's hold that remains after the wheel presses it back when a part `out` of its
+ * depth was out of the soil. The tip stays in place in the soil, so the cleat turns at its root:
+ * cos turn = 1 - out. A part of the turn springs back. */
 static double share_pressed(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
@@ -704,7 +703,7 @@ double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double ri
                                 : whole_lb * in * in;
 }
 
-/* The wheel presses a cleat that had come out back onto the soil: what was out bends. */
+/* The wheel presses a raised cleat back onto the soil, and the part outside the soil bends. */
 void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -717,9 +716,9 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
     }
 }
 
-/* What a landing leaves of the modifications, as the next one's scene. */
+/* State of the modifications after a landing, as the next landing's scene. */
 
-/* The numbers of those flagged. */
+/* Set the list to the numbers whose flag is set. */
 static void set_flagged(struct sim_list *list, const double *flags, const double *numbers,
                         size_t count)
 {

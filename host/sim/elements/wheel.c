@@ -7,7 +7,8 @@
 #include "host/sim/elements/law.h"
 
 #define EDGE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
-#define INNER 1e-10 /* share of a station within which EDGE and roundings may count */
+/* in parts of a mat: nearer to a mat's edge than this, EDGE and rounding can matter */
+#define INNER 1e-10
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
@@ -28,7 +29,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->from_s = wheel->rows[0].t_s;
 }
 
-/* Row c such that t is within row c..c+1; moves forward only. */
+/* Row c whose interval c..c+1 contains t. Moves forward only. */
 static size_t seek(struct sim_wheel *wheel, double t_s)
 {
     while (wheel->cursor + 2 < wheel->count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
@@ -44,8 +45,8 @@ static double along(const struct sim_path_row *row, double t_s, double from, dou
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }
 
-/* Mean over t0..t1. It is never outside of what it is a mean of: a thrust that stays the same has
- * itself as its mean, to the bit, so one at the limit of friction stays there. */
+/* Mean force over t0..t1, never outside the range of the force. A constant thrust is its own mean
+ * to the last bit, so a thrust at the limit of friction stays at the limit. */
 static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
     const struct sim_path_row *only = &wheel->rows[c];
@@ -56,13 +57,13 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
     if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->count - 1].t_s)
-        low_lb = high_lb = 0.0; /* of a part of the time there is none */
+        low_lb = high_lb = 0.0; /* for part of the time there is no force */
     for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_most(t0_s, row[0].t_s);
         double to_s = law_least(stop_s, row[1].t_s);
         if (to_s > from_s) {
-            double middle_s = 0.5 * (from_s + to_s); /* of a line: its mean */
+            double middle_s = 0.5 * (from_s + to_s); /* mean of a straight line */
             double force_lb = along(row, middle_s, row[0].force_lb, row[1].force_lb);
             sum += (to_s - from_s) * force_lb;
             low_lb = law_least(low_lb, force_lb);
@@ -72,7 +73,7 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     return law_least(high_lb, law_most(low_lb, sum / length_s));
 }
 
-/* 0 before the runway, mats + 1 behind it. Mostly the one of last time. */
+/* Mat at x: 0 before the runway, mats + 1 behind it. Usually the mat of the last call. */
 static int mat_at(struct sim_wheel *wheel, double x_ft)
 {
     if (x_ft > wheel->from_ft && x_ft < wheel->to_ft)
@@ -97,7 +98,7 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
     return count + 1;
 }
 
-/* The usual span: it follows the last one, all of it on one row and on the mat of the last one. */
+/* The usual span, computed quickly: it continues the last span, on one row and on the same mat. */
 static bool stays(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
@@ -129,7 +130,7 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
     const struct sim_path_row *last = &wheel->rows[seek(wheel, t1_s)];
     double x1_ft = along(last, t1_s, last[0].x_ft, last[1].x_ft);
-    wheel->at_s = t1_s; /* where the next span begins */
+    wheel->at_s = t1_s; /* start of the next span */
     wheel->at_ft = x1_ft;
 
     double low_ft = law_least(x0_ft, x1_ft);
@@ -176,7 +177,7 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
         const struct sim_path_row *row = &wheel->rows[i];
         double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (stopping_distance_ft > 0.0)
-            /* a jump: division by 0, INFINITY */
+            /* a jump in position: division by 0 gives INFINITY */
             fastest = law_most(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
@@ -206,8 +207,8 @@ static enum mr_status push(struct span_list *list, const struct span *span, stru
     return MR_OK;
 }
 
-/* The next x beyond `x` (in the direction of motion) where a mat changes; *cell counts mats, or
- * halves shifted. */
+/* The next x after `x_ft` (in the direction of motion) where the mat changes. `shift` 0.5: where
+ * the half of a mat changes. */
 static double next_edge(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
@@ -215,7 +216,7 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
     return (edge + shift) * length_ft;
 }
 
-/* One stretch of constant speed and linear force, cut at its hops. */
+/* Add one stretch of constant speed and linear force, cut at its hops. */
 static enum mr_status stretch(struct span_list *list, const struct sim_scene *scene,
                               struct span whole, bool airborne, struct error *error)
 {
@@ -231,7 +232,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
             if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE))
-                edge = (double)INFINITY; /* gone */
+                edge = (double)INFINITY; /* behind the runway */
             if (speed < 0.0 && whole.x0_ft <= 0.0)
                 edge = -(double)INFINITY;
             double t = whole.t0_s + (edge - whole.x0_ft) / speed;
@@ -257,7 +258,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
     return error->status;
 }
 
-/* A stretch may end when the thrust does. */
+/* Add a stretch, cut where the thrust stops. */
 static enum mr_status with_stop(struct span_list *list, const struct sim_scene *scene,
                                 struct span whole, bool airborne, struct error *error)
 {

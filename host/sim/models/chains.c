@@ -9,15 +9,15 @@
 
 struct chains {
     unsigned mats, bays;
-    unsigned low, high; /* bays awake in some lane, and some between; low > high: none */
+    unsigned low, high; /* range of bays awake in any lane; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
-    words awake[MR_CHAIN_BAYS + 2u]; /* -1 or 0 in each lane */
+    words awake[MR_CHAIN_BAYS + 2u]; /* per lane: -1 awake, 0 asleep */
     lanes u_ft[MR_CHAIN_PLACES], v_ft_s[MR_CHAIN_PLACES];
     lanes gap_ft[MR_CHAIN_PLACES], reach_ft[MR_CHAIN_PLACES];
     lanes grit_lb[MR_CHAIN_PLACES];
-    lanes
-        give_ft[MR_CHAIN_PLACES]; /* grit over stiffness: what a joint yields by before it closes */
-    lanes push_lb[MR_CHAIN_PLACES]; /* of the wheel, while a step lasts */
+    /* grit over stiffness: compression of the grit before it yields */
+    lanes give_ft[MR_CHAIN_PLACES];
+    lanes push_lb[MR_CHAIN_PLACES]; /* thrust of the wheel during a step */
     words runaway;
 };
 

@@ -51,10 +51,10 @@ VECTOR void vector_tanh(const double *restrict from, double scale, double *restr
         to[i] = tanh_of((four){scale * from[2 * i]})[0];
 }
 
-/* ---- report model: from one end of the window to the other each mat's angular acceleration is
- * local, node heights accelerate as its running sum ---- */
+/* ---- report model: from one end of the window to the other. Each mat's angular acceleration is
+ * local; the acceleration of the node heights is a running sum ---- */
 
-/* A flat mat with nothing in its joints, both feet in the same mode. */
+/* A flat mat with joints at rest and both feet in the same mode stays flat. */
 KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
@@ -76,7 +76,7 @@ KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
-    double height = 0.0, up = 0.0; /* up: share of the time that the held node is up */
+    double height = 0.0, up = 0.0; /* up: share of the time that the held node is off the ground */
 
     for (int n = first; n <= last; n++) {
         struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length)
@@ -90,7 +90,7 @@ KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double
             push += thrust.b_lb;
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.law) * inverse_mass;
 
-        if (flat_stays(m, n, &mat)) { /* nothing turns it: soil_l is soil_r */
+        if (flat_stays(m, n, &mat)) { /* no moment, so soil_l equals soil_r */
             if (n == first)
                 accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n + 2] = height;
@@ -148,8 +148,8 @@ KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, c
                                      : kernel_mat(p, v, n, inverse_length);
 }
 
-/* A mat beyond the window lies on the ground, tilted as that is; where tensions are given nothing
- * else is looked at. */
+/* A mat outside the window lies on the ground, with the tilt of the ground. Where tensions are
+ * given, only its slope is used. */
 KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
                                         const struct kernel_parts parts)
 {
@@ -178,8 +178,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     double soil_l = kernel_soil_lb(m, p, v, first);
     if (parts.braced)
         moment_l += m->brace_lb_ft[first];
-    double *upper = m->mass_upper;      /* of the factored mass matrix, per mat */
-    double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
+    double *upper = m->mass_upper;      /* of the factored mass matrix; one value per mat */
+    double force = 0.0, diagonal = 0.0; /* of the left node, from the mats to the left */
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
@@ -208,7 +208,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv : 0.0;
         double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
-        /* eliminate the left node: nothing else will be added to it */
+        /* eliminate the left node: all its terms are complete */
         double pivot = diagonal + quarter + a + damp_l - off_before * upper_before;
         double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
         off_before = quarter - a;
@@ -251,20 +251,21 @@ void consistent_heave(const struct model *m, double step_s, const double *z, dou
                           (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
 }
 
-/* ---- mass matrix and Jacobians, mode by mode; rows and columns are those of p (model.h) ---- */
+/* ---- mass matrix and Jacobians in the present modes; rows and columns in the order of p (model.h)
+ * ---- */
 
-/* Derivatives of a quantity of joint j by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their
+/* A quantity of joint j, and its derivatives by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their
  * rates. */
 struct joint_slope {
     double value;
     double p[5], v[5];
 };
 
-/* Derivatives of a mat's quantities by the height difference over its length: of sin theta they are
+/* Derivatives of a mat's quantities by its height difference dY. The derivative of sin theta is
  * 1/L. */
 struct mat_slope {
-    double turn_y; /* theta by dY, and theta' by dY' */
-    double rate_y; /* theta' by dY */
+    double turn_y; /* d theta/d dY, and d theta'/d dY' */
+    double rate_y; /* d theta'/d dY */
 };
 
 static struct mat_slope slope_of(const struct model *m, const struct kernel_mat *mat)
@@ -328,7 +329,7 @@ static void put(const struct rows *r, double *band, int row, int column, double 
         band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
 }
 
-/* Add `scale` times a gradient over Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a row. */
+/* Add `scale` times a gradient by Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a row. */
 static void put_mat(const struct rows *r, int row, int n, double scale, const double *p,
                     const double *v)
 {
@@ -381,7 +382,7 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     }
 }
 
-/* Turning moment of mat n from its joints: its value and gradient over Y_{n-1}..Y_{n+2}. */
+/* Moment of the joints on mat n, and its gradient by Y_{n-1}..Y_{n+2}. */
 static double turning_of(const struct model *m, const struct kernel_mat *mat,
                          const struct joint_slope *tl, const struct joint_slope *tr,
                          const struct joint_slope *ml, const struct joint_slope *mr, double *p,
@@ -406,7 +407,7 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     const struct model *m = r->m;
     const double *zp = z, *zv = z + m->size;
     double h = m->half_ft, length = m->length_ft;
-    double lean = -mat->s / mat->c / length; /* cos theta by dY */
+    double lean = -mat->s / mat->c / length; /* derivative of cos theta by dY */
     double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) +
                   m->lift[n] * m->shear_lb;
     struct mat_slope slope = slope_of(m, mat);
@@ -431,7 +432,7 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     int row = 2 * n + 2;
     put(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held >= 0 && m->held <= 1) {
-        /* accel 0, and that of mat 1's other end twice its middle's */
+        /* acceleration 0; the other end of mat 1 has twice the acceleration of its middle */
         int other = m->held == 0 ? row : row - 2;
         put(r, r->mass, 0, 0, 1.0);
         put_soil(r, other, 0, -2.0 / m->mass_slug);
@@ -439,7 +440,7 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
         return;
     }
     if (n == m->held - 1)
-        return; /* accel 0 */
+        return; /* the held node: acceleration 0 */
     put(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);
     if (n == m->first) {
@@ -466,7 +467,8 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
         p[k] *= slope.turn_y;
         v[k] *= slope.turn_y;
     }
-    /* 1/(L cos) by dY is turn_y s/(c^2 L); s w^2/c^2 by dY has three parts */
+    /* derivative of 1/(L cos) by dY: turn_y s/(c^2 L); the derivative of s w^2/c^2 has three
+     * parts */
     add_difference(p, 2, 4,
                    turning * slope.turn_y * mat->s / c2 / length - 2.0 * spin * slope.rate_y -
                        m->inertia * mat->w * mat->w / (length * c2) *
@@ -478,7 +480,7 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
     put(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
     put(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
     put(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
-    double change = a_y * (accel[2 * n + 2] - accel[2 * n]); /* of M accel */
+    double change = a_y * (accel[2 * n + 2] - accel[2 * n]); /* of the mass matrix times accel */
     put(r, r->by_p, 2 * n, 2 * n + 2, change);
     put(r, r->by_p, 2 * n, 2 * n, -change);
     put(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);
@@ -487,7 +489,7 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
     put_soil(r, 2 * n + 2, n + 1, -1.0);
 }
 
-/* A window's outermost node in the consistent model does not move. */
+/* The outermost nodes of the window do not move in the consistent model. */
 static void hold_row(const struct rows *r, int row)
 {
     size_t from = (size_t)row * MODEL_ROW;

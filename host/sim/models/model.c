@@ -74,9 +74,9 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
     return MR_OK;
 }
 
-/* The mass matrix carries a load to all nodes at once, by a ratio r per mat: (D - sqrt(D^2 - 4
- * B^2))/(2 |B|) with D on its diagonal and B beside it. 12 mats for mats like the report's; many
- * when I is far above m L^2/4. */
+/* Number of mats that a load reaches at once through the mass matrix. Its effect falls by a ratio r
+ * per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|), with D on the diagonal of the matrix and B beside it.
+ * 12 mats for mats as in the report; many if I is far above m L^2/4. */
 static int tail_mats(const struct model *m)
 {
     double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
@@ -196,7 +196,7 @@ struct element_mat model_element_mat(const struct model *m, const double *z, int
     return (struct element_mat){z[m->size + 2 * n + 1], m->contact[n] || m->contact[n + 1]};
 }
 
-/* Along the runway every mat is by itself in the mass matrices of both models. */
+/* Along the runway the mass matrices of both models are diagonal, so each mat is separate. */
 static __attribute__((noinline)) void add_elements(const struct model *m, const double *z,
                                                    double *accel)
 {
@@ -245,7 +245,7 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
 }
 
 #define POWERS    300
-#define RATE_MATS 64 /* the first ones stand for all: their parameters are the same */
+#define RATE_MATS 64 /* the first mats are enough: all have the same parameters */
 
 double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
 {
@@ -273,7 +273,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     if (steps == MODEL_SWINGS) {
         m->cv = m->cl = m->ct = m->slack_ft = m->tad_rad = 0.0;
         m->elements.count = 0;
-        memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have none */
+        memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */
     }
     if (law == SIM_STICK || law == SIM_SIGN)
         m->law = SIM_NONE; /* all sliding: the limits are constants */
@@ -291,11 +291,11 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     banded_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (banded_factor((int)size, lu, pivot)) {
         double growth = 0.0;
-        for (size_t i = 0; i < 2 * size; i++) /* any start with a part in every direction */
+        for (size_t i = 0; i < 2 * size; i++) /* any start vector with a part in every direction */
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
         for (int k = 0; k < POWERS; k++) {
             double norm = 0.0;
-            /* scale the heights so that both halves count alike */
+            /* scale the heights so that both halves have equal weight */
             banded_multiply((int)size, by_p, x, y + size);
             banded_multiply((int)size, by_v, x + size, y);
             for (size_t i = 0; i < size; i++)
@@ -316,7 +316,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
             rate = k >= POWERS / 2 ? elementary_exp(growth / (k - POWERS / 2 + 1)) : 0.0;
         }
     }
-    if (m->elements.count > 0) /* in any state, not in this one alone */
+    if (m->elements.count > 0) /* of any state, not only this one */
         rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
     m->elements.count = elements;
     free(work);
@@ -348,34 +348,34 @@ void model_describe(const struct model *m, struct sim_result *result)
     element_describe(m->scene, result);
 }
 
-/* The window: which mats are integrated. PLANAR.md, "Active window".
+/* The window: the range of mats that are integrated. PLANAR.md, "Active window".
  *
- * A mat outside is flat, at rest, and its displacement constant. Where the laws keep it so, leaving
- * it out is exact: exact sticking holds a mat until the push on it exceeds its limit, and the
- * report's equations give a flat mat no turning moment until a joint's free rotation is used up or
- * the lift shear takes it. There the window grows when that happens. Elsewhere the motion arrives
- * as a tail that falls off faster than exponentially ahead of the wave: the window grows while any
- * of its GUARD outermost mats moves by more than QUIET. */
+ * A mat outside is flat, at rest, and its displacement is constant. Where the laws keep it so,
+ * leaving it out is exact. Exact sticking holds a mat until the push exceeds its limit. The
+ * report's equations give a flat mat no moment until the free rotation of a joint is used up or the
+ * lift shear acts on it. The window then grows at that moment. Elsewhere the motion arrives as a
+ * tail that falls faster than exponentially ahead of the wave. The window then grows while any of
+ * its GUARD outermost mats moves by more than QUIET. */
 
 #define GUARD         4
-#define CHUNK         8     /* mats taken in at once when the guard is reached, at least */
-#define QUIET         1e-13 /* of L for heights, of sqrt(g L) for speeds */
-#define PATIENCE      16    /* steps between attempts to leave mats behind */
-#define WORTH_LEAVING 4     /* mats; fewer are not worth a restart */
+#define CHUNK         8     /* least number of mats by which the window grows */
+#define QUIET         1e-13 /* times L for heights, times sqrt(g L) for speeds */
+#define PATIENCE      16    /* steps between attempts to shrink the window */
+#define WORTH_LEAVING 4     /* mats; fewer do not justify a restart */
 
 static bool exact_push(const struct model *m)
 {
     return m->law == SIM_STICK && (m->elements.count == 0 || element_rests(&m->elements));
 }
 
-/* Flat mats of the report model stay flat until a switch says otherwise. */
+/* In the report model flat mats stay flat until a switch. */
 static bool exact_shape(const struct model *m)
 {
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
 }
 
-/* Mats taken in at once. In the consistent model a load is felt at once as far as the mass matrix
- * carries it. */
+/* Number of mats by which the window grows. In the consistent model a load acts at once on all mats
+ * that the mass matrix couples. */
 static int chunk(const struct model *m)
 {
     return m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
@@ -391,7 +391,7 @@ static double quiet_ft_s(const struct model *m)
     return QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-/* A mat whose shape is as a mat outside has it. */
+/* Whether a mat has the shape of a mat outside the window. */
 static bool lies_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
@@ -411,7 +411,7 @@ static bool lies_still(const struct model *m, const double *z, int n)
     return exact_push(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
 }
 
-/* The mats that the aircraft touches in this span; false when it touches none. */
+/* Range of mats that the aircraft touches in this span. False: none. */
 static bool touched(const struct model *m, int *low, int *high)
 {
     const struct span *span = &m->span;
@@ -490,7 +490,7 @@ static void narrow(struct model *m, double *z, int first, int last)
     }
 }
 
-/* Where the window has to begin and end, as far as its edges tell. */
+/* Wanted range of the window, judged from its edges. */
 static void wanted(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
@@ -504,7 +504,7 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
         if (m->slide[m->first - 1] != 0 || (exact_shape(m) && m->torsion[m->first] != 0))
             *first = m->first - 1 < *first ? m->first - 1 : *first;
         if (!m->consistent && !m->contact[m->first])
-            *first = 0; /* the apex may be any of the nodes before it */
+            *first = 0; /* the apex may be any of the nodes ahead of it */
     }
     if (m->last < m->mats - 1) {
         if (m->slide[m->last + 1] != 0 || (exact_shape(m) && m->torsion[m->last + 1] != 0))
@@ -528,7 +528,7 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
     }
 }
 
-/* How many mats could be left behind at an end: those at rest, less a margin. */
+/* How many mats at an end can leave the window: those at rest, minus a margin. */
 static int idle(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;

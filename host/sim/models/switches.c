@@ -1,11 +1,11 @@
-/* The switches of a model: when a mode no longer fits, and what a flip does. */
+/* The switches of a model: when a mode no longer fits, and the effect of a flip. */
 #include <math.h>
 
 #include "host/sim/models/kernel.h"
 
-#define HOLD_PART  1.25e-7 /* of sqrt(g L): slower bounces are not followed */
-/* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30
- * ft */
+#define HOLD_PART  1.25e-7 /* times sqrt(g L): slower bounces are ignored */
+/* times a mat's length: a joint keeps its mode this far past its edge; a wave's tail opens joints
+ * by 1e-30 ft */
 #define SLACK_EDGE 1e-12
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
@@ -41,13 +41,14 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
 
-/* In the air under the soil's normal force nothing rubs: a mat there neither stops nor sticks. */
+/* Under the soil's normal force a mat in the air has no friction, so it neither stops nor
+ * sticks. */
 static inline bool afloat(const struct model *m, int mat)
 {
     return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
 }
 
-/* Positive where the soil acts. The consistent model's does not pull. */
+/* Positive where the soil acts. In the consistent model the soil does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
     return soil_touch_ft(m->consistent, m->kv, m->cv, z[2 * node], z[m->size + 2 * node]);
@@ -66,15 +67,14 @@ static bool has_torsion(const struct model *m, int j)
     return m->kt > 0.0 || m->ct > 0.0;
 }
 
-/* What a node at the edge of contact would do with the lift shears of contact and with those it has
- * when it is up. Its state is only looked at; the work is done on a copy of the model's few
- * scalars. */
+/* Acceleration of a node at the edge of contact: `off` with the lift shears of contact, `on` with
+ * those of a raised node. The model is restored afterwards; scalars change in a copy only. */
 static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off,
                        double *on)
 {
     struct model copy = *m;
     double *accel = m->spare;
-    int mat = node > 0 ? node - 1 : 0; /* whose turning moves it */
+    int mat = node > 0 ? node - 1 : 0; /* the mat whose rotation moves the node */
     signed char kept = m->lift[mat];
     copy.held = -1;
     report_rates(&copy, t_s, z, accel);
@@ -160,7 +160,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
     if (lowest != m->apex && watch_apex)
         note(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
-        /* |asin a - asin b| is below TAD for certain while |a| + |b| is below sin TAD */
+        /* while |a| + |b| is below sin TAD, |asin a - asin b| is certainly below TAD */
         double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
                          2.0 * m->tilt_most_ft;
         double left_ft = 0.0;
@@ -202,10 +202,10 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
     return found.count;
 }
 
-/* Lift shear of mat n by the ends that are up. */
+/* Lift shear of mat n; `left`, `right`: that end is raised. */
 static signed char lift_of(const struct model *m, int n, bool left, bool right)
 {
-    /* the second mat after the apex node: its left end is the node after it */
+    /* second mat behind the apex node: its left end is the next node */
     int ridge = m->apex + 1;
     if (m->shear == SIM_FOLLOWING)
         return n == ridge && left;
@@ -274,8 +274,8 @@ void model_settle(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* A node that has all but stopped at the edge of contact, and is driven back from both sides, is
- * held there. */
+/* Hold a node at the edge of contact if it has almost stopped and is driven back from both
+ * sides. */
 static void try_hold(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
@@ -290,7 +290,8 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
     m->held = -1;
     if (off < 0.0 && on > 0.0) {
         m->held = node;
-        for (int j = node; j <= m->last + 1; j++) { /* what follows keeps its angles */
+        /* the following nodes move along, so mats keep their angles */
+        for (int j = node; j <= m->last + 1; j++) {
             z[m->size + 2 * j] -= speed;
             if (fabs(z[2 * j] - edge_ft) > 1e-3 * SOIL_TOUCH_FT)
                 continue;
@@ -318,7 +319,7 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
         held_accel(m, t_s, z, s.index, &off, &on);
         m->held = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
-        if (on < 0.0) /* from below the edge it would be pushed up by contact first */
+        if (on < 0.0) /* from below the edge, contact would first push it up */
             z[2 * s.index] = -SOIL_TOUCH_FT;
         break;
     }
@@ -340,8 +341,8 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
     }
 }
 
-/* A mat in the air turns without a stop. What its slide says counts when it lands: left as it was,
- * the mat would be taken for one that has just come to rest. */
+/* A mat in the air turns round without a stop, so update its slide. Otherwise, when it lands, it
+ * would count as a mat that has just come to rest. */
 static void turn_afloat(struct model *m, const double *z)
 {
     for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
@@ -387,9 +388,9 @@ void model_sample(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* How far a quantity can stray beyond its values at both ends of a step: twice what the cubic
- * through values and slopes can (a slope that differs from the mean by 1 lifts it by 4/27 of the
- * step). */
+/* Limit on how far a quantity can leave the range of its values at both ends of a step: twice the
+ * excess of the cubic through values and slopes. (A slope that differs from the mean by 1 raises
+ * the cubic by 4/27 of the step.) */
 static inline double stray(double h, double from, double to, double rate_from, double rate_to)
 {
     double change = to - from;
@@ -401,7 +402,7 @@ struct step_ends {
     double t0_s, t1_s, h_s;
 };
 
-/* Whether from below `limit` it can get above it. */
+/* Whether a quantity can pass from below `limit` to above it. */
 static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from,
                             double rate_to, double limit)
 {
@@ -473,7 +474,7 @@ static bool slack_may_change(const struct model *m, const struct step_ends *s, i
     return m->joint[joint] < 0 ? opens : m->joint[joint] > 0 ? closes : opens || closes;
 }
 
-/* Change of a joint's tension with time, tilting aside. */
+/* Rate of a joint's tension, without the effect of tilting. */
 static double tension_rate(const struct model *m, const double *z, const double *rate, int joint)
 {
     int l = m->size + 2 * joint - 1, r = m->size + 2 * joint + 1;
@@ -493,7 +494,7 @@ static bool slip_may_change(const struct model *m, const struct step_ends *s, in
         return may_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
                         0.0);
     if (m->soil_normal)
-        return true; /* its limit changes too */
+        return true; /* the limit of friction changes too */
     double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
     double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
     double rate_to = tension_rate(m, s->z1, s->r1, mat + 1) - tension_rate(m, s->z1, s->r1, mat);

@@ -32,7 +32,7 @@ int sim_time_digits(double start_s, int digits)
 void sim_result_leave_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
-        if (result->left_out[i] == what) /* a second solver of the same scene */
+        if (result->left_out[i] == what) /* another solver ran the same scene before */
             return;
         if (!result->left_out[i]) {
             result->left_out[i] = what;
@@ -72,7 +72,7 @@ void sim_result_free(struct sim_result *result)
     *result = (struct sim_result){0};
 }
 
-/* ---- record ---- */
+/* ---- record of outputs ---- */
 
 #define EVEN_TIMES 64
 
@@ -201,7 +201,8 @@ void sim_record_deliver(struct sim_record *record, struct sim_result *result)
         outputs += record->snapshots[i].output >= 0;
     result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
     result->output_count = outputs;
-    bool complete = record->next_snapshot == record->snapshot_count; /* else in order of time */
+    /* an interrupted run delivers its outputs in order of time */
+    bool complete = record->next_snapshot == record->snapshot_count;
     size_t delivered = 0;
     for (size_t i = 0; i < record->next_snapshot; i++) {
         const struct sim_snapshot *snapshot = &record->snapshots[i];

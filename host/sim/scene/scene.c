@@ -221,8 +221,8 @@ const struct sim_key *sim_key_find(const char *name)
 
 /* ---- a scene in memory ---- */
 
-/* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
- * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */
+/* Defaults with a source: the model's bands in 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
+ * deflection in 2.6 (0.050 in over a mat of 24/7 in), the cleats in 5.5 (3/4 in). */
 static void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -382,8 +382,8 @@ int mods_cleat_mat(const struct sim_scene *scene, int i)
 
 /* ---- reading a scene ---- */
 
-/* A number, or text "NUMBER UNIT", in the key's unit. False: neither; text without a unit is none,
- * nor is text for a key that has none. */
+/* Read a number, or text "NUMBER UNIT", converted to the key's unit. False: the value is neither.
+ * Text without a unit is invalid; so is text for a key without a unit. */
 static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_wrong *wrong)
 {
@@ -412,7 +412,7 @@ static enum mr_status wrong_type(const char *path, const char *key, const json_t
                      type_name(value), wanted);
 }
 
-/* Of a number that is none. `at`: in a list; -1: alone. */
+/* Report a value that is not a number. `at`: index in a list; -1: the value is not in a list. */
 static enum mr_status wrong_number(const char *path, const struct sim_key *key, const json_t *value,
                                    int at, const struct quantity_wrong *wrong, struct error *error)
 {
@@ -432,12 +432,12 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
     char names[160] = "";
     for (unsigned i = 0; key->choices[i]; i++) {
         if (json_is_string(value) && strcmp(json_string_value(value), key->choices[i]) == 0) {
-            /* every choice is an enum, which is an unsigned int here */
+            /* every choice is an enum, which has the size of an unsigned int here */
             memcpy(field, &i, sizeof i);
             return MR_OK;
         }
         if (i > 0)
-            strcat(names, ", "); /* the table's names are short: a few words each */
+            strcat(names, ", "); /* fits: the names in the table are a few words each */
         strcat(names, key->choices[i]);
     }
     if (json_is_string(value))
@@ -496,7 +496,7 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     return MR_OK;
 }
 
-/* A number, or text with a unit. */
+/* Read a number, or text with a unit. */
 static enum mr_status read_real(double *field, const struct sim_key *key, const char *path,
                                 const json_t *value, struct error *error)
 {
@@ -559,7 +559,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     return MR_OK;
 }
 
-/* Keys are written as the report writes them, so capitals count: name the one that was meant. */
+/* Report an unknown key. Keys are case-sensitive, as in the report; if only the case differs,
+ * suggest the right spelling. */
 static enum mr_status unknown_key(const char *path, const char *name, struct error *error)
 {
     for (size_t i = 0; sim_key_at(i); i++) {
@@ -585,7 +586,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     json_object_foreach(root, name, value)
     {
         if (name[0] == '_')
-            continue; /* a comment */
+            continue; /* a comment key */
         const struct sim_key *key = sim_key_find(name);
         if (!key)
             return unknown_key(path, name, error);
@@ -596,7 +597,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     return sim_scene_check(scene, path, error);
 }
 
-/* What jansson made of a file or a text. */
+/* Make a scene from the value that jansson parsed. */
 static enum mr_status take(struct sim_scene *scene, const char *path, json_t *root,
                            const json_error_t *where, struct error *error)
 {
@@ -650,7 +651,7 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
                      strerror(failed));
 }
 
-/* ---- the keys, for people and programs ---- */
+/* ---- the keys, for printed and JSON output ---- */
 
 json_t *sim_key_default(const struct sim_key *key)
 {
@@ -855,7 +856,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     return MR_OK;
 }
 
-/* The stiffness is an element's key, so its place is known by name alone here. */
+/* The ground stiffness belongs to a table element, so the key is found by name. */
 static bool stands_on_ground(const struct sim_scene *scene)
 {
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");

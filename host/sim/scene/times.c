@@ -1,10 +1,10 @@
-/* Times of a scene: when a run begins and ends, and its times counted from there. */
+/* Times of a scene: start and end of a run, and times relative to its start. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "host/sim/scene/scene.h"
 
-/* When the aircraft is at rest for good, or beyond the last mat. */
+/* Time when the aircraft is at rest for good, or behind the last mat. */
 static double aircraft_gone_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
@@ -36,7 +36,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
                                  : HUGE_VAL;
 }
 
-/* Nothing moves before the aircraft comes. */
+/* Nothing moves before the aircraft arrives. */
 static bool rests(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->q1_lb == 0.0 && scene->ground_ft.count == 0 &&
@@ -56,8 +56,9 @@ double sim_scene_start_s(const struct sim_scene *scene)
     return skips && sim_scene_end_s(scene) > first_s ? first_s : 0.0;
 }
 
-/* A large time has lost the end of the decimal number that was meant (1700000000.1 is 1.2e-7 off):
- * what is left of the difference is rounded to the last decimal place that such a time can have. */
+/* Time since the start. A large time is not exactly its decimal number (1700000000.1 is off by
+ * 1.2e-7). So the difference is rounded to the last decimal place that such a time can
+ * represent. */
 static double since_s(double t_s, double start_s)
 {
     double later_s = fmax(t_s, start_s),
@@ -92,13 +93,13 @@ void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene
     }
 }
 
-/* A time in which thrust is beyond what friction holds. */
+/* An interval in which the thrust exceeds the limit of friction. */
 struct pulse {
     bool on;
     double from_s, impulse_lb_s;
 };
 
-#define PULSE_REACH 1e-7 /* of a mat's length: less far than that counts as nothing */
+#define PULSE_REACH 1e-7 /* times a mat's length: a shorter movement counts as none */
 
 static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double at_s,
                       double *shortest_s)
@@ -112,7 +113,7 @@ static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double
     *pulse = (struct pulse){0};
 }
 
-/* Over one row of the path, on which thrust beyond the hold goes from a to b. */
+/* Update the pulse over one row of the path; the thrust beyond the limit goes from a_lb to b_lb. */
 static void pulse_over(struct pulse *pulse, const struct sim_scene *scene,
                        const struct sim_path_row *row, double a_lb, double b_lb, double *shortest_s)
 {

@@ -20,27 +20,27 @@
 #define LANES_DOUBLE
 #include "host/sim/elements/lanes.h"
 
-/* The horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and "Chain
- * and landings". Mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. */
+/* The horizontal equations of a whole runway: README.md, "Common pieces" with theta = 0, and "Chain
+ * and landings". Mats 1..N; the ground is at 0 and N+1 and never moves. Joints 1..N+1. */
 
 struct chain {
     int mats;
-    int block; /* mats and joints that are computed at once */
+    int block; /* mats and joints per block of the kernels */
     enum joint_law joints;
     struct law_joint joint;
     bool left_free;
     bool right_free;
     enum sim_friction friction;
-    bool sticks; /* friction stick, and nothing else that depends on a mat's speed */
-    bool plain;  /* that, ends held, and no modifications */
+    bool sticks; /* friction stick, and nothing else depends on a mat's speed */
+    bool plain;  /* like sticks, with fixed ends and without modifications */
     double veps_ft_s;
     double mass_slug;
     double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
     double load_limit_lb;   /* added under the wheel, f wheel_load */
     double v0_ft_s;
     int v0_mat;
-    double *storage; /* all arrays below, with padding around each */
-    size_t length;   /* of one of them */
+    double *storage; /* all arrays below, each with padding at both ends */
+    size_t length;   /* of one array */
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
@@ -48,17 +48,17 @@ struct chain {
     double *reach_ft;
     double *thrust_lb;
     double *limit_lb;   /* Coulomb limit */
-    double *give_ft;    /* grit/KL */
+    double *give_ft;    /* grit/KL: compression of the grit before it yields */
     double *tension_lb; /* of the last kick */
-    double *last_lb;    /* of the one before it, and of that before */
+    double *last_lb;    /* of the last kick and the kick before that */
     double *before_last_lb;
-    double *before_ft_s; /* speeds before it */
+    double *before_ft_s; /* speeds before the last kick */
     double *push_lb;     /* largest compression and tension so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL when the scene has none */
     struct element_set elements;
-    struct gear *gear; /* NULL: the wheel has one axle, and its ground slides or holds */
+    struct gear *gear; /* NULL: one axle on ground that slides or holds */
 };
 
 #define ARRAYS    14
@@ -86,7 +86,8 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
     for (size_t i = 0; i < chain->length; i++)
-        (chain->limit_lb - PADDING)[i] = (double)INFINITY; /* what is no mat never moves */
+        /* entries that are not mats never move */
+        (chain->limit_lb - PADDING)[i] = (double)INFINITY;
     if (chain->mods)
         mods_reset(chain->mods);
     for (int n = 1; n <= chain->mats; n++)
@@ -94,12 +95,12 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     chain->v_ft_s[chain->v0_mat] = chain->v0_ft_s;
 }
 
-/* first_mat: under the wheel at t = 0. */
+/* `first_mat`: mat under the wheel at t = 0. */
 static void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat)
 {
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
     double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
-    double *first = storage + PADDING; /* mat 0 */
+    double *first = storage + PADDING; /* entry of mat 0 */
     *chain = (struct chain){
         .mats = scene->mats,
         .block = LANES_CALL(block, ),
@@ -150,7 +151,7 @@ static void chain_free(struct chain *chain)
     *chain = (struct chain){0};
 }
 
-/* Put the wheel's parts on the mats; chain_release takes the same parts away. */
+/* Apply the wheel's parts to the mats; chain_release removes the same parts. */
 static void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -187,9 +188,9 @@ static struct mods_view chain_view(const struct chain *chain)
     return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
 }
 
-/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch.
- * Puts the pull of the bands on the riveted mats and wears cleats; first and last grow so that a
- * riveted mat which now moves is among them. chain_unbrace: after it. */
+/* Modifications (only with mods): call before a kick of mats first..last over h_s, after
+ * chain_touch. Adds the pull of the bands to the riveted mats and wears cleats. Extends first..last
+ * to a riveted mat that now moves. Call chain_unbrace after the kick. */
 static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
                         int *first, int *last)
 {
@@ -201,7 +202,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
             int mat = mods_cleat_mat(mods->scene, i);
             bool loaded = false;
             for (int k = 0; k < count; k++)
-                loaded = loaded || touch[k].mat == mat; /* has its limit anew at every step */
+                loaded = loaded || touch[k].mat == mat; /* its limit is set anew at every step */
             if (mat >= *first && mat <= *last && !loaded)
                 chain->limit_lb[mat] = bare_limit_lb(chain, mat);
         }
@@ -232,13 +233,13 @@ static double chain_opening_ft(const struct chain *chain, int joint)
     return chain->gap0_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1]);
 }
 
-/* First of the block that index i lies in. */
+/* First index of the block that contains i. */
 static int block_of(const struct chain *chain, int i)
 {
     return i & -chain->block;
 }
 
-/* Rates under the other laws do not stop a mat. */
+/* Update the speeds under the other friction laws. They do not stop a mat. */
 static void slide(const struct chain *chain, double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
@@ -252,8 +253,8 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
-/* Each mat under the gear again, from its speed before the kick, with the ground that holds it in
- * Coulomb's place. */
+/* Recompute each mat under the gear from its speed before the kick: elastic ground holds it instead
+ * of Coulomb friction. */
 static void ride(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
@@ -270,7 +271,7 @@ static void ride(const struct chain *chain, double h_s)
     }
 }
 
-/* With elements: every mat by itself. */
+/* Kick with elements: each mat separately. */
 static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
                                                         int first, int last)
 {
@@ -307,10 +308,10 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
-/* Change the speeds of mats first..last over h_s with the forces at the present openings; exact
- * stick: a mat at rest whose force is within its limit stays at exactly 0, one whose speed would
- * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns how
- * many mats stopped. */
+/* Update the speeds of mats first..last over h_s with the forces at the present openings. Exact
+ * stick: a mat at rest whose force is within its limit stays at exactly 0; a mat whose speed would
+ * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns the
+ * number of mats that stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
     int block = block_of(chain, first);
@@ -337,7 +338,7 @@ static double large_tension_lb(const struct chain *chain, int first, int last)
     return 0.5 * most_lb;
 }
 
-/* How far joint j's spring is stretched (or pressed). */
+/* Extension of joint j's spring; negative: compression. */
 static double stretch_ft(const struct chain *chain, int j)
 {
     double g_ft = chain_opening_ft(chain, j);
@@ -367,11 +368,11 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
     return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
 }
 
-/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit
- * circle while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m,
- * with both ends of every mat joined; a steep tanh adds its own slope. Elements of the table are
- * exact within the kick and set no limit: the factor keep on the speed and the shorter as_if_s make
- * the left side smaller. */
+/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,
+ * inside the unit circle, while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4
+ * KL/m and 4 CL/m, with both ends of every mat joined. A steep tanh adds its own slope. Elements of
+ * the table are exact within the kick and set no limit: their factor keep on the speed and the
+ * shorter as_if_s make the left side smaller. */
 static double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
@@ -422,39 +423,43 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 
 /* ---- runs ---- */
 
-/* of the stability limit, to begin with when the step is not given: the check is at the limit */
+/* first step over the stability limit, if no step is given; the coarser pass is then at the
+ * limit */
 #define STEP_SHARE           0.5
-/* of a mat the aircraft may cross in a step, when the step is not given */
+/* part of a mat that the aircraft may cross in one step, if no step is given */
 #define HOP_SHARE            0.25
-#define SHORTEST_SHARE       0.125 /* of the shortest time that is not to be passed over */
+#define SHORTEST_SHARE       0.125 /* part of the shortest time that a step must resolve */
 #define LEAST_STEPS          1000
 #define MOST_STEPS           400000000u
 #define MOST_HALVINGS        8
-#define RATIO                1.9   /* of steps of two passes: not 2, whose switches coincide */
-#define CAUTION              2.0   /* times their difference is stated; of order 1: 1.11 */
-#define FLOOR                1e-10 /* of a mat's length: least error that is stated */
-#define FEW                  32    /* mats, whose runs can agree by chance */
-#define THIRD_CAUTION        4.0   /* with a third */
-#define THIRD_STEPS          1.37  /* of the coarser one of two */
+/* of the steps of two passes; with 2 their switches would coincide */
+#define RATIO                1.9
+/* times the difference of two passes: error estimate; order 1 needs 1.11 */
+#define CAUTION              2.0
+#define FLOOR                1e-10 /* times a mat's length: least error estimate */
+#define FEW                  32    /* mats: with so few, runs can agree by chance */
+#define THIRD_CAUTION        4.0   /* CAUTION with a third pass */
+#define THIRD_STEPS          1.37  /* times the coarser pass's steps: steps of a third pass */
 #define ENERGY_EXCESS        4.0
-#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
-#define ENERGY_STEPS         61   /* between energy checks; odd, so that what alternates shows */
+#define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
+/* steps between energy checks; odd, so that alternating errors show */
+#define ENERGY_STEPS         61
 #define DISAGREEMENT         0.1
-/* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
+/* steps at rest before the window leaves a mat: one for its damper, one for the grit, one spare */
 #define QUIET_STEPS          3
 
-/* Mats that are integrated: all awake ones and one at rest on either side. */
+/* Mats that are integrated: all moving mats and one at rest on either side. */
 struct window {
     int first;
     int last;
-    int quiet_first; /* steps that the two mats at this end have been at rest */
+    int quiet_first; /* steps for which the two mats at this end have been at rest */
     int quiet_last;
 };
 
-/* One run over the whole time. */
+/* One run over the whole duration. */
 struct pass {
     uint64_t steps;
-    uint64_t done; /* fewer when it failed, or when nothing could move any more */
+    uint64_t done; /* less than steps if the pass failed or everything came to rest for good */
     double h_s;
     double ms;
     uint64_t events;
@@ -463,23 +468,23 @@ struct pass {
     int number; /* of this pass, for may_continue */
     bool interrupted;
     bool failed;
-    int mat; /* where, when failed */
+    int mat; /* mat of the failure */
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
-    double *push_lb, *pull_lb; /* of joint: largest compression and tension */
-    struct mods_state *mods;   /* at its end; NULL without modifications */
+    double *push_lb, *pull_lb; /* per joint: largest compression and tension */
+    struct mods_state *mods;   /* at the end of the pass; NULL without modifications */
 };
 
-/* Nothing in the window has moved for a while. */
+/* Nothing in the window has moved for QUIET_STEPS. */
 static bool asleep(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
            window->quiet_last >= QUIET_STEPS;
 }
 
-/* Take in the mats under the wheel. A window in which all have rested for a while goes there
- * instead of stretching. */
+/* Extend the window to the mats under the wheel. If nothing in it has moved for a while, move it to
+ * the wheel instead. */
 static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
                   int count)
 {
@@ -493,8 +498,8 @@ static void cover(struct window *window, const struct chain *chain, const struct
     }
 }
 
-/* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
- * a mat waits a little. */
+/* Update the window after a kick. It must grow when the mat at its end moves, because the next mat
+ * is then loaded. It shrinks with a delay. */
 static void follow(struct window *window, const struct chain *chain)
 {
     if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
@@ -516,7 +521,7 @@ static void follow(struct window *window, const struct chain *chain)
     }
 }
 
-/* The first kick has been given to all: whoever is still at rest sleeps. */
+/* Set the window after the first kick, which covers all mats: mats still at rest are left out. */
 static void settle(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
@@ -525,7 +530,7 @@ static void settle(struct window *window, const struct chain *chain)
     while (last > first && chain->v_ft_s[last] == 0.0)
         last--;
     if (chain->v_ft_s[first] == 0.0)
-        first = last = 2; /* nobody: anywhere */
+        first = last = 2; /* nothing moves: any place will do */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
@@ -582,7 +587,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             settle(&window, chain);
         else if (prune)
             follow(&window, chain);
-        /* at rest under forces that no longer change: nothing will ever move again */
+        /* at rest under forces that no longer change: nothing will move again */
         bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
         pass->done = i + 1;
@@ -607,7 +612,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            /* a rounding must not miss what is wanted at the end */
+            /* rounding must not skip the outputs due at the end */
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
@@ -655,7 +660,7 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
 static void count_pass(const struct pass *pass, struct sim_result *result)
 {
     result->rhs += pass->done;
-    result->rejected += pass->done; /* until this pass is the one that answers */
+    result->rejected += pass->done; /* counted as rejected unless this pass becomes the answer */
 }
 
 static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -666,7 +671,8 @@ static void start_pass(struct pass *pass, struct chain *chain, const struct sim_
     count_pass(pass, result);
 }
 
-/* Two passes side by side: the first asks whether to go on, the second stops when that does. */
+/* Two passes run in parallel. The first calls may_continue; the second stops when the first
+ * does. */
 struct side_by_side {
     struct pass *pass[2];
     struct chain *chain[2];
@@ -739,7 +745,7 @@ static void answer(struct chain *chain, struct pass *pass, const struct pass *ot
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
-/* The finer pass is the coarser one of the next pair. */
+/* Reuse the finer pass as the coarser pass of the next pair. */
 static void take_over(struct pass *to, struct pass *from)
 {
     drop_pass(to);
@@ -758,16 +764,16 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     drop_pass(&only);
 }
 
-/* Two runs can agree by chance: on whether a joint tears, which hangs on one peak; where no
- * friction brings to rest what has parted; where few mats move. So a third, at a step between them,
- * widens what is stated. */
+/* Two runs can agree by chance: on whether a joint tears, which depends on one peak; where no
+ * friction stops mats that have separated; and where few mats move. A third run, with a step
+ * between the two, then widens the error estimate. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW;
 }
 
-/* What is stated when a third run joins two: from the largest difference of any. 0: it came to no
- * end, or was interrupted, which *interrupted says. */
+/* Error estimate with a third run: THIRD_CAUTION times the largest difference of any two. 0: the
+ * third run failed or was interrupted (*interrupted). */
 static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
                             const struct sim_options *options, const struct pass *coarse,
                             const struct pass *fine, struct sim_result *result, bool *interrupted)
@@ -785,8 +791,9 @@ static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
     return THIRD_CAUTION * most_ft;
 }
 
-/* Run at `steps` and at 1/RATIO of that (RATIO times that where the coarser one answers), on and on
- * while they differ and the step is ours to shorten; one of the two answers. */
+/* Run at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). Repeat
+ * with shorter steps while the two differ and no step is given. The result is one of the two
+ * passes. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, bool coarser_answers,
                       struct sim_result *result)
@@ -866,7 +873,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     sim_wheel_start(&wheel, scene);
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double hop_s =
-        /* INFINITY for an aircraft that stands */
+        /* INFINITY for an aircraft at rest */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;

@@ -13,16 +13,17 @@
 #define ORDER_FIRST          12
 #define STEPS_BETWEEN_ASKING 256
 #define MOST_STEPS           50000000u
-#define MOST_AT_ONCE         64   /* switches of a mat and its joint without any time between */
-#define COARSE               1e-9 /* of the two runs: what is cut off, of speed */
+#define MOST_AT_ONCE         64 /* per mat: most switches without time between them */
+/* tolerances of the runs: part of the speed that a step may cut off */
+#define COARSE               1e-9
 #define FINE                 1e-12
 #define FINEST               1e-13
-#define PARTS                1e6   /* times COARSE: what makes a third run worth while */
-#define SURE                 3.0   /* times the largest difference between runs is stated */
-#define FLOOR                1e-10 /* of the movement, stated at least */
-#define FLOOR_LENGTH         1e-13 /* of a mat's length, likewise */
-#define DISAGREEMENT         0.1   /* of the movement, allowed where no rtol is given */
-#define HORIZON              2.0   /* of the usual time to a switch: how far a step looks */
+#define PARTS                1e6   /* times COARSE: a larger difference requires a third run */
+#define SURE                 3.0   /* times the largest difference between runs: error estimate */
+#define FLOOR                1e-10 /* times the largest movement: least error estimate */
+#define FLOOR_LENGTH         1e-13 /* times a mat's length: likewise */
+#define DISAGREEMENT         0.1   /* times the largest movement: allowed difference without rtol */
+#define HORIZON              2.0   /* times the usual time to a switch: longest step */
 
 struct run {
     double tolerance, longest_s, ms;
@@ -39,7 +40,8 @@ bool chain_event_can(const struct sim_scene *scene)
     return !mods_any(scene);
 }
 
-/* The largest of what a joint transmits in a step: at its ends, or a parabola's top between. */
+/* Update the largest forces of each joint: at points of the step, or at the top of a parabola
+ * between them. */
 static void note_tensions(struct motion *m, int first, int last, int order, double h)
 {
     int parts = 2 + (int)law_least(2.0 * h * m->rate, 60.0);
@@ -63,7 +65,7 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
     }
 }
 
-/* What is wanted of the step; a rounding must not miss what is wanted at the end. */
+/* Record the outputs due in the step. Rounding must not skip those at the end. */
 static void take_records(struct motion *m, struct run *run, int first, int last, int order,
                          double h, bool at_end)
 {
@@ -75,8 +77,8 @@ static void take_records(struct motion *m, struct run *run, int first, int last,
     }
 }
 
-/* Mats of a step: all that move and one more on either side, and those whose forces have changed.
- * At the very start all. */
+/* Range of mats in a step: all moving mats, one more on either side, and mats whose forces have
+ * changed. All mats in the first step. */
 static void window(const struct motion *m, int *first, int *last)
 {
     int low = m->low < m->near_low ? m->low : m->near_low;
@@ -86,7 +88,7 @@ static void window(const struct motion *m, int *first, int *last)
     *last = *last < *first ? *first : *last;
 }
 
-/* After a step: what the ground holds. */
+/* Update the force of elastic ground after a step. */
 static void keep_part(struct motion *m, struct part *part)
 {
     part->hold_lb += part->rate_lb_ft * m->c[0][part->mat];
@@ -184,7 +186,7 @@ static void deliver(const struct motion *m, struct run *run, struct sim_result *
         result->gap_ft[j] = motion_opening_ft(m, j);
 }
 
-/* Where the last run first differs from another by so much. */
+/* Where the last run first differs from another run by more than apart_ft. */
 static struct sim_difference parts_first(const struct run *runs, int count, double apart_ft)
 {
     const struct sim_record *last = &runs[count - 1].record;

@@ -13,13 +13,13 @@
 
 #define PADDING   8
 #define ALIGNMENT 64
-#define FALLS_OFF 0.4   /* step times fastest rate, of the order */
-#define NEAR      20.0  /* of veps: beyond, tanh is 1 */
-#define FAR       25.0  /* of veps: from here on a mat slides as by Coulomb's law */
-#define POLE      0.3   /* step times the rate of tanh, while a speed is near */
+#define FALLS_OFF 0.4   /* step times fastest rate, per order: terms of the series decrease */
+#define NEAR      20.0  /* times veps: above it tanh is 1 */
+#define FAR       25.0  /* times veps: from here on a mat slides by Coulomb's law */
+#define POLE      0.3   /* step times the rate of tanh, while its argument is near 0 */
 #define EDGE      1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 #define ROUNDING  (16.0 * DBL_EPSILON)
-#define RIDDEN    3 /* of slide: on elastic ground */
+#define RIDDEN    3 /* value of slide: on elastic ground */
 
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define VECTORS _Pragma("GCC ivdep")
@@ -41,7 +41,7 @@ LAW_INLINE void tensions(const struct motion *m, int k, int first, int count)
         pull[j] += a[j] * m->gap0_ft[first + j] + m->at_lb[first + j];
 }
 
-/* tanh of speed over veps: y' = (1 - y^2) w'. */
+/* tanh of speed over veps, y, with argument w: y' = (1 - y^2) w'. */
 static void rub_smoothly(const struct motion *m, int k, int first, int last)
 {
     double per = 1.0 / m->scene->veps_ft_s;
@@ -55,7 +55,7 @@ static void rub_smoothly(const struct motion *m, int k, int first, int last)
             m->square[0][n] = 1.0 - m->smooth[0][n] * m->smooth[0][n];
             continue;
         }
-        for (int i = 0; i < k; i++) /* w_(i+1) = (i + 2) c_(i+2) / veps */
+        for (int i = 0; i < k; i++) /* coefficient of w: w_(i+1) = (i + 2) c_(i+2) / veps */
             sum += (i + 1) * (i + 2) * m->c[i + 2][n] * per * m->square[k - 1 - i][n];
         m->smooth[k][n] = sum / k;
         sum = 0.0;
@@ -68,7 +68,8 @@ static void rub_smoothly(const struct motion *m, int k, int first, int last)
 VECTOR void motion_expand(const struct motion *m, int first, int last, int order)
 {
     int count = last - first + 1;
-    for (int k = 1; k <= order; k++) /* those beyond rest, and may have moved before */
+    /* the mats beyond are at rest; older coefficients may be left from when they moved */
+    for (int k = 1; k <= order; k++)
         m->c[k][first - 1] = m->c[k][last + 1] = 0.0;
     for (int k = 0; k < order; k++) {
         tensions(m, k, first, count + 1);
@@ -110,8 +111,9 @@ VECTOR double motion_largest(const double *values, int first, int last)
     return most;
 }
 
-/* How long a step may be whose last two terms are cut off: by what they are of the speed so far, or
- * of that which the step itself brings; and where the terms fall off at all. */
+/* Longest step for which the last two terms, which are cut off, stay within the tolerance. They are
+ * compared with the largest speed so far or the speed that the step itself adds. The terms must
+ * also decrease. */
 double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
 {
     double h = (double)INFINITY, v = m->max_speed_ft_s,
@@ -119,7 +121,7 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
     double twisted = 3.0 * motion_largest(m->c[3], first, last);
     bool springs = m->ground_lb_s_ft > 0.0 || m->gear;
     for (int n = first; m->friction == SIM_TANH && n <= last; n++) {
-        /* the series of tanh ends at a pole: the speed must not change by as much as veps */
+        /* the series of tanh ends at a pole: the speed must change by less than veps */
         double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
                jerk = fabs(6.0 * m->c[3][n]);
         if (m->slide[n] == 2)
@@ -245,7 +247,8 @@ double motion_part_limit_lb(const struct motion *m, const struct part *part)
            m->load_limit_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
 }
 
-/* Elastic ground: `which` 0 its speed turns, 1 it reaches or leaves its limit, 2 it is let go. */
+/* Elastic ground. `which` 0: its speed turns; 1: it reaches or leaves its limit; 2: its load falls
+ * to 0. */
 static void find_part_event(const struct motion *m, const struct part *part, int order,
                             struct event *event)
 {
@@ -289,7 +292,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
 {
     double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
     if (m->slide[n] == RIDDEN)
-        return; /* find_part_event */
+        return; /* handled by find_part_event */
     if (m->slide[n] == 2) {
         double far_ft_s = m->friction == SIM_TANH ? FAR * m->scene->veps_ft_s : DBL_MAX;
         if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
@@ -325,7 +328,8 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
     }
 }
 
-/* What ends a joint's mode, as what must not be below 0: `which` 0, 1, 2. False: no more. */
+/* Conditions that end a joint's mode: a series that must not fall below 0, for `which` 0, 1, 2.
+ * False: no more conditions. */
 static bool joint_end(const struct motion *m, int j, int which, const double *g, int order,
                       double *s, double *noise)
 {
@@ -401,7 +405,7 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
         g_ft = motion_opening_ft(m, j);
     double way = m->reach_g[j];
-    switch (m->mode[j]) { /* most are far from all that ends them */
+    switch (m->mode[j]) { /* quick exit: most joints are far from the end of their mode */
     case CUT:
     case ELASTIC: return;
     case OPEN:
@@ -585,7 +589,7 @@ static void add_break(struct motion *m, double t_s)
     m->breaks_s[m->breaks++] = t_s;
 }
 
-/* A point that is `ahead` of the path comes from one mat to the next, or half a mat further. */
+/* Add breaks where a point `ahead_ft` of the path crosses from one mat to the next. */
 static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
@@ -632,7 +636,7 @@ static struct part *part_of(struct motion *m, int mat)
     return &m->parts[i];
 }
 
-/* A share of so many axles' thrust and load is on a mat: share, and its rate. */
+/* Add `share` of the thrust and load of `axles` axles to a mat; `rate` is the rate of the share. */
 static void add_part(struct motion *m, int mat, double share, double rate, double axles,
                      const double force[2], bool thrust, bool load)
 {
@@ -651,7 +655,7 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
     }
 }
 
-/* One line of axles, which is at x_ft in the middle of the interval, half_s from here. */
+/* Add one line of axles. It is at x_ft in the middle of the interval, half_s from now. */
 static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
                      const double force[2])
 {
@@ -693,7 +697,7 @@ static void near_mat(struct motion *m, int n)
     m->near_high = n > m->near_high ? n : m->near_high;
 }
 
-/* Elastic ground under what is pressed now, from what it was before. */
+/* Restart the elastic ground under a loaded mat, from its state before. */
 static void renew_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
@@ -722,7 +726,7 @@ static void leave_mat(struct motion *m, int n)
     set_slide(m, n, m->slide[n] == RIDDEN ? left : m->slide[n]);
 }
 
-/* What the wheel does from now on to the next break. */
+/* Set the wheel's forces from now to the next break. */
 void motion_press(struct motion *m)
 {
     const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
@@ -784,7 +788,7 @@ void motion_touch(struct motion *m)
     }
 }
 
-/* ---- all of it ---- */
+/* ---- interface ---- */
 
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s)
 {

@@ -8,7 +8,8 @@
         for (int k = half_ * (s)->model->size + stepper_low(s); \
              k < half_ * (s)->model->size + stepper_high(s); k++)
 
-/* One classical step from y, of rates f, to z_new; k3: the other stages, `at`: room. */
+/* One classical step from y, with rates f, to z_new. k3: room for the other stages; `at`: room for
+ * a state. */
 static void runge_kutta(struct stepper *s, double h, const double *y, const double *f,
                         double *const k3[3], double *at)
 {
@@ -25,11 +26,11 @@ static void runge_kutta(struct stepper *s, double h, const double *y, const doub
 /* ---- rk4 ---- */
 
 /* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
- * changes sign within a step is brought to rest at its end (pass.c). As a check of the other
- * solvers: another method on the model's own right-hand side. */
+ * changes sign within a step is brought to rest at its end (pass.c). It checks the other solvers
+ * with another method on the model's own right-hand side. */
 
 struct rk4_work {
-    double *k[5]; /* four stages and the rates at the end */
+    double *k[5]; /* four stages, and the rates at the end */
     double *at;
 };
 
@@ -72,13 +73,14 @@ const struct stepper_kind stepper_rk4 = {
 
 /* ---- rkgs ---- */
 
-/* rkgs: the Runge-Kutta method in Gill's form with halving and doubling, as IBM's Scientific
- * Subroutine Package ran it (S. Gill, Proc. Cambridge Phil. Soc. 47, 1951; A. Ralston, H. S. Wilf,
- * Mathematical Methods for Digital Computers, 1960). A pair of steps is checked against one of
- * double size: the test value is the largest of |difference|/15 over its tolerance. Above 1 the
- * step is halved and the pair done again; below 0.02 it is doubled for the next pair. One advance
- * here is such a pair. Gill's form carries q, the rounding of the last step. Switches are
- * sampled. */
+/* rkgs: the Runge-Kutta method in Gill's form with halving and doubling, as in IBM's Scientific
+ * Subroutine Package (S. Gill, Proc. Cambridge Phil. Soc. 47, 1951; A. Ralston, H. S. Wilf,
+ * Mathematical Methods for Digital Computers, 1960).
+ *
+ * A pair of steps is checked against one of double size. The test value is the largest
+ * |difference|/15 over its tolerance. Above 1 the step is halved and the pair repeated; below 0.02
+ * the step is doubled for the next pair. One advance is one pair. Gill's form carries q, the
+ * rounding of the last step. Switches are sampled. */
 
 #define RKGS_ROOT_HALF 0.70710678118654752440
 
@@ -118,7 +120,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
     size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
     memcpy(w->q_start, w->q, bytes);
     for (;;) {
-        double h = s->h_s; /* of one step; a pair goes to t + 2 h */
+        double h = s->h_s; /* of one step; a pair ends at t + 2 h */
         bool last = s->t_s + 2.0 * h * (1.0 + 1e-9) >= limit_s;
         if (last)
             h = 0.5 * (limit_s - s->t_s);
@@ -164,26 +166,28 @@ const struct stepper_kind stepper_rkgs = {
 
 /* hamming: Hamming's modified predictor-corrector (R. W. Hamming, J. ACM 6, 1959) with halving and
  * doubling:
+ *
  *     P = y[-3] + 4h/3 (2 f[0] - f[-1] + 2 f[-2])
  *     M = P - 112/121 (P - C of the last step)
  *     C = (9 y[0] - y[-2])/8 + 3h/8 (f(M) + 2 f[0] - f[-1])
  *     y = C + 9/121 (P - C)
- * The test value is the largest of 9/121 |P - C| over its tolerance: above 1 the step is halved,
- * below 0.02 doubled. The three values that a start needs come from the classical Runge-Kutta
- * method, as does a start at a new step size (the library's own halving interpolates instead).
- * Switches are sampled. */
+ *
+ * The test value is the largest 9/121 |P - C| over its tolerance. Above 1 the step is halved, below
+ * 0.02 doubled. The classical Runge-Kutta method computes the three values of a start, also after a
+ * change of the step (the original library interpolates after halving). Switches are sampled. */
 
-#define HAMMING_PAST 7 /* points kept: enough to go on at double the step */
+#define HAMMING_PAST 7 /* points kept: enough to continue at double the step */
 
 struct hamming_work {
     double *y[HAMMING_PAST],
-        *f[HAMMING_PAST]; /* [0] the present point, then backwards; 2 size values each */
-    double *apart;        /* P - C of the last step */
+        /* [0] is the present point, [1] the previous one, ...; 2 size values each */
+        *f[HAMMING_PAST];
+    double *apart; /* P - C of the last step */
     double *predicted, *modified, *rate, *k[3];
-    int known; /* points in y and f, equidistant */
-    int at_h;  /* steps since the step size was changed */
+    int known; /* number of equidistant points in y and f */
+    int at_h;  /* steps since the step changed */
     bool apart_known;
-    double h_s; /* their distance */
+    double h_s; /* distance of the points */
 };
 
 static void hamming_restart(struct stepper *s)
@@ -193,7 +197,7 @@ static void hamming_restart(struct stepper *s)
     w->apart_known = false;
 }
 
-/* Make room for a new present point. */
+/* Shift the points by one to free the present one. */
 static void hamming_rotate(struct hamming_work *w)
 {
     double *y = w->y[HAMMING_PAST - 1], *f = w->f[HAMMING_PAST - 1];
@@ -212,7 +216,7 @@ static void hamming_runge_kutta(struct stepper *s, double h)
     runge_kutta(s, h, w->y[0], w->f[0], w->k, w->modified);
 }
 
-/* One Hamming step to z_new; its test value. */
+/* Compute one Hamming step to z_new; returns its test value. */
 static double hamming_predict_correct(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
@@ -230,7 +234,7 @@ static double hamming_predict_correct(struct stepper *s, double h)
              k < half * s->model->size + stepper_high(s); k++) {
             double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
                        0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
-            w->rate[k] = w->predicted[k] - c; /* kept when the step is accepted */
+            w->rate[k] = w->predicted[k] - c; /* P - C; kept if the step is accepted */
             s->z_new[k] = c + 9.0 / 121.0 * w->rate[k];
             if (!(fabs(s->z_new[k]) < 1e300))
                 return (double)NAN;
@@ -241,7 +245,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
     return most;
 }
 
-/* Error of a starting step: what two halves of it say. Leaves the better answer in z_new. */
+/* Error of a starting step, by comparison with two half steps. Leaves the better result in
+ * z_new. */
 static double hamming_start_step(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
@@ -249,7 +254,7 @@ static double hamming_start_step(struct stepper *s, double h)
     memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     hamming_runge_kutta(s, 0.5 * h);
     double *y = w->y[0], *f = w->f[0], start = s->t_s;
-    w->y[0] = w->apart; /* a detour: the middle */
+    w->y[0] = w->apart; /* temporarily replaced by the middle point */
     w->f[0] = w->rate;
     memcpy(w->apart, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     s->t_s = start + 0.5 * h;
@@ -276,7 +281,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             h = limit_s - s->t_s;
         if (!(s->h_s >= s->least_s))
             return false;
-        if (w->known > 1 && h != w->h_s) { /* another step size: a new start */
+        if (w->known > 1 && h != w->h_s) { /* a new step size requires a new start */
             w->known = 1;
             w->apart_known = false;
         }
@@ -292,7 +297,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
                     s->h_s *= 2.0;
                     w->at_h = 0;
                     if (w->known >= HAMMING_PAST) {
-                        /* every other of 7 points, the new one being the 8th: 8, 6, 4, 2 */
+                        /* every second of 8 points (the new one is the 8th): 8, 6, 4, 2 */
                         double *y[HAMMING_PAST], *f[HAMMING_PAST];
                         static const int order[HAMMING_PAST] = {1, 3, 5, 0, 2, 4, 6};
                         for (int i = 0; i < HAMMING_PAST; i++) {

@@ -1,16 +1,16 @@
-/* cvode: SUNDIALS' variable-order BDF with its banded direct solver, the general-purpose peer.
- * Restarted at hops and where a mat stops or breaks loose (exact sticking is no differential
- * equation); the other switches are sampled, as a user of the library may do.
+/* cvode: SUNDIALS' variable-order BDF with its banded direct solver, a general-purpose solver for
+ * comparison. It restarts at hops and where a mat stops or breaks loose (exact sticking is not a
+ * differential equation). The other switches are sampled, as a user of the library might do.
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
- * mass matrix, which is full, so the Newton matrix is given as M (I - gamma J), which is banded,
- * and the right-hand side is multiplied by M before the library's solver sees it. It is made anew
- * for every step: one from before a foot left the soil holds the foot with the soil's damper, so
- * the iteration is done at once and the library takes a step that it should refuse.
+ * mass matrix, which is full. So the Newton matrix is M (I - gamma J), which is banded, and the
+ * right-hand side is multiplied by M before the library solves. The matrix is computed anew for
+ * every step: a matrix from before a foot left the soil still has the soil's damper, so the
+ * iteration ends at once and the library accepts a step that it should reject.
  *
- * As a check of the other solvers: method, step control and matrix solution are the library's.
- * Right-hand side, Jacobian and laws are the model's own (models/model.h), as of every solver;
- * tests/sim_reference has those a second time. */
+ * It checks the other solvers: method, step control and matrix solution are the library's. The
+ * right-hand side, Jacobian and laws are the model's (models/model.h), as in every solver;
+ * tests/sim_reference checks them independently. */
 #include <cvode/cvode.h>
 #include <math.h>
 #include <stdlib.h>
@@ -60,7 +60,7 @@ static int rates(realtype t, N_Vector y, N_Vector to, void *user)
     stepper_rates(w->stepper, t, w->z, w->rate);
     for (int i = 0; i < 2 * size; i++) {
         if (!isfinite(w->rate[i]))
-            return 1; /* the library tries a smaller step */
+            return 1; /* the library retries with a smaller step */
     }
     from_state(w, w->rate, N_VGetArrayPointer(to));
     return 0;
@@ -148,7 +148,7 @@ static void release(struct stepper *s)
         SUNContext_Free(&w->context);
 }
 
-/* Library objects; false when one could not be made. */
+/* Create the library objects. False: one could not be created. */
 static bool make_library(struct stepper *s)
 {
     struct work *w = s->work;

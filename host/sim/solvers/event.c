@@ -74,7 +74,7 @@ static const double stage[STAGES][STAGES - 1] = {
             2.9475147891527723389556272149, -9.15095847217987001081870187138},
 };
 
-/* What the embedded order 3 weighs differently from order 8: stages 0, 8, 11. */
+/* Weights of order 3 minus weights of order 8: stages 0, 8, 11. */
 #define THIRD_0  0.244094488188976377952755905512
 #define THIRD_8  0.733846688281611857341361741547
 #define THIRD_11 0.220588235294117647058823529412e-1
@@ -121,10 +121,10 @@ static const double dense_terms[TERMS - 3][STAGES] = {
 
 struct work {
     double *rate[STAGES]; /* 2 size values each */
-    double *at;           /* a stage's state */
-    double *terms[TERMS]; /* dense output */
-    bool begun;           /* rate[0] belongs to (t, z) */
-    bool dense;           /* terms belong to the last step */
+    double *at;           /* state of a stage */
+    double *terms[TERMS]; /* of the dense output */
+    bool begun;           /* rate[0] is of (t, z) */
+    bool dense;           /* terms are of the last step */
     double h_s;           /* of the last step */
 };
 
@@ -134,7 +134,7 @@ static void restart(struct stepper *s)
     w->begun = w->dense = false;
 }
 
-/* State of stage i: z plus h times the weighed rates; both halves of the state. */
+/* State of stage i: z plus h times the weighted rates, for both halves of the state. */
 VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
@@ -157,7 +157,7 @@ VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
     }
 }
 
-/* Largest error over tolerance of a step that is in z_new. */
+/* Largest error over tolerance of the step in z_new. */
 static double error_of(const struct stepper *s, double h)
 {
     const struct work *w = s->work;
@@ -189,7 +189,7 @@ static bool advance(struct stepper *s, double limit_s)
     bool rejected = false;
     if (w->begun && s->t_s == s->t_new_s) {
         double *kept = w->rate[0];
-        /* the last step's end is this step's start */
+        /* the end of the last step is the start of this one */
         stepper_copy(s, w->rate[12], kept);
     } else {
         stepper_rates(s, s->t_s, s->z, w->rate[0]);
@@ -283,12 +283,12 @@ const struct stepper_kind stepper_event = {
     .dense = dense,
 };
 
-/* ---- of order 5 ---- */
+/* ---- order 5 ---- */
 
 /* event at loose tolerances: Dormand and Prince's method of order 5 with embedded order 4 and dense
- * output of order 4, six evaluations a step (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary
- * Differential Equations I, II.5 and II.6). Where stability and not accuracy sets the step, half
- * the evaluations of the order 8 method give the same step. */
+ * output of order 4, six evaluations per step (E. Hairer, S. P. Norsett, G. Wanner, Solving
+ * Ordinary Differential Equations I, II.5 and II.6). Where stability and not accuracy limits the
+ * step, it reaches the same step as the order 8 method with half the evaluations. */
 
 #define ORDER5_STAGES 7 /* the last is the first of the next step */
 
@@ -312,8 +312,8 @@ static const double order5_dense_term[ORDER5_STAGES] = {
 
 struct order5_work {
     double *rate[ORDER5_STAGES]; /* 2 size values each */
-    double *at;                  /* a stage's state */
-    bool begun;                  /* rate[6] belongs to the start of the next step */
+    double *at;                  /* state of a stage */
+    bool begun;                  /* rate[6] is at the start of the next step */
     double error_before;         /* of the last accepted step */
     double h_s;                  /* of the last step */
 };
@@ -367,7 +367,7 @@ VECTOR static void order5_combine(const struct stepper *s, int i, double h, doub
     }
 }
 
-/* Largest error over tolerance of a step that is in z_new. */
+/* Largest error over tolerance of the step in z_new. */
 static double order5_error_of(const struct stepper *s, double h)
 {
     const struct order5_work *w = s->work;
@@ -414,8 +414,8 @@ static bool order5_advance(struct stepper *s, double limit_s)
         }
         double error = order5_error_of(s, h);
         if (error <= 1.0) {
-            /* with some of the last error, the step settles where stability limits it instead of
-             * failing there */
+            /* with part of the last error, the step settles at the stability limit; without, it
+             * fails there repeatedly */
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
                                             elementary_pow(w->error_before, 0.04)
                                       : 6.0;

@@ -1,12 +1,14 @@
 /* implicit: RODAS, a Rosenbrock method of order 4 with embedded order 3, L-stable and stiffly
  * accurate (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7). Every switch
- * located.
+ * is located.
  *
- * Each stage solves (1/(h gamma) - J) k = r for the state (p, v). With p' = v the p half is
+ * Each stage solves (1/(h gamma) - J) k = r for the state (p, v). As p' = v, the p half is
  * eliminated:
+ *
  *     k_p = h gamma (r_p + k_v)
  *     [M/(h gamma) - R_v - h gamma R_p] k_v = M r_v + h gamma R_p r_p
- * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
+ *
+ * model_linearise gives M, R_p and R_v. One banded factorisation per step, O(N). */
 #include <math.h>
 
 #include "host/base/elementary.h"
@@ -17,7 +19,8 @@
 #define GAMMA  0.25
 
 static const double nodes[STAGES] = {0.0, 0.386, 0.21, 0.63, 1.0, 1.0};
-static const double drifts[STAGES] = {0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0}; /* of df/dt */
+/* factors of df/dt */
+static const double drifts[STAGES] = {0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0};
 static const double shifts[STAGES][STAGES - 1] = {
     [1] = {1.544},
     [2] = {0.9466785280815826, 0.2557011698983284},
@@ -37,13 +40,13 @@ struct work {
     double *k[STAGES];
     double *rate, *at, *mix; /* 2 size values each */
     double *mass, *by_p, *by_v, *lu;
-    double *drift; /* size: dR/dt; then M^-1 of it */
-    double *right; /* size */
+    double *drift; /* size values: dR/dt, later M^-1 dR/dt */
+    double *right; /* size values */
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
     bool ended;     /* `at` holds the rates at the end of the last step */
-    double swing_s; /* 1 over the fastest rate of the springs; 0: not known yet */
+    double swing_s; /* 1 over the fastest rate of the springs; 0: unknown */
 };
 
 static void make(struct stepper *s, double *more)
@@ -61,10 +64,11 @@ static void make(struct stepper *s, double *more)
     w->mass_pivot = w->pivot + size;
 }
 
-/* A step that is many swings of a spring long takes the swing for done, and its error estimate,
- * which falls with the square of that number, agrees: what hits a spring and would be thrown back
- * stays. So what a switch or a hop has pushed is followed from its first swing on. The estimate
- * sees a swing that a step does not pass over by far, and lets steps grow when it has died down. */
+/* After a switch or a hop, restart with a step no longer than one swing of a spring. A step that
+ * spans many swings treats the swing as finished. Its error estimate falls with the square of that
+ * number and does not show the mistake: a body that hits a spring and should rebound stays there. A
+ * step within one swing lets the estimate see the swing, and steps grow when the swing has died
+ * down. */
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
@@ -91,7 +95,7 @@ static void weighted_sum(const struct stepper *s, const double *weights, int cou
     }
 }
 
-/* k from r = rate + mix (+ h d df/dt); the matrix is factored. */
+/* Solve for k with r = rate + mix (+ h d df/dt). The matrix is factored before. */
 static void solve(const struct stepper *s, double h, double drift, double *k)
 {
     struct work *w = s->work;
@@ -134,8 +138,8 @@ static bool linearise(struct stepper *s)
     return true;
 }
 
-/* The six stages with step h; the error estimate is the last. False when the matrix cannot be
- * factored. */
+/* Compute the six stages of a step h; the last stage is the error estimate. False: the matrix is
+ * singular. */
 static bool stages(struct stepper *s, double h)
 {
     struct work *w = s->work;
@@ -150,14 +154,14 @@ static bool stages(struct stepper *s, double h)
         weighted_sum(s, mixes[i], i, 1.0 / h, NULL, w->mix);
         if (i > 0) {
             weighted_sum(s, shifts[i], i, 1.0, s->z, kept);
-            w->rate = w->k[i]; /* spare until it is solved for */
+            w->rate = w->k[i]; /* w->k[i] is free until it is solved for */
             stepper_rates(s, s->t_s + nodes[i] * h, kept, w->rate);
         }
         solve(s, h, drifts[i], w->k[i]);
         w->rate = first;
     }
     static const double one[STAGES] = {0, 0, 0, 0, 0, 1};
-    double *last = w->mix; /* solution: the last stage's state plus the last stage */
+    double *last = w->mix; /* solution: state of the last stage plus the last stage */
     weighted_sum(s, one, STAGES, 1.0, kept, last);
     stepper_copy(s, last, s->z_new);
     return true;
@@ -205,8 +209,8 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-/* The method's own interpolant misses the slope at the ends by tolerance over step, enough to see
- * switches that are not there; the cubic through both ends and their rates does not. */
+/* The method's own interpolant has wrong slopes at the ends, by tolerance over step. That is enough
+ * to show switches that do not happen, so use the cubic through both ends and their rates. */
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;

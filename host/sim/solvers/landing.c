@@ -10,23 +10,26 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE     0.25  /* of the stability limit, when the step is not given */
-#define HOP_SHARE      0.25  /* of a mat the aircraft may cross in a step */
-#define SHORTEST_SHARE 0.125 /* of the shortest time that is not to be passed over */
-/* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
+#define STEP_SHARE     0.25  /* times the stability limit: first step, if no step is given */
+#define HOP_SHARE      0.25  /* part of a mat that the aircraft may cross in one step */
+#define SHORTEST_SHARE 0.125 /* part of the shortest time that a step must resolve */
+/* limit of step times fastest rate; the scheme allows 2 for an oscillation, less with damping */
 #define STABLE         1.8
 #define LEAST_STEPS    1000.0
 #define MOST_STEPS     1e8
 #define MOST_SHORTENED 4
-/* times the difference of two marches: of first order the finer one's error is as large as that */
+/* times the difference of two marches: the scheme is of order 1, so the finer march has an error as
+ * large as the difference */
 #define CAUTION        2.0
-/* between steps of two marches. Not 2: the shorter steps would end wherever the longer ones do, and
- * every other switch would be sampled at the same moment in both */
+/* ratio of the steps of two marches. Not 2: every second short step would end together with a long
+ * one, and both marches would sample these switches at the same moment */
 #define STEP_RATIO     1.9
-#define BETWEEN_RATIO  2.6  /* of a march more to the finer of the two: between coarse and rough */
-#define BESIDE_RATIO   1.37 /* the same, of another where the answer is sensitive */
-#define SENSITIVE      1e-3 /* an estimate of so much of the largest movement or lift */
-#define DOUBT          1.5  /* times what four marches are apart by, where chance decides it */
+/* step of a fourth march over the finer step: between coarse and rough */
+#define BETWEEN_RATIO  2.6
+#define BESIDE_RATIO   1.37 /* the same for a further march where the answer is sensitive */
+/* an estimate above this part of the largest movement or lift is sensitive */
+#define SENSITIVE      1e-3
+#define DOUBT          1.5 /* factor on the estimate of a sensitive answer */
 
 static void drop(struct march *march)
 {
@@ -35,7 +38,7 @@ static void drop(struct march *march)
     *march = (struct march){0};
 }
 
-/* What it held is another's now. */
+/* Clear a march whose arrays have another owner now. */
 static void leave(struct march *march)
 {
     march->record = (struct sim_record){0};
@@ -91,7 +94,7 @@ static void answer(struct planar_engine *l, struct march *fine, const struct mar
     pass_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result);
 }
 
-/* How far two marches are apart. */
+/* Difference of two marches. */
 static struct pass_difference difference_of(const struct march *a, const struct march *b)
 {
     return (struct pass_difference){sim_record_difference(&a->record, &b->record),
@@ -99,7 +102,7 @@ static struct pass_difference difference_of(const struct march *a, const struct 
                                          fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
-/* Whether two complete marches say the same. */
+/* Whether two complete marches agree. */
 static bool agree(const struct planar_engine *l, const struct march *coarse,
                   const struct march *fine)
 {
@@ -123,15 +126,14 @@ static void widen(struct sim_result *result, struct pass_difference apart)
     result->error_lift_ft = fmax(result->error_lift_ft, apart.lift_ft);
 }
 
-/* Sampled switches fall differently at every step, so two marches can be as close as they like by
- * chance; where the march before those two says the same, its differences count as well. */
+/* Compute the error estimate. Every step size samples the switches differently, so two marches can
+ * agree by chance. If the march before these two also agrees, its difference counts as well. */
 static void state_error(const struct planar_engine *l, const struct march *rough,
                         const struct march *coarse, const struct march *fine,
                         struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
-    /* a node that lands has done so up to a step before it is seen to: that far it is off, whatever
-     * the marches say of each other */
+    /* a node is seen to land up to one step late; this error is in all marches */
     result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!complete(rough))
         return;
@@ -140,7 +142,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
         widen(result, before);
 }
 
-/* A march more. What the march before left in `l` is the answer's, and stays. */
+/* Run one more march, and keep the state that `l` has from the answer. */
 static void march_copy(struct planar_engine *l, struct march *march,
                        const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
@@ -151,8 +153,8 @@ static void march_copy(struct planar_engine *l, struct march *march,
     free(kept);
 }
 
-/* Three marches that are close by chance still happen, one time in a hundred: a fourth between
- * them, and the worst pair of all four that say the same. */
+/* Even three marches agree by chance in one case of a hundred. A fourth march between them widens
+ * the estimate to the largest difference of any two that agree. */
 static void weigh_pairs(struct planar_engine *l, const struct sim_options *options,
                         const struct march *rough, const struct march *coarse,
                         const struct march *fine, struct sim_result *result)
@@ -179,8 +181,8 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
     drop(&between);
 }
 
-/* Where the estimate is not small beside what moves, switches decide much, and a march more, at
- * another step, says how much. */
+/* If the estimate is not small compared with the movement, switches decide the result. One more
+ * march, at another step, then widens the estimate. */
 static void doubt(struct planar_engine *l, const struct sim_options *options,
                   const struct march *fine, struct sim_result *result)
 {
@@ -198,7 +200,7 @@ static void doubt(struct planar_engine *l, const struct sim_options *options,
     drop(&beside);
 }
 
-/* No shorter step decides: the marches are the runs of the spread. */
+/* No shorter step gives agreement: the marches so far are the runs of the spread. */
 static void state_spread(const struct planar_engine *l, const struct march *rough,
                          const struct march *coarse, const struct march *fine,
                          struct sim_result *result)
@@ -226,8 +228,8 @@ static uint64_t fewer(uint64_t steps)
     return (uint64_t)ceil((double)steps / STEP_RATIO);
 }
 
-/* Marches at a step and at a longer one, with shorter ones until two say the same. `rough` has been
- * run before them, or is empty. */
+/* Run marches at a step and at a longer step, then at shorter ones until two agree. `rough`: the
+ * march at the next longer step, or empty. */
 static void run_pairs(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
                       struct march *rough, struct sim_result *result)
 {
@@ -281,7 +283,7 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
     drop(&fine);
 }
 
-/* The step and two longer ones; the longest only where that is stable. */
+/* Run at the step and at two longer ones. The longest step runs only if it is stable. */
 static void run_checked(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
                         struct sim_result *result)
 {
@@ -315,7 +317,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
-    /* INFINITY for an aircraft that stands */
+    /* INFINITY for an aircraft at rest */
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0

@@ -1,58 +1,60 @@
-/* moreau: time stepping of the velocities with all switches settled within the step, after Moreau
- * (1988) and Jean (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
- * Systems, 2008, chapter 10. No switch is located, so any number of them may fall into a step.
+/* moreau: time stepping of the velocities; all switches are solved together with the step. After
+ * Moreau (1988) and Jean (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
+ * Systems, 2008, chapter 10. No switch is located, so a step can contain any number of them.
  *
- *     M (v1 - v0)/h = force(p_m, v1) + laws that switch     p_m = p0 + h (v0 + v1)/4
+ *     M (v1 - v0)/h = force(p_m, v1) + switching laws     p_m = p0 + h (v0 + v1)/4
  *     p1 = p0 + h (v0 + v1)/2
  *
- * Springs act in the middle of the step (without loss), dampers and all that switches at its end
- * speeds. The unknown v1 comes from Newton's method with one banded factorisation a round.
- * What switches is settled with it:
- *   - Friction. A mat that slides has its C against its way; one that would turn round has v1 = 0
- *     and a force of at most C. Mats change between the two until all fit (pivoting).
- *   - Contact, torsion, slack and the apex have the mode of (p_m, v1). One that fits neither on nor
- *     off, as each drives it to the other, has a share s of its force, 0 < s < 1, with which it
- *     stays at its edge, sigma = 0: a foot that hovers. s = 0 where sigma < 0, s = 1 where sigma
- *     > 0. All shares of a step come from projected Gauss-Seidel over what each does to every
- *     sigma. */
+ * Springs act at the middle of the step (without loss). Dampers and switching laws act at the
+ * speeds at its end. Newton's method finds v1, with one banded factorisation per round. The
+ * switches are solved in the same rounds:
+ *   - Friction. On a sliding mat the Coulomb limit C acts against its motion. A mat that
+ *     would turn round has v1 = 0 and a force of at most C. Mats change between these two
+ *     modes until all fit (pivoting).
+ *   - Contact, torsion, slack and the apex have the mode of (p_m, v1). If each of on and off
+ *     drives a switch to the other mode, the switch gets a share s of its force, 0 < s < 1,
+ *     that keeps it at its edge, sigma = 0: a hovering foot. s = 0 where sigma < 0, s = 1
+ *     where sigma > 0. Projected Gauss-Seidel finds all shares of a step from the effect of
+ *     each share on every sigma. */
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define SHARED_MAX  32 /* switches with a share at once */
+#define SHARED_MAX  32 /* most switches with a share at the same time */
 #define ROUNDS      40
-#define HALVINGS    5     /* of a step that does not settle; the last is taken as it is */
-#define FLIPS       3     /* of a switch in a step, before it has a share */
-#define SLIDE_FLIPS 10    /* of a mat in a step; then it stays as it is */
-#define SWEEPS      100   /* of Gauss-Seidel */
-#define CLOSE       1e-11 /* of the speeds, sqrt(g L) among them */
+/* halvings of a step that does not converge; the last one is accepted as it is */
+#define HALVINGS    5
+#define FLIPS       3     /* flips of a switch in one step before it gets a share */
+#define SLIDE_FLIPS 10    /* flips of a mat in one step before its mode is fixed */
+#define SWEEPS      100   /* passes of Gauss-Seidel */
+#define CLOSE       1e-11 /* times the largest of the speeds and sqrt(g L) */
 #define SAME_SHARE  1e-9
 #define SHARE_PART  1e-4
 
 struct shared {
     struct model_switch which;
-    int on, off; /* its modes */
+    int on, off; /* the two modes of the switch */
     double share, change, sigma;
-    double by[SHARED_MAX]; /* sigma by each share */
-    double *push;          /* size: of accelerations by the share; size: of v1 */
+    double by[SHARED_MAX]; /* derivative of this sigma by each share */
+    double *push;          /* first half: accelerations by this share; second half: change of v1 */
 };
 
 struct work {
-    double *at;    /* (p_m, v1) */
-    double *moved; /* that, with another share */
-    double *rate;  /* size: accelerations in the modes; size: with one switch on */
+    double *at;    /* state (p_m, v1) */
+    double *moved; /* the same with a changed share */
+    double *rate;  /* accelerations in the present modes; second half: with one switch on */
     double *pushes[SHARED_MAX];
     double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
     int *pivot;
-    signed char *was, *flips; /* modes before a look; how often they changed in this step */
+    signed char *was, *flips; /* modes before an update; flips in this step */
     int apex_flips;
     struct shared shared[SHARED_MAX];
     int count;
 };
 
-/* The model's modes, contact to lift, lie one after the other. */
+/* Length of the model's mode arrays, contact to lift, which are contiguous. */
 static size_t modes_length(const struct model *m)
 {
     return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
@@ -89,7 +91,7 @@ static signed char *mode_of(const struct model *m, struct model_switch which)
                                        : &m->joint[which.index];
 }
 
-/* Everything else that depends on a mode follows, but not who slides. */
+/* Set a mode and update all that depends on it, except which mats slide. */
 static void set_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
 {
     struct model *m = s->model;
@@ -134,7 +136,8 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
             (struct shared){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
 }
 
-/* Modes of the state `at`; those with a share stay off. Returns how many have changed. */
+/* Update the modes from the state `at`. Switches with a share stay off. Returns how many
+ * changed. */
 static int update_modes(struct stepper *s, double t_s)
 {
     struct model *m = s->model;
@@ -163,7 +166,7 @@ static int update_modes(struct stepper *s, double t_s)
             }
         }
     }
-    for (int k = 0; k < w->count; k++) { /* may have been sampled as on */
+    for (int k = 0; k < w->count; k++) { /* shared switches may have been sampled as on */
         if (w->shared[k].which.kind != MODEL_APEX)
             *mode_of(m, w->shared[k].which) = (signed char)w->shared[k].off;
     }
@@ -182,7 +185,7 @@ static int update_modes(struct stepper *s, double t_s)
     return changed;
 }
 
-/* Push and limit of a mat with the shares of what is beside it. */
+/* Push and limit of a mat, with the shares of the switches beside it. */
 static void forces(struct stepper *s, double t_s, int mat, double *push_lb, double *limit_lb)
 {
     struct model *m = s->model;
@@ -202,7 +205,8 @@ static void forces(struct stepper *s, double t_s, int mat, double *push_lb, doub
     }
 }
 
-/* Who stops, and who is thrown off. */
+/* Stop mats that turn round, and release mats whose push exceeds their limit. Returns how many
+ * changed. */
 static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
     struct model *m = s->model;
@@ -235,8 +239,8 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
     return changed;
 }
 
-/* The matrix of Newton's method for v1 and what is left of the equations, in w->step; accelerations
- * by each share. False when it cannot be factored. */
+/* One Newton step for v1: w->step, and the accelerations by each share. False: the matrix is
+ * singular. */
 static bool equations(struct stepper *s, double h, double t_s, const double *v1)
 {
     struct model *m = s->model;
@@ -246,7 +250,7 @@ static bool equations(struct stepper *s, double h, double t_s, const double *v1)
     model_rates(m, t_s, w->at, w->rate);
     for (int i = 0; i < size; i++)
         w->drift[i] = (v1[i] - s->z[size + i]) / h;
-    double *slope = w->moved + size; /* dR/dt: not needed */
+    double *slope = w->moved + size; /* dR/dt: unused */
     model_linearise(m, t_s, w->at, w->drift, w->mass, w->by_p, w->by_v, slope);
     memcpy(left, w->rate, (size_t)size * sizeof *left);
     if (w->count > 0) {
@@ -264,7 +268,7 @@ static bool equations(struct stepper *s, double h, double t_s, const double *v1)
             one->push[i] -= w->rate[i];
             left[i] += one->share * one->push[i];
         }
-        /* slopes are those of the modes plus shares of what each adds */
+        /* the slopes of the modes, plus each share times the slope of its switch */
         for (int i = 0; i < size * MODEL_ROW; i++) {
             w->by_p[i] += one->share * (w->on_p[i] - w->off_p[i]);
             w->by_v[i] += one->share * (w->on_v[i] - w->off_v[i]);
@@ -275,7 +279,7 @@ static bool equations(struct stepper *s, double h, double t_s, const double *v1)
     banded_multiply(size, w->mass, left, w->step);
     banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
     for (int n = 0; n < m->mats && m->law == SIM_STICK; n++) {
-        if (m->slide[n] == 0) /* the row is v1/h */
+        if (m->slide[n] == 0) /* a mat at rest has the equation v1/h = 0 */
             w->step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
     if (!banded_factor(size, w->lu, w->pivot))
@@ -291,8 +295,8 @@ static bool equations(struct stepper *s, double h, double t_s, const double *v1)
     return true;
 }
 
-/* Shares with which every sigma fits, as far as it is linear in them. Returns the largest change.
- */
+/* Find shares for which every sigma fits, with sigma linearised in them. Returns the largest
+ * change. */
 static double find_shares(struct stepper *s, double h, double t_s, double *v1)
 {
     struct model *m = s->model;
@@ -304,7 +308,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
         w->shared[j].change = 0.0;
     }
     for (int k = 0; k < w->count; k++) {
-        /* sigma has kinks: its slope towards where it is 0 */
+        /* sigma has kinks: use its slope in the direction of 0 */
         double part = copysign(SHARE_PART, w->shared[k].sigma);
         place(s, h, v1, part, w->shared[k].push + m->size, w->moved);
         for (int j = 0; j < w->count; j++)
@@ -318,7 +322,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
             double sigma = one->sigma;
             for (int k = 0; k < w->count; k++)
                 sigma += one->by[k] * w->shared[k].change;
-            /* one that is driven away from its edge is on or off */
+            /* a switch that is driven away from its edge is on or off */
             double share = one->share + one->change;
             double to = one->by[j] < 0.0  ? share - sigma / one->by[j]
                       : one->by[j] == 0.0 ? share
@@ -341,7 +345,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     return most;
 }
 
-/* v1 (z_new's second half) over a step of h. False when it does not settle in ROUNDS. */
+/* Solve for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS. */
 static bool settle(struct stepper *s, double h)
 {
     struct model *m = s->model;
@@ -375,7 +379,7 @@ static bool settle(struct stepper *s, double h)
     return false;
 }
 
-/* Shares that have become 0 or 1 are modes again. */
+/* Replace shares of 0 or 1 by modes. */
 static void keep_shares(struct stepper *s, double t_s)
 {
     struct work *w = s->work;

@@ -8,24 +8,25 @@
 #include "host/base/xmalloc.h"
 
 #define FOLDED_DEG      85.0
-#define STEP_DEG        30.0 /* a mat that turns by more in a given step is thrown by the step */
+/* with a given step, a mat that turns by more in one step is unstable, not folded */
+#define STEP_DEG        30.0
 #define FOUND_MAX       64
 #define ROOT_STEPS      100
 #define INSIDE          6
 #define ROUNDS          8
-#define STALLS_PER_MAT  20 /* events in a row without progress before it is called chatter */
-/* A step is given up that is less than this of the time that the clock shows, or of a second. */
+#define STALLS_PER_MAT  20 /* events in a row without progress before the run ends as chatter */
+/* Least step, as a part of the time since the start or of 1 s, whichever is larger. */
 #define LEAST_STEP      1e-14
 #define LEAST_STEP_OF_S 1.0
-/* What moves is known to some steps of the clock; a late one has coarse ones (a double shows 1e9 s
- * to 1e-7 s). */
-#define CLOCK_FROM_S    100.0 /* before, that is nothing */
+/* The time of a moving point is known to a few steps of the clock. Late in a run these steps are
+ * coarse (at 1e9 s a double resolves 1e-7 s). */
+#define CLOCK_FROM_S    100.0 /* before this time the error of the clock is negligible */
 #define CLOCK_STEPS     4.0
 #define WARY_STEPS      100
-#define AT_ONCE         1e-8 /* of a step */
-/* tolerance on heights and displacements: rtol times this part of a mat's length */
+#define AT_ONCE         1e-8 /* times the step: two flips closer than this coincide */
+/* tolerance of heights and displacements: rtol times this part of a mat's length */
 #define POSITION_PART   0.0005
-#define SPEED_PART      0.25 /* on rates: of sqrt(g L) */
+#define SPEED_PART      0.25 /* tolerance of rates: rtol times this times sqrt(g L) */
 
 struct pass {
     struct stepper stepper;
@@ -33,20 +34,21 @@ struct pass {
     struct pass_outcome *out;
     double *storage;
     double *z_event;
-    double *z_until; /* the last step is looked at up to here */
+    double *z_until; /* the last step is searched up to here */
     double until_s;
-    double *u, *v, *height; /* by mat, for the record */
-    signed char *modes;     /* contact, torsion and joint after the last step, sampled */
-    unsigned *flips;        /* of each contact, torsion and joint */
+    double *u, *v, *height; /* per mat, for the record */
+    signed char *modes;     /* contact, torsion and joint modes after the last step, when sampled */
+    unsigned *flips;        /* per contact, torsion and joint */
     int stalls;
-    int wary;                    /* steps for which the dense output is not believed: see redo */
-    struct model_switch flipped; /* last */
+    /* steps left for which the dense output is not trusted: see redo */
+    int wary;
+    struct model_switch flipped; /* switch of the last event */
     double flipped_s;
     double awake_s;
-    double angle_deg; /* largest, after the last step */
+    double angle_deg; /* largest joint angle after the last step */
 };
 
-/* No progress. */
+/* Reasons for no progress. */
 #define TOO_SMALL "its step became too small"
 #define PILE_UP   "switches follow each other too closely"
 #define USED_UP   "it reached its limit of steps"
@@ -65,7 +67,7 @@ static bool no_progress(struct pass *p, int mat_from_1, double t_s, const char *
     return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
-/* The mat that moves fastest, or the first that is no number. */
+/* The fastest mat, or the first mat whose state is not finite. */
 static int liveliest(const struct model *m, const double *z, double *speed)
 {
     int mat = m->first;
@@ -91,14 +93,14 @@ static void keep(struct pass *p, double t_s, double *z)
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
-        p->height[n + 1] = 0.0 - z[2 * n]; /* no -0 */
+        p->height[n + 1] = 0.0 - z[2 * n]; /* turns -0 into 0 */
     }
     record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
     sim_record_take(record, t_s, p->u, p->v);
 }
 
-/* Everything wanted up to t_s, within the stepper's last step. */
+/* Record all outputs due up to t_s, within the stepper's last step. */
 static void keep_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
@@ -117,7 +119,8 @@ static double margin(struct pass *p, double t_s, const double *z, struct model_s
     return model_margin(p->model, t_s, z, which);
 }
 
-/* The first time in the last step at which the margin is negative; it is at its end. */
+/* The first time in the last step at which the margin is negative. It must be negative at the
+ * end. */
 static double first_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
@@ -154,7 +157,7 @@ static double first_time(struct pass *p, struct model_switch which)
     return b;
 }
 
-/* Keep stops and starts of mats; how many there are. */
+/* Keep only stops and starts of mats; returns how many remain. */
 static int only_slides(struct model_switch *found, int count)
 {
     int kept = 0;
@@ -165,9 +168,9 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Violations at the first of five points between the start of the last step and `to`; there the
- * step is looked at until then. A mat may break loose and stop again, a foot touch the ground and
- * leave it, and both passes miss it. */
+/* Find violations at the first of five points between the start of the last step and `to`; the step
+ * is then searched up to that point. This finds a mat that breaks loose and stops again within a
+ * step, or a foot that touches the ground and leaves it. Both passes could miss it. */
 static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -190,7 +193,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
     return 0;
 }
 
-/* Violations within the last step or at its end. */
+/* Find violations within the last step or at its end. */
 static int find_violations(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -205,7 +208,7 @@ static int find_violations(struct pass *p, struct model_switch *found)
     return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
-/* A lift that ends its rise within the last step is taken at its top. */
+/* If a lift peaks within the last step, record it at its peak. */
 static void top(struct pass *p, double end_s, const double *z_end, double *spare)
 {
     struct stepper *s = &p->stepper;
@@ -229,10 +232,10 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
-/* Within a step that is long for the fastest rate the dense output can be far off where the end of
- * the step is not (soil with much damping: 80 lb become 0), and show switches that do not happen.
- * They are known by flipping back at once. From then on, for a while, the step is taken again up to
- * the time found; false when it cannot be. */
+/* Repeat the step up to the time found. In a step that is long for the fastest rate, the dense
+ * output can be far off although the end of the step is right (soil with much damping: 80 lb become
+ * 0). It then shows switches that do not happen and flip back at once. After such a flip, steps are
+ * repeated for WARY_STEPS. False: the step failed. */
 static bool redo(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
@@ -254,8 +257,8 @@ static bool flips_back(const struct pass *p, double at, const struct model_switc
     return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
 }
 
-/* A number that belongs to a switch; their sum does not depend on the order of those that fall
- * together. Finalizer of splitmix64 (S. Vigna, public domain). */
+/* A number that identifies a switch. The sum of several does not depend on their order. Finalizer
+ * of splitmix64 (S. Vigna, public domain). */
 static uint64_t mark(struct model_switch flip)
 {
     uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
@@ -264,7 +267,7 @@ static uint64_t mark(struct model_switch flip)
     return x ^ (x >> 31);
 }
 
-/* Go back to the first event of the last step, if there was one. */
+/* Go back to the first event of the last step, if it had one. */
 static bool handle_events(struct pass *p, bool *event)
 {
     struct stepper *s = &p->stepper;
@@ -281,7 +284,7 @@ static bool handle_events(struct pass *p, bool *event)
         p->wary--;
     if (count == 0)
         return true;
-    bool nearer = true; /* `found` is new, and nothing known before until_s */
+    bool nearer = true; /* `found` is new: no event before until_s is known yet */
     for (int round = 0; round < ROUNDS; round++) {
         double first = (double)INFINITY;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
@@ -299,7 +302,7 @@ static bool handle_events(struct pass *p, bool *event)
             if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
                 together[flips++] = found[i];
         }
-        /* another may have come and gone before */
+        /* another switch may have happened and reversed before */
         struct model_switch before[FOUND_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
@@ -371,7 +374,8 @@ static bool handle_events(struct pass *p, bool *event)
     return true;
 }
 
-/* Steppers that sample the switches: who has changed direction within the step stops at its end. */
+/* For steppers that sample switches: a mat that changed direction within the step stops at its
+ * end. */
 static bool stop_turned(struct pass *p)
 {
     struct stepper *s = &p->stepper;
@@ -389,7 +393,7 @@ static bool stop_turned(struct pass *p)
     return any;
 }
 
-/* What has changed since the last step, of modes that are sampled. */
+/* Count the sampled modes that changed in the last step. */
 static void count_sampled(struct pass *p)
 {
     const struct model *m = p->model;
@@ -556,7 +560,7 @@ void pass_free(struct pass_outcome *out)
     out->z = NULL;
 }
 
-/* ---- what a run has come to ---- */
+/* ---- outcome of a run ---- */
 
 #define BOW_WAVE_FT 0.05
 
@@ -621,7 +625,7 @@ void pass_answer(const struct model *m, struct pass_outcome *pass, const struct 
     pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
 }
 
-/* ---- how far two passes differ ---- */
+/* ---- difference of two passes ---- */
 
 struct pass_difference pass_difference(const struct pass_outcome *a, const struct pass_outcome *b)
 {
@@ -663,6 +667,7 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
             sim_result_end(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }
-    if (!parted && result->status != SIM_UNPREDICTABLE) /* in a lift between those times */
+    /* they separate in a lift between those times */
+    if (!parted && result->status != SIM_UNPREDICTABLE)
         sim_result_end(result, SIM_UNPREDICTABLE, 1, given->end_s);
 }

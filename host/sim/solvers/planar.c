@@ -12,13 +12,13 @@
 #define TIGHTEN          0.01
 #define MOST_TIGHTENINGS 2
 #define MOST_STEPS       5000000u
-#define MOST_CHATTER     50000u /* steps of event before auto tries implicit */
-/* of implicit before auto tries event, or its share of event's steps */
+#define MOST_CHATTER     50000u /* most steps of event before auto tries implicit */
+/* least steps of implicit before auto tries event; more if event itself would need many */
 #define MOST_IMPLICIT    20000u
-#define MOST_AUTO        300000u /* of implicit, when there is nothing else */
-#define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
+#define MOST_AUTO        300000u /* most steps of implicit when no solver is left to try */
+#define MOST_SIGN        10000u  /* most steps with friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
-/* of event for stability; where it would ask for more it has MOST_CHATTER */
+/* event gets up to this many steps for stability; a scene that needs more gets MOST_CHATTER */
 #define EXPLICIT_MOST    500000.0
 bool planar_has_solver(const char *name)
 {
@@ -53,43 +53,43 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
     w->options.may_continue_ctx = w;
 }
 
-/* ---- what an answer is worth: two passes of a solver, and the runs that join them. PLANAR.md,
- * "Error estimate" ---- */
+/* ---- error estimate (PLANAR.md): two passes of a solver, and further runs ---- */
 
-/* Divergence: a scene that no finer step or tolerance decides.
+/* Divergence: a scene whose result no finer step or tolerance settles.
  *
- * Runs that should be alike part: each switch that falls otherwise makes their difference larger,
- * and from some time on it is as large as what is computed. Then runs whose stiffnesses differ by
- * less than anybody knows them, DIVERGENCE_PART, say how far apart the scene's answers can be. The
- * result is SIM_UNPREDICTABLE: t_s and mat are where the first two of all runs part (by more than a
- * fifth of the largest movement or lift), the error estimates the largest difference of any of
- * them to the one whose numbers are given. */
+ * Runs that should agree separate: each switch that differs makes their difference
+ * larger, until it is as large as the result. Further runs then show how far apart the results of
+ * the scene can be. Their stiffnesses differ by DIVERGENCE_PART, less than a stiffness can be
+ * known. The result is SIM_UNPREDICTABLE. Its t_s and mat are where the first two of all runs
+ * separate (by more than a fifth of the largest movement or lift). Its error estimates are the
+ * largest difference between any run and the reported run. */
 #define DIVERGENCE_PART 1e-9
-#define DIVERGENCE_RUNS 4 /* besides those that part */
+#define DIVERGENCE_RUNS 4 /* in addition to the runs that separate */
 
-/* Between the tolerances of two passes. */
+/* Ratio of the tolerances of two passes. */
 #define ESTIMATE_CHECK_FACTOR   30.0
-/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
- * every other switch would be sampled at the same moment in both. */
+/* Ratio of two fixed steps. Not 2: every second short step would end together with a long one, and
+ * both runs would sample these switches at the same moment. */
 #define ESTIMATE_GRID_RATIO     1.9
-#define ESTIMATE_FIRST_PART     0.72 /* the first of steps that are halved and doubled */
-#define ESTIMATE_SPAN_PART      0.5  /* of a span, for the longer of two fixed steps */
+/* of the usual first step, for solvers that halve and double it */
+#define ESTIMATE_FIRST_PART     0.72
+#define ESTIMATE_SPAN_PART      0.5 /* step over span, for the longer of two fixed steps */
 #define ESTIMATE_LEAST_RTOL     1e-13
-/* Where the negative real axis leaves the classical method's stability region, and, about, the
- * order 8 method's. */
+/* Ends of the stability regions on the negative real axis: of the classical method, and
+ * (approximately) of the order 8 method. */
 #define ESTIMATE_RK4_REAL       2.785
 #define ESTIMATE_EXPLICIT_REACH 6.0
-#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* more than these for stability alone: implicit */
-#define ESTIMATE_STEP_RATIO     4.0     /* a step of implicit costs as much as so many of event */
+#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* if stability requires more steps: implicit */
+#define ESTIMATE_STEP_RATIO     4.0     /* cost of a step of implicit, in steps of event */
 
-/* The runs of one scene with one solver: a coarse one and a fine one, complete, and a third. */
+/* The runs of one scene with one solver. `coarse` and `fine` are complete; `third` is optional. */
 struct error_pair {
     struct pass_outcome coarse, fine, third;
-    struct pass_request check, request; /* of coarse and fine */
+    struct pass_request check, request; /* requests of coarse and of fine */
     bool coarse_answers;
 };
 
-/* The same scene, known a little otherwise: both stiffnesses up, or one up and one down, ... */
+/* The scene with slightly different stiffnesses; the bits of `run` select the signs. */
 static struct model nudged(const struct model *m, int run)
 {
     struct model other = *m;
@@ -98,7 +98,7 @@ static struct model nudged(const struct model *m, int run)
     return other;
 }
 
-/* One pass of the scene, known a little otherwise: run 0 to DIVERGENCE_RUNS - 1. */
+/* One pass of the scene with slightly different stiffnesses: run 0 to DIVERGENCE_RUNS - 1. */
 static void divergence_nudged(const struct model *m, const struct pass_request *request,
                               const struct sim_options *options, int run, struct pass_outcome *pass,
                               struct sim_result *result)
@@ -110,7 +110,7 @@ static void divergence_nudged(const struct model *m, const struct pass_request *
     result->rhs += pass->rhs;
 }
 
-/* Passes that contradict each other, both complete: `given` is the one whose numbers are taken. */
+/* Two complete passes contradict each other. `given` is the pass that is reported. */
 static void divergence_state(const struct model *m, const struct pass_request *request,
                              const struct sim_options *options, const struct pass_outcome *given,
                              const struct pass_outcome *other, struct sim_result *result)
@@ -139,39 +139,40 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 
 /* ---- the estimate ---- */
 
-/* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
+/* If the estimate exceeds this many tolerances, errors grow: the answer is sensitive. */
 #define SENSITIVE      1000.0
-#define SENSITIVE_PART 0.05 /* without a tolerance: beyond this part of what moves */
-/* Times the difference of two passes that sample their switches: of first order the finer one's
- * error is as large as that. */
+#define SENSITIVE_PART 0.05 /* fixed step: the estimate exceeds this part of the largest movement */
+/* Factor on the difference of two passes that sample their switches: the method is of order 1
+ * there, so the finer pass has an error as large as the difference. */
 #define CAUTION        2.0
-#define FINER_CAUTION  1.2 /* to a finer one */
-#define LONGER_CAUTION 4.0 /* the same where the coarser one answers: twice as far off */
-#define OTHERS_CAUTION 1.5 /* to one of another method */
-/* Steps that another method may always have. */
+#define FINER_CAUTION  1.2 /* for the difference to a finer pass */
+#define LONGER_CAUTION 4.0 /* CAUTION where the coarser pass answers: twice the error */
+#define OTHERS_CAUTION 1.5 /* for the difference to a pass of another method */
+/* Steps that a run of another method gets at least. */
 #define LEAST_OTHERS   5000.0
-#define EVENT_RHS      12.0 /* evaluations in a step of event */
-/* What bounces: one joint or foot flips so often, and is much of all that flips; few steps go to
- * anything else. */
+#define EVENT_RHS      12.0 /* evaluations in one step of event */
+/* Limits that identify a bounce: one joint or foot flips this often, its flips are a large part of
+ * all flips, and there are few steps per flip. */
 #define REBOUNDS       4
 #define REBOUND_STEPS  100.0
-#define PACE_AHEAD     0.02 /* of its steps it may have made before it gets anywhere */
-/* Runs that are added where no other method answers: steps and tolerances of no simple ratio. */
+#define PACE_AHEAD     0.02 /* part of its steps that a run may use before it makes progress */
+/* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
+ * simple, so that switches do not coincide. */
 #define MORE_RUNS      2
 #define MORE_GRID      1.37
 #define MORE_RTOL      2.2
 
-/* A lift is what differences of the mats' positions leave: tolerances add up in it, and a lift of
- * their size can be missing in both runs. */
+/* Lifts are differences of the mats' positions. Tolerances add up in them, and both runs can miss a
+ * lift of that size. */
 #define LIFT_FLOOR  10.0
-#define FLOOR_STEPS 0.1 /* of the root of the number of steps, to a tolerance */
+#define FLOOR_STEPS 0.1 /* growth of the tolerance per square root of the number of steps */
 
 static bool solver_is_automatic(const struct sim_options *options)
 {
     return !options->solver || strcmp(options->solver, "auto") == 0;
 }
 
-/* Steps of event that the stability limit alone asks for. */
+/* Steps that event needs for stability alone. */
 static double explicit_steps(const struct model *m, const struct sim_result *result)
 {
     return ESTIMATE_RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) /
@@ -195,7 +196,7 @@ static bool samples(const struct stepper_kind *kind)
     return kind->samples || kind->samples_shape;
 }
 
-/* Another run, complete or not. */
+/* Run another pass; it may end early. */
 static void again(struct pass_outcome *pass, struct model *m, const struct pass_request *request,
                   const struct sim_options *options, struct sim_result *result)
 {
@@ -205,9 +206,9 @@ static void again(struct pass_outcome *pass, struct model *m, const struct pass_
     cost_add(result, pass);
 }
 
-/* Two passes can be as close as they like by chance where their switches are sampled or are not the
- * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
- * that is stable; else a tolerance between the two. One that fails says nothing. */
+/* Two passes can agree by chance if their switches are sampled or differ. A third pass then widens
+ * the estimate. With a fixed step, its step is longer if that is stable, else shorter; without, its
+ * tolerance lies between the two. A third pass that fails changes nothing. */
 static void doubt(struct model *m, const struct sim_options *options, struct error_pair *runs,
                   struct sim_result *result)
 {
@@ -242,12 +243,14 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
     }
 }
 
-/* Steps that event may have for a check: so many as cost what the runs have cost. 0: it is of no
- * use. A solver that samples its switches is wrong by where they fall in its steps, in all of its
- * runs alike if chance will have it; implicit by what its long steps pass over, and by as much at
- * each bounce of mats that hit each other again and again. What stability asks for is for all that
- * can move; where implicit is judged and little of that moves, event may need far fewer steps, and
- * is tried as long as it gets on (`gets_on`). */
+/* Most steps of event for a check: as many as cost the same as the runs so far. 0: a check is of no
+ * use.
+ *
+ * A solver that samples its switches has an error from their positions within its steps; by chance
+ * all of its runs can have the same error. Implicit has an error from what its long steps skip, and
+ * the same error at each bounce of mats that collide repeatedly. The stability limit allows for
+ * everything that can move. Where implicit is checked and little moves, event may need far fewer
+ * steps, so it is tried while it makes progress (`gets_on`). */
 static uint64_t others_steps(const struct model *m, const struct sim_options *options,
                              const struct error_pair *runs, const struct sim_result *result)
 {
@@ -257,7 +260,7 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
     double asked = explicit_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
-    /* auto has tried event before it came to others, and to implicit where that is not the first */
+    /* auto tries event before other solvers, except where it begins with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
     bool useful = samples(runs->request.kind) ||
                   (runs->request.kind != &stepper_event && fine->events > 0);
@@ -265,10 +268,10 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
     return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
 }
 
-/* A run that is stopped when it falls behind what its steps are meant to cover. */
+/* A run that is stopped when it needs more steps than planned for its progress. */
 struct pace {
     const struct sim_options *asked;
-    double asks, most; /* may_continue is asked every so many steps */
+    double asks, most; /* calls of gets_on so far; planned steps */
 };
 
 static bool gets_on(void *ctx, int pass, double part)
@@ -280,8 +283,8 @@ static bool gets_on(void *ctx, int pass, double part)
             pace->asked->may_continue(pace->asked->may_continue_ctx, pass, part));
 }
 
-/* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
- * it came to an end. */
+/* All runs of one solver share its systematic errors. A run of event, which locates every switch,
+ * is added. Returns whether that run is complete. */
 static bool cross(struct model *m, const struct sim_options *options, struct error_pair *runs,
                   struct sim_result *result)
 {
@@ -317,9 +320,9 @@ static bool bounces(const struct model *m, const struct pass_outcome *pass)
            (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
 }
 
-/* Implicit's error at a bounce is the same at every bounce of a run, and all that comes of it: two
- * runs in which it is alike by chance agree at all times. Without a run of event a finer one says:
- * it takes energy mostly, so that a third run between the two can be alike as well. */
+/* Implicit makes the same error at every bounce of a run, so two runs with the same error by chance
+ * agree at all times. Without a run of event, a finer run is added. It must be finer: implicit
+ * mostly loses energy, so a run between the two can have the same error too. */
 static void rebound(struct model *m, const struct sim_options *options, struct error_pair *runs,
                     struct sim_result *result)
 {
@@ -332,9 +335,9 @@ static void rebound(struct model *m, const struct sim_options *options, struct e
         widen(result, pass_difference(&runs->fine, &runs->third), CAUTION);
 }
 
-/* Switches that are sampled, and no other method to say where they are: something hovers, and each
- * step follows it in a way of its own, as runs do that are alike by chance. More runs say how far
- * that goes. */
+/* Switches are sampled, and no other method locates them. Something may hover, and each step size
+ * then follows it differently, although two runs agree by chance. Further runs show how far results
+ * differ. */
 static void linger(struct model *m, const struct sim_options *options,
                    const struct error_pair *runs, struct sim_result *result)
 {
@@ -369,7 +372,7 @@ static bool sensitive(const struct model *m, const struct error_pair *runs,
            result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
 }
 
-/* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
+/* For a sensitive answer, add runs with slightly different stiffnesses to the estimate. */
 static void feel(struct model *m, const struct sim_options *options, const struct error_pair *runs,
                  struct sim_result *result)
 {
@@ -385,7 +388,7 @@ static void feel(struct model *m, const struct sim_options *options, const struc
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
     finer.dt_s /= ESTIMATE_GRID_RATIO;
-    finer.first_part /= ESTIMATE_GRID_RATIO; /* of a fixed step; else 0 */
+    finer.first_part /= ESTIMATE_GRID_RATIO; /* 0 unless the step is fixed */
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
@@ -399,8 +402,8 @@ static void feel(struct model *m, const struct sim_options *options, const struc
     }
 }
 
-/* The error estimate of the result, with more runs where it needs them; false when the two passes
- * contradict each other. `where`: their largest difference. */
+/* Compute the error estimate of the result, with further runs where it needs them. False: the two
+ * passes contradict each other. `where`: their largest difference. */
 static bool error_estimate(struct model *m, const struct sim_options *options,
                            struct error_pair *runs, struct sim_result *result,
                            struct sim_difference *where)
@@ -408,8 +411,8 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     const struct stepper_kind *kind = runs->request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
     struct pass_difference apart = pass_difference(a, b);
-    /* two passes can agree more closely than either is right, and what each step may err adds up at
-     * random */
+    /* two passes can agree more closely than their errors allow; errors of single steps add up like
+     * random numbers */
     double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
     double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
@@ -435,14 +438,15 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
  *
  * The method is in moreau.c.
  *
- * A scene is run with steps 1.9 times shorter each time, until the stated error is below a
- * ten-thousandth of what moves and of what lifts, or the work is done that MOREAU_WORK allows. The
- * answer is the run with the shortest steps. Its method is of order 1 where anything switches, so
- * the shortest steps' error is 1.1 times the last difference, 2.6 times for order 1/2: stated is
- * three times the larger of the last difference and of the one before divided by 1.9, so that runs
- * that are close by chance are not believed. Runs that contradict each other with the shortest
- * steps are `unpredictable` (above). With a given step: that, 1.9 and 3.6 times it. */
-#define MOREAU_WORK 1.5e7 /* evaluations times mats: some 10 s */
+ * A scene is run with steps 1.9 times shorter each time, until the estimated error is below a
+ * ten-thousandth of the largest movement and of the largest lift, or until MOREAU_WORK is used up.
+ * The run with the shortest steps is the answer. The method is of order 1 where anything switches:
+ * the error of the shortest steps is then 1.1 times the last difference, and 2.6 times for order
+ * 1/2. The estimate is three times the larger of the last difference and the previous difference
+ * divided by 1.9, so that runs that agree by chance do not make it too small. If the runs with the
+ * shortest steps contradict each other, the result is `unpredictable` (above). With a given step,
+ * the steps are the given one, 1.9 and 3.6 times as long. */
+#define MOREAU_WORK 1.5e7 /* evaluations times mats: about 10 s */
 
 #define MOREAU_CAUTION 3.0
 #define FIRST_STEPS    500.0
@@ -450,10 +454,10 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
 #define RUNS_MOST      16
 #define RUNS           3
 
-/* The last runs, the one with the shortest steps last. */
+/* The latest runs; the last one has the shortest steps. */
 struct ladder {
     struct pass_outcome runs[RUNS];
-    int count; /* of those that are complete */
+    int count; /* number of complete runs */
     struct pass_difference last, before;
 };
 
@@ -553,7 +557,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (run.status == SIM_OK) {
             climb(&ladder, &run);
             state(&ladder, result);
-        } else { /* what longer steps said counts no more */
+        } else { /* runs with longer steps no longer count */
             sim_result_end(result, run.status, run.mat, run.t_s);
             pass_free(&run);
             restart(&ladder);
@@ -565,7 +569,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
-        /* its positions are no better than those of event */
+        /* positions have at least the error of event */
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_FLOOR * stepper_event.rtol * m.length_ft);
@@ -578,7 +582,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
 
 /* ---- auto and the rest ---- */
 
-/* How long auto stays with a solver before it tries the other one. */
+/* Most steps before auto leaves a solver for another one. */
 static uint64_t patience(const struct model *m, const struct stepper_kind *kind, bool last,
                          const struct sim_result *result)
 {
@@ -612,8 +616,8 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-/* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
- * itself is unpredictable. */
+/* Run coarse and fine. `coarse_answers`: the answer is coarse, else fine. `last`: no other solver
+ * follows, so runs that contradict each other are unpredictable. */
 static void run_pair(struct model *m, const struct sim_options *options,
                      struct pass_request request, bool coarse_answers, bool last,
                      bool *contradicted, struct sim_result *result)
@@ -711,7 +715,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Auto leaves a solver that has ended step_underflow. */
+/* Note that auto leaves a solver that ended with step_underflow. */
 static void note_left(struct sim_result *result, const char *left, const char *next)
 {
     sim_result_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
@@ -720,8 +724,8 @@ static void note_left(struct sim_result *result, const char *left, const char *n
     result->why = NULL;
 }
 
-/* What is left where both make no progress, as switches pile up: hamming samples them, moreau
- * settles any number of them in a step. */
+/* Where both solvers make no progress because switches pile up, use the remaining ones: hamming
+ * samples switches; moreau solves any number of them in one step. */
 static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
@@ -736,12 +740,12 @@ static void run_left(struct model *m, const struct sim_options *options, struct 
     }
 }
 
-/* The other solver, and what is left. */
+/* Run the other solver of auto, then the remaining ones. */
 static void run_others(struct model *m, const struct sim_options *options,
                        const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    /* where too little moves for the fastest rate to matter, event may still get on */
+    /* if little moves, the fastest rate does not matter and event may still make progress */
     bool last = other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST;
     note_left(result, first->name, other->name);
     result->status = SIM_OK;
@@ -751,8 +755,8 @@ static void run_others(struct model *m, const struct sim_options *options,
         run_left(m, options, result);
 }
 
-/* Auto: others, where the first makes no progress; together they have PLANAR_OTHERS_S. What is not
- * answered then is refused for what the first one said. */
+/* Auto: if the first solver makes no progress, run the others. Together they have PLANAR_OTHERS_S.
+ * Without an answer, the result keeps the error of the first solver. */
 static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {
@@ -761,7 +765,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     run_adaptive(m, options, kind, last, result);
     if (result->status != SIM_STEP_UNDERFLOW)
         return;
-    struct sim_result refused = *result; /* one that holds no arrays */
+    struct sim_result refused = *result; /* safe: it holds no arrays */
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
     run_others(m, &deadline.options, kind, result);
     if (deadline.late) {
@@ -776,7 +780,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Run with the solvers that are not `staggered`. */
+/* Run with a solver other than `staggered`. */
 static enum mr_status run_planar(const struct sim_scene *scene, const struct sim_options *options,
                                  struct sim_result *result, struct error *error)
 {
@@ -829,8 +833,8 @@ static bool undecided(const struct sim_result *result)
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
 
-/* A landing that no step of `staggered` decides: solvers that locate their switches may, where they
- * have the scene's laws. The result is theirs if it is an answer. */
+/* Retry a landing that no step of `staggered` settles with solvers that locate switches, if they
+ * support the scene's laws. The result is replaced if they find an answer. */
 static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
                                   struct sim_result *result, struct error *error)
 {

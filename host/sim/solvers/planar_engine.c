@@ -10,18 +10,19 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/models/kernel.h"
 
-/* ---- the parts that move ---- */
+/* ---- the moving parts ---- */
 
-#define CALM     1e-6 /* of sqrt(g L): on uneven ground a node slower than that is at rest */
-#define GUARD    4    /* mats at rest that the heaving part keeps at its ends */
-#define CHUNK    8    /* mats that it grows by, at least */
-#define PATIENCE 16   /* steps before a part may shrink */
-/* steps before it leaves the next mat: one for its damper, one for the grit, one more */
+#define CALM     1e-6 /* times sqrt(g L): on uneven ground a slower node is at rest */
+#define GUARD    4    /* mats at rest that stay in the heaving part at each end */
+#define CHUNK    8    /* least number of mats by which the heaving part grows */
+#define PATIENCE 16   /* steps at rest before a part may shrink */
+/* steps at rest before a sliding part leaves the next mat: one for its damper, one for the grit,
+ * one spare */
 #define SETTLING 3
-#define AIR      1e-3  /* of L: a node that is so high is held by its mats, not by the ground */
-#define QUIET    1e-13 /* of L for heights, of sqrt(g L) for their rates: at rest */
+#define AIR      1e-3  /* times L: a node this high is held by its mats, not by the ground */
+#define QUIET    1e-13 /* times L for heights, times sqrt(g L) for their rates: at rest */
 
-/* Make a part reach from mat `low` to mat `high`. */
+/* Extend a part to cover mats `low` to `high`. */
 static void take_in(struct part *part, const struct model *m, int low, int high)
 {
     low = low < 0 ? 0 : low;
@@ -38,8 +39,8 @@ static void take_in(struct part *part, const struct model *m, int low, int high)
     }
 }
 
-/* Before a step: what the wheel touches and what moves is taken in, what has come to rest is left
- * behind. */
+/* Before a step, extend the sliding part to the mats that the wheel touches or that move, and
+ * shrink it where mats are at rest. */
 static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
     struct part *s = &l->slides;
@@ -48,7 +49,7 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
         bool idle = s->last - s->first <= 2 && s->quiet_first >= PATIENCE &&
                     s->quiet_last >= PATIENCE;
         if (idle)
-            s->last = s->first - 1; /* go there instead of stretching */
+            s->last = s->first - 1; /* restart at the wheel instead of growing towards it */
         take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
@@ -70,9 +71,9 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
     }
 }
 
-/* On uneven ground a node under compression comes to rest off its settled height. One in the air
- * stays with the part that heaves, however still it is: a wave that stands is as long as it is
- * because it stands, and outside mats count as flat. */
+/* On uneven ground a node under compression comes to rest above or below its settled height. A node
+ * in the air always stays in the heaving part, even at rest: the length of a standing wave depends
+ * on it, and mats outside count as flat. */
 static bool node_rests(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
@@ -101,13 +102,13 @@ static void heave_what_slides(struct planar_engine *l, int chunk)
         take_in(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
-/* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel,
- * and keeps GUARD mats at rest at its ends, so that what it holds back there is below QUIET. */
+/* Flat mats at rest stay flat. The heaving part covers all other mats and those under the wheel,
+ * and GUARD mats at rest at each end, so that the motion it cuts off is below QUIET. */
 static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    /* what is loaded at once: as model.c */
+    /* mats that a load reaches at once, as in model.c */
     int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
@@ -146,8 +147,7 @@ static void follow_heaves(struct planar_engine *l)
     }
 }
 
-/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
- * mats. */
+/* Joints of profile `full` pull when mats rotate, and heaving changes the friction of the soil. */
 static void slide_what_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
@@ -157,7 +157,7 @@ static void slide_what_heaves(struct planar_engine *l)
 
 /* ---- tensions ---- */
 
-/* What a mat's turning takes from its length on either side, and its rate. */
+/* Shortening of a mat by its rotation, on either side, and its rate. */
 struct shortening {
     double ft, ft_s;
 };
@@ -173,15 +173,15 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-/* How far a joint's spring is stretched, or pressed: negative. */
+/* Extension of a joint's spring; negative: compression. */
 LAW_INLINE double engaged_ft(double g_ft, double slack_ft)
 {
     return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
 }
 
-/* The rate of a joint's damper over a step: how far the last step moved the joint while it was
- * closed. With the whole rate, the damper would brake a joint that closes or opens within a step
- * for all of that step or for none of it, an error of the same impulse at every longer step. */
+/* Rate of a joint's damper over a step: only the movement in the last step during which the joint
+ * was closed. Otherwise the damper would act for all or none of a step in which the joint closes or
+ * opens, and its impulse would have an error of the same size at every longer step. */
 LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft, double step_s)
 {
     double now_ft = engaged_ft(g_ft, slack_ft),
@@ -196,7 +196,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     const struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
-        left = right; /* also past an end that pulls nothing */
+        left = right; /* also beyond an end without tension */
         right = shortening_of(l, j);
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -211,7 +211,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
-            pulled.lb = joint.cl_lb_s_ft * rate; /* of the last step's part before it opened */
+            pulled.lb = joint.cl_lb_s_ft * rate; /* of the last step, before the joint opened */
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
             t_lb = fmin(0.0, t_lb);
@@ -223,7 +223,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     }
 }
 
-/* Every law that occurs gets a loop of its own. */
+/* Each joint law has a loop of its own. */
 static void stretch_joints(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
@@ -240,10 +240,11 @@ static void stretch_joints(struct planar_engine *l)
 
 /* ---- speeds ---- */
 
-/* times that a step is taken again as the soil lets go of nodes or holds others */
+/* repetitions of a step in which the soil releases or catches nodes */
 #define MOST_CONTACTS 8
 
-/* Bands and cleats before a kick; a riveted mat that its band moves is taken in. */
+/* Apply bands and cleats before a kick. A riveted mat that its band moves joins the sliding
+ * part. */
 static void brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s)
 {
@@ -267,8 +268,8 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     }
 }
 
-/* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the
- * heaving part. */
+/* Bands hold waves down and stiffeners resist bending: forces on the nodes and moments on the
+ * joints of the heaving part. */
 static void brace_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
@@ -290,8 +291,8 @@ static double node_soil_lb(const struct model *m, const double *z, int node)
     return kernel_soil_lb(m, z, z + m->size, node);
 }
 
-/* What the soil pushes a node with while its mats are kicked, in a step in parts and in the one
- * after it. */
+/* Mean force of the soil on a node during the kick of its mats. Differs from the present force in a
+ * step in parts and in the step after it. */
 static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
@@ -301,9 +302,9 @@ static double rubbing_lb(const struct planar_engine *l, int node)
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
 
-/* What the soil holds a heaving mat with: the reaction that its nodes have just been kicked with,
- * dampers at the end of the step. A foot that lands faster than the step can follow so rubs with
- * the impulse it lands with. */
+/* Coulomb limit of a heaving mat: from the soil's reaction in the kick of its nodes, with dampers
+ * at the end of the step. So a foot that lands faster than a step resolves rubs with the impulse of
+ * its landing. */
 static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
@@ -315,7 +316,8 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
            (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
 }
 
-/* A mat under the gear: the ground holds it, up to the Coulomb limit of its load beside its own. */
+/* Step a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
+ * gear's load. */
 static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
                         double h_s)
 {
@@ -331,7 +333,7 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
                          step.as_if_s);
 }
 
-/* The wheel stands on `mat` (from 0; -1: on none); its thrust is the engine's. */
+/* Place the wheel on `mat` (from 0; -1: on none). The engine applies the thrust, not the model. */
 static void ride(struct model *m, int mat)
 {
     m->span = (struct span){.mat = mat, .share = -2};
@@ -341,14 +343,14 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
                             double h_s, bool cleated, bool elements, bool geared)
 {
     const struct model *m = &l->model;
-    double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
+    double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
     unsigned stops = 0;
     for (int n = l->slides.first; n <= l->slides.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->braces; c++)
-        /* those outside are not looked at */
+        /* braces on mats outside the part have no effect: the loop below skips those mats */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
@@ -382,7 +384,7 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                                                       const struct sim_touch *touch, int count,
                                                       double h_s, bool cleated)
 {
-    ride(&l->model, l->gear->lead_mat - 1); /* whose waves are noted */
+    ride(&l->model, l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
     if (l->model.elements.count > 0)
         return cleated ? kick(l, touch, count, h_s, true, true, true)
                        : kick(l, touch, count, h_s, false, true, true);
@@ -390,8 +392,9 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                    : kick(l, touch, count, h_s, false, false, true);
 }
 
-/* After heaves, as friction is of the soil's reactions in that step; how many mats came to rest.
- * Runways without cleats get a loop without, and so do those without elements. */
+/* Update the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
+ * because friction depends on the soil's reactions in that step. Runways without cleats or elements
+ * have loops of their own, for speed. */
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
@@ -405,8 +408,8 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
                    : kick(l, touch, count, h_s, false, false, false);
 }
 
-/* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold
- * those that it would push. True when a node has changed. */
+/* The soil never pulls. At the end of the step, release nodes that it would pull and catch nodes
+ * that it would push. True: a node has changed. */
 static bool settle_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -421,7 +424,7 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
     return changed;
 }
 
-/* Speeds over a step of h_s; the largest change of a node's speed by the soil. */
+/* Update the vertical speeds over h_s. Returns the largest change of a node's speed by the soil. */
 static double kick_heaves(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -441,7 +444,8 @@ static double kick_heaves(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-/* What the wheel, or the gear, does over t0..t1; what a gear loads heaves from now on. */
+/* Move the wheel or the gear from t0 to t1. The weight of a gear acts on the heaving part from now
+ * on. */
 static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
                 struct sim_touch *touch)
 {
@@ -456,7 +460,7 @@ static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, d
     return count;
 }
 
-/* The gear's weight on the nodes of the heaving part, beside what modifications do. */
+/* Add the gear's weight to the nodes of the heaving part, on top of the forces of modifications. */
 static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
@@ -491,7 +495,7 @@ static void init_ground(struct planar_engine *l)
         m->tilt_ft = l->tilt_ft;
 }
 
-/* Arrays of a landing; the model is made. */
+/* Allocate the arrays of a landing. The model must be made before. */
 static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -526,7 +530,7 @@ static void init_layout(struct planar_engine *l)
     }
     l->slack_ft = m->slack_ft;
     m->given_lb = l->tension_lb;
-    m->slack_ft = 0.0; /* the engine has it */
+    m->slack_ft = 0.0; /* slack is handled by the engine */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
@@ -550,7 +554,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
             sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
-    if (result) /* before the landing takes over what it has of its own */
+    if (result) /* describe the model before the engine changes it */
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
@@ -570,15 +574,16 @@ void engine_free(struct planar_engine *l)
 
 #define FOLDED_DEG           85.0
 #define DEGREES              (180.0 / 3.14159265358979323846)
-/* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
+/* share of an overrun's lift; below it the wheel has left the wave, and the next wave counts
+ * anew */
 #define OFF_WAVE_SHARE       0.5
-#define SLIGHT_TURN          0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
-#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
-#define LOOK_STEPS           4    /* between looks at lifts and angles */
-#define LANDING_PARTS        16   /* of a step in which a node lands */
-#define GENTLE               1e-4 /* of sqrt(g L): what lands slower lifts nobody */
+#define SLIGHT_TURN          0.01 /* sine of a rotation; smaller ones need no arc sine */
+#define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
+#define LOOK_STEPS           4    /* steps between updates of lifts and angles */
+#define LANDING_PARTS        16   /* parts of a step in which a node lands */
+#define GENTLE               1e-4 /* times sqrt(g L): a slower landing lifts no neighbours */
 
-/* The mat that carries most of the wheel; -1: none. */
+/* Mat with the largest share of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
 {
     double most = 0.0;
@@ -592,7 +597,7 @@ static int under_wheel(const struct sim_touch *touch, int count)
     return mat;
 }
 
-/* The largest lift `back_s` before the present step's end, and its node. */
+/* Largest lift, `back_s` before the end of the present step, and its node. */
 static double lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
 {
     const struct model *m = &l->model;
@@ -610,7 +615,7 @@ static double lift_ft(const struct planar_engine *l, double back_s, int *node_fr
     return most_ft;
 }
 
-/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at
+/* Record the outputs due up to t_s, each at its own time. Speeds are those of the step that ends at
  * t_s. */
 static void take(struct planar_engine *l, struct march *march, double t_s)
 {
@@ -630,7 +635,7 @@ static void take(struct planar_engine *l, struct march *march, double t_s)
     }
 }
 
-/* What each node and joint of the heaving part has come to. */
+/* Update the extremes of the nodes and joints in the heaving part. */
 static void note_shape(struct planar_engine *l, struct march *march)
 {
     const struct model *m = &l->model;
@@ -655,7 +660,7 @@ static void note_shape(struct planar_engine *l, struct march *march)
     }
 }
 
-/* The highest node, when the first of them has risen so far. */
+/* Record the highest node as soon as one has risen by lift_ft. */
 static void note_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int highest = l->heaves.first;
@@ -667,7 +672,7 @@ static void note_crest(const struct planar_engine *l, struct march *march, doubl
     }
 }
 
-/* The wheel at a wave that has risen too far to be pressed flat. */
+/* Record that the wheel meets a wave that is too high to be pressed flat. */
 static void note_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
@@ -732,9 +737,9 @@ static void begin(struct planar_engine *l, bool prunes)
     }
 }
 
-/* Whether a node will reach the ground in the step. Two that do so within one step lift their
- * neighbours otherwise together than one after the other, at every step alike that is longer than
- * what lies between them. */
+/* Whether a node will reach the ground in the step. Two nodes that land in one step lift their
+ * neighbours differently from two that land one after the other. All steps longer than the time
+ * between the landings would make the same error. */
 static bool lands(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -747,17 +752,17 @@ static bool lands(const struct planar_engine *l, double h_s)
     return false;
 }
 
-/* Heights over a step of h_s in parts; speeds are then those of half a part before its end. Mats
- * rub with the mean of what the soil pushes with while they are kicked, from half a step before to
- * half a step after the step's beginning; what comes after that is for the next step. Returns the
- * largest change of a node's speed. */
+/* Step the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
+ * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
+ * the step's beginning to half a step after it. The soil's force after that belongs to the next
+ * step. Returns the largest change of a node's speed. */
 static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
                              double h_s)
 {
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
     double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
-    double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean that was before this step */
+    double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean from before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
         l->friction_force_lb[j] = known ? l->rub_next_lb[j]
@@ -785,7 +790,7 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     return jolt_ft_s;
 }
 
-/* A march under way. */
+/* A march in progress. */
 struct under_way {
     struct planar_engine *l;
     struct march *march;
@@ -794,7 +799,7 @@ struct under_way {
     struct sim_touch touch[SIM_TOUCH_MAX];
     int count;
     bool prunes, divides, heaves;
-    double before_s; /* step of the heights, the last one */
+    double before_s; /* the last step of the heights */
 };
 
 static void begin_march(struct under_way *way)
@@ -811,12 +816,12 @@ static void begin_march(struct under_way *way)
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
         gear_start(l->gear, h);
-        l->model.wheel_load_lb = 0.0; /* the gear's is with its axles */
+        l->model.wheel_load_lb = 0.0; /* the load acts through the axles of the gear */
     }
     take(l, way->march, 0.0);
 }
 
-/* Step i, from the kick before it to the one after it. */
+/* Start and end of the kick of step i. */
 static double from_s(const struct march *march, uint64_t i)
 {
     return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
@@ -827,7 +832,7 @@ static double to_s(const struct march *march, uint64_t i)
     return ((double)i + 0.5) * march->h_s;
 }
 
-/* Where the wheel is, and which mats move. */
+/* Move the wheel and update the moving parts. */
 static void step_wheel(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -841,7 +846,7 @@ static void step_wheel(struct under_way *way, uint64_t i)
     way->heaves = l->heaves.last >= l->heaves.first;
 }
 
-/* Forces at the present positions, and what they do to the heights. */
+/* Compute the forces at the present positions and update the vertical speeds. */
 static void step_vertical(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -864,9 +869,9 @@ static void step_vertical(struct under_way *way, uint64_t i)
         double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
         march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, way->before_s < h, first_s, h));
         way->before_s = part_s;
-        l->rub_share = 0.5 * (part_s + h) / h; /* of the next step's mean */
+        l->rub_share = 0.5 * (part_s + h) / h; /* share in the mean of the next step */
     } else if (way->heaves) {
-        /* speeds lie half a part before the step, where the last one was divided */
+        /* after a divided step the speeds are only half a part behind */
         double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
         l->rub_share = way->before_s < h ? part_s / h : 1.0;
         march->jolt_ft_s = fmax(march->jolt_ft_s, kick_heaves(l, part_s));
@@ -876,7 +881,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
     }
 }
 
-/* What they do along the runway; then everything moves. */
+/* Update the speeds along the runway, then move everything. */
 static void step_along(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -895,7 +900,8 @@ static void step_along(struct under_way *way, uint64_t i)
     march->done = i + 1;
 }
 
-/* What is wanted of the step that ends at t_s. False: the march ends with it. */
+/* Update the outputs and extremes at the end of step i, t_s. False: the march ends with this
+ * step. */
 static bool update_extremes(struct under_way *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;

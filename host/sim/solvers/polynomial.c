@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#define NOTHING 1e-18 /* of a polynomial, where its roots are sought */
+#define NOTHING 1e-18 /* times the largest value: smaller top terms are dropped */
 
 double polynomial_value(const double *s, int degree, double t)
 {
@@ -14,7 +14,7 @@ double polynomial_value(const double *s, int degree, double t)
     return sum;
 }
 
-/* Of a polynomial that is positive at `low` and negative at `high`. */
+/* Root of a polynomial that is positive at `low` and negative at `high`. */
 static double root_within(const double *s, int degree, double low, double high)
 {
     double narrow = DBL_EPSILON * high, t = 0.5 * (low + high);
@@ -38,8 +38,8 @@ static double root_within(const double *s, int degree, double low, double high)
     return t;
 }
 
-/* First root within low..high of s, whose Bernstein coefficients there are b (Farouki 2012): the
- * polynomial has no more roots than they have changes of sign. Changes b. */
+/* First root of s within low..high. b: its Bernstein coefficients there (Farouki 2012), changed on
+ * return. The number of roots is at most the number of sign changes in b. */
 static double first_root(const double *s, double *b, int degree, double low, double high, int depth)
 {
     int changes = 0;
@@ -54,7 +54,7 @@ static double first_root(const double *s, double *b, int degree, double low, dou
     if (changes == 1 || depth == 0)
         return positive ? (double)INFINITY : root_within(s, degree, low, high);
     double left[POLYNOMIAL_DEGREE + 1], middle = 0.5 * (low + high);
-    for (int k = 0; k <= degree; k++) { /* of de Casteljau: b becomes the right half */
+    for (int k = 0; k <= degree; k++) { /* de Casteljau: b becomes the right half */
         left[k] = b[0];
         for (int i = 0; i < degree - k; i++)
             b[i] = 0.5 * (b[i] + b[i + 1]);
@@ -65,7 +65,7 @@ static double first_root(const double *s, double *b, int degree, double low, dou
     return b[0] < 0.0 ? middle : first_root(s, b, degree, middle, high, depth - 1);
 }
 
-/* First root in (0, wide] of what is positive at 0; INFINITY: none. */
+/* First root in (0, wide] of a polynomial that is positive at 0; INFINITY: none. */
 static double falls(const double *s, int degree, double wide)
 {
     double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;

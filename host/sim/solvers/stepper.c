@@ -55,10 +55,11 @@ bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double
     if (m->law != SIM_TANH || !(edge > 0.0))
         return false;
     for (int k = m->size + stepper_low(s) + 1; k < m->size + stepper_high(s); k += 2) {
-        double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k]; /* rises */
+        /* so that the speed increases */
+        double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
             continue;
-        /* the edge is not aimed at from so near that the step would be nothing */
+        /* already so near the edge that the step would be too short: do not aim at it */
         double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
         if (to_s < h && to_s > s->least_s)
             h = to_s;
