@@ -14,16 +14,16 @@
 #include "common/version.h"
 #include "host/store/table.h"
 
-/* another program may hold the file; what comes meanwhile waits in the links */
+/* another program may hold the file; received data waits in the links meanwhile */
 #define BUSY_WAIT_MS 30000
 #define SET_UP_MS    20
 #define READ_WAIT_MS 500
 
-/* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
+/* the largest value that matrig writes is an imported channel: 18 h at 1 kHz */
 #define VALUE_BYTES_MAX 268435456
 
-/* Settings of every connection to a campaign: its schema is data, and cannot be written as a table.
- * NULL: none. */
+/* Settings of every connection to a campaign: the schema may come from elsewhere, so it is not
+ * trusted and cannot be edited as a table. NULL: no connection. */
 static void guard_settings(sqlite3 *database)
 {
     if (!database)
@@ -46,13 +46,13 @@ static enum mr_status pragma(struct store *store, const char *sql, int64_t *valu
     return status;
 }
 
-/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema, and of
- * two that set up the same file at once the second finds it done. */
+/* Set up a new, empty file in one transaction. Other processes never see half a schema. If two set
+ * up the same file at once, the second one finds it complete. */
 static enum mr_status create_tables(struct store *store, struct error *error)
 {
     char numbers[160];
     int64_t tables = 0;
-    uint32_t own = 0; /* by which matrig log knows the file again */
+    uint32_t own = 0; /* identifies the file for matrig log */
     if (getrandom(&own, sizeof own, 0) != (ssize_t)sizeof own)
         own = (uint32_t)time(NULL);
     snprintf(numbers, sizeof numbers,
@@ -87,9 +87,9 @@ static int count_changes(sqlite3 *database, const char *sql, sqlite3_stmt *row)
     return done ? sqlite3_changes(database) : 0;
 }
 
-/* A schema can hold programs (a view that never ends, a trigger that runs at every row), so a
- * campaign has the schema of a fresh one and nothing else. `what`: the first object that a fresh
- * one has not, or that this one lacks. */
+/* A schema can contain programs (a view that never ends, a trigger that runs at every row). So a
+ * campaign must have exactly the schema of a fresh one. `what`: the first object that only one of
+ * the two has. */
 static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
 {
     sqlite3 *fresh = NULL;
@@ -122,7 +122,7 @@ static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
     return same;
 }
 
-/* Before anything of it is used. */
+/* Call before anything else in the file is used. */
 static enum mr_status refuse_foreign(struct store *store, struct error *error)
 {
     char what[STORE_TEXT];
@@ -134,12 +134,12 @@ static enum mr_status refuse_foreign(struct store *store, struct error *error)
                      what, store->path);
 }
 
-/* What a file says of itself. */
+/* Identification in a file. */
 struct header {
     int64_t application, version, tables;
 };
 
-/* In one transaction: what another log has set up meanwhile is seen whole or not at all. */
+/* One transaction: a setup by another log is seen complete or not at all. */
 static enum mr_status read_header(struct store *store, struct header *header, struct error *error)
 {
     enum mr_status status = store_execute(store, "BEGIN", "read", error);
@@ -150,11 +150,11 @@ static enum mr_status read_header(struct store *store, struct header *header, st
         status = pragma(store, "PRAGMA user_version", &header->version, error);
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &header->tables, error);
-    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL); /* only read */
+    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL); /* nothing was written */
     return status;
 }
 
-/* Every version has the column sessions.matrig. */
+/* Name the matrig version that wrote the file; every version has the column sessions.matrig. */
 static enum mr_status refuse_version(struct store *store, int64_t version, struct error *error)
 {
     sqlite3_stmt *statement = NULL;
@@ -196,12 +196,12 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
 {
     if (sqlite3_open_v2(name, &store->database, flags, NULL) != SQLITE_OK)
         return store_failed(store, "open", error);
-    /* without locks a file looks as if it were locked: to be found out soon */
+    /* without file locks every file looks locked: find out quickly */
     bool first = (mode == STORE_READ || mode == STORE_SOURCE) && !store->waits;
     sqlite3_busy_timeout(store->database, first ? READ_WAIT_MS : BUSY_WAIT_MS);
     guard_settings(store->database);
     store_limit_steps(store);
-    /* another program's database keeps its journal as it is */
+    /* if it is another program's database, leave its journal alone */
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     enum mr_status status = check_version(store, mode, error);
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
@@ -209,8 +209,8 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
     return status;
 }
 
-/* SQLite reads a campaign with files beside it, which it makes, and locks: where it cannot, it is
- * read otherwise. */
+/* To read a campaign, SQLite creates files beside it and locks it. Where that fails, read a copy or
+ * without locks. */
 static enum mr_status open_again(struct store *store, enum store_mode mode,
                                  const struct error *first, struct error *error)
 {
@@ -232,9 +232,10 @@ static enum mr_status open_again(struct store *store, enum store_mode mode,
     return open_file(store, name, flags, mode, error);
 }
 
-/* Before anything is read or made: of two that begin at once one does all of it. The lock of
- * flock(2) has nothing to do with those that SQLite takes, but those are of the process and go when
- * it closes any descriptor of the file: this one is closed after the database. */
+/* Keep other logs out before anything is read or created. Of two logs that start at once, one does
+ * all of it. The lock of flock(2) is independent of SQLite's locks. But SQLite's locks belong to
+ * the process, and closing any descriptor of the file drops them, so this descriptor is closed
+ * after the database. */
 static enum mr_status take_alone(struct store *store, struct error *error)
 {
     store->alone = open(store->path, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
@@ -251,8 +252,8 @@ static enum mr_status take_alone(struct store *store, struct error *error)
     return MR_OK;
 }
 
-/* SQLite does not wait for its locks while it changes how a journal is kept, as another program
- * that makes the same campaign does. */
+/* Switch to the WAL journal. SQLite does not wait for its locks during this change, and another
+ * program may be creating the same campaign, so retry. */
 static enum mr_status keep_journal(struct store *store, struct error *error)
 {
     const char sql[] = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;";
@@ -284,7 +285,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     }
     made->path = copy;
     struct error first = {0},
-                 failed = {0}; /* `error` may end the program: not before it is closed */
+                 failed = {0}; /* setting `error` may end the program, so close the store first */
     enum mr_status status = MR_OK;
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
     if (mode == STORE_OPEN || (create && strcmp(path, ":memory:") != 0))
@@ -301,8 +302,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     }
     if (status == MR_OK && mode == STORE_READ)
         status = store_execute(made, "PRAGMA query_only=1", "open", &failed);
-    /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that
-     * refuses writing leaves the journal as it is; reading goes on. */
+    /* FULL: when a commit returns, it is on disk, not only in the kernel. On a read-only file
+     * system the journal mode stays unchanged and reading works. */
     if (status == MR_OK && mode == STORE_CREATE)
         status = keep_journal(made, &failed);
     made->writes = status == MR_OK && mode == STORE_CREATE;
@@ -314,7 +315,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     return MR_OK;
 }
 
-/* The descriptor stays open, for the same reason. */
+/* The descriptor stays open: closing it would drop SQLite's locks (take_alone). */
 bool store_is_logged(struct store *store)
 {
     if (!store->alone)
@@ -334,7 +335,8 @@ void store_close(struct store *store)
     if (!store)
         return;
     store_each_statement(store, sqlite3_finalize);
-    if (store->writes && !store->overwritten) { /* a copy of the file alone is all of it */
+    /* write the journal back, so that a copy of the file alone is complete */
+    if (store->writes && !store->overwritten) {
         sqlite3_busy_timeout(store->database, 0);
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
     }
@@ -386,7 +388,7 @@ void store_patience(struct store *store, int wait_ms)
     sqlite3_busy_timeout(store->database, wait_ms);
 }
 
-/* Of SQLite's code. */
+/* Refusal for a code of SQLite. */
 static enum store_refusal refusal_of(int code)
 {
     switch (code) {
@@ -444,7 +446,7 @@ enum store_place store_find(const char *path, const struct store_identity *ident
 {
     struct stat info;
     if (!stat_of(path, "", &info))
-        /* one that cannot be asked may still be there */
+        /* an error other than these leaves open whether the file is there */
         return errno == ENOENT || errno == ENOTDIR ? STORE_MISSING : STORE_IN_PLACE;
     if (info.st_ino != identity->file || info.st_dev != identity->device)
         return STORE_REPLACED;
@@ -458,18 +460,18 @@ enum store_place store_find(const char *path, const struct store_identity *ident
     return index || identity->index == 0 ? STORE_IN_PLACE : STORE_NO_INDEX;
 }
 
-/* Of the file's header (https://sqlite.org/fileformat2.html, 1.3). */
+/* Offsets in the file's header (https://sqlite.org/fileformat2.html, 1.3). */
 enum { HEADER = 100, AT_PAGE_SIZE = 16, AT_COUNTER = 24, AT_PAGES = 28, AT_COOKIE = 40 };
 enum { AT_VERSION = 60, AT_APPLICATION = 68 };
-#define COOKIES 1000u /* a VACUUM adds 1 */
+#define COOKIES 1000u /* largest plausible change; a VACUUM adds 1 */
 
 static uint32_t big_endian(const uint8_t *at)
 {
     return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
 }
 
-/* MR_IO: the disk does not answer; MR_MALFORMED: no campaign. The descriptor that keeps other logs
- * out is read: opening and closing another one would take SQLite's locks from this process. */
+/* MR_IO: the disk fails; MR_MALFORMED: not a campaign. Reads with the descriptor that keeps other
+ * logs out: closing a second descriptor would drop SQLite's locks of this process. */
 static enum mr_status read_file_header(const struct store *store, struct store_header *header,
                                        uint32_t *page_bytes)
 {
@@ -503,7 +505,8 @@ static int guarded_truncate(sqlite3_file *file, sqlite3_int64 length)
                                            : guard->plain->xTruncate(file, length);
 }
 
-/* A checkpoint takes its time, and begins whenever SQLite sees fit. */
+/* Check every write of SQLite for an overwritten file: a checkpoint takes long and can begin at any
+ * time. */
 static void guard_file(struct store *store)
 {
     sqlite3_file *file = NULL;
@@ -536,7 +539,8 @@ bool store_overwritten(struct store *store)
         return store->overwritten;
     enum mr_status status = read_file_header(store, &now, &page_bytes);
     int64_t least = (int64_t)now.pages * page_bytes;
-    /* the file of a checkpoint grows behind its header; an older copy has a lower counter */
+    /* during a checkpoint the file is shorter than its header states; an older copy has a lower
+     * counter */
     store->overwritten = code == SQLITE_CORRUPT || code == SQLITE_NOTADB ||
                          status == MR_MALFORMED ||
                          (status == MR_OK && (now.cookie - known.cookie > COOKIES ||
@@ -620,7 +624,7 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
         status = store_open(path, STORE_READ, &check, error);
     store_close(check);
     if (status != MR_OK)
-        unlink(path); /* it was made here, and is not whole */
+        unlink(path); /* created here, and incomplete */
     return status;
 }
 
@@ -638,10 +642,10 @@ void store_whereabouts(const struct store *store, char *out, size_t size)
 
 void store_leave(struct store *store, bool moved)
 {
-    if (moved) /* so that the file is whole, wherever it is */
+    if (moved) /* write the journal back, so that the file is complete at its new place */
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
-    /* Closing would else write the journal back, and delete by its path what may be another
-     * campaign's. */
+    /* Otherwise closing would write the journal back and delete, by path, the journal of what may
+     * be another campaign. */
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     store->writes = false;
     store_close(store);

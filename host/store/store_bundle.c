@@ -9,22 +9,22 @@
 #define SQL_MAX 4000
 #define DOING   "copy the landing from"
 
-/* a day of the slow log before the landing, and an hour after */
+/* slow log: a day before the landing and an hour after */
 #define SLOW_BEFORE_US "86400000000"
 #define SLOW_AFTER_US  "3600000000"
 #define ARMED_US       "(SELECT armed_us FROM main.landings WHERE id=?1)"
 #define BOARD_UID      "(SELECT board_uid FROM main.landings WHERE id=?1)"
-/* The first survey, which movement is measured from, the one before the landing and the one after
- * it. */
+/* Three surveys: the first one, from which movement is measured, the last one before the landing,
+ * and the next one after it. */
 #define KEPT(kind)     "id NOT IN (SELECT item FROM main.withdrawals WHERE kind='" kind "')"
 #define SURVEY(which)  " SELECT " which "(id) FROM main.gage_surveys WHERE " KEPT("survey")
 #define SURVEYS                                                        \
     "(" SURVEY("min") " UNION" SURVEY("max") " AND made_us<=" ARMED_US \
                                              " UNION" SURVEY("min") " AND made_us>" ARMED_US ")"
 
-/* Which rows of a table belong to the landing: ?1 is RUN, ?2 its session, ?3 its boot. Tables that
- * know a landing by way of another one or by its time, and faults of the board from before the
- * landing, are said here; the others have a column for it. */
+/* Condition for the rows of a table that belong to the landing: ?1 is RUN, ?2 its session, ?3 its
+ * boot. Most tables have a column for it. The others are listed here: they refer to a landing
+ * through another table or by time, or hold faults of the board from before the landing. */
 static const char *rows_of(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
@@ -38,10 +38,10 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
-    if (strcmp(table, "readiness") == 0) /* that of the landing, and those before it within hours */
+    if (strcmp(table, "readiness") == 0) /* of the landing, and those within hours before it */
         return "board_uid=" BOARD_UID " AND " ARMED_US
                " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
-    /* as store_series_of finds it: the one it was put into, else the newest before it */
+    /* like store_series_of: the assigned series, else the newest one before the landing */
     if (strcmp(table, "series") == 0)
         return "id=(SELECT max(id) FROM main.series AS s WHERE " KEPT(
             "series") " AND CASE WHEN coalesce((SELECT value "
@@ -52,10 +52,10 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
                       " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
                       "s.made_us<=" ARMED_US " END)";
     if (strcmp(table, "advices") ==
-        0) /* the last that was kept before it and after the one before */
+        0) /* the last one recorded between the previous landing and this one */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
-    if (strcmp(table, "certificates") == 0) /* of its board, those entered later too */
+    if (strcmp(table, "certificates") == 0) /* of the board, including those entered later */
         return "board_uid=" BOARD_UID;
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SURVEYS;
@@ -69,7 +69,7 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
 }
 
-/* INSERT INTO bundle.T(columns) SELECT columns FROM main.T WHERE ..., with the landing as number
+/* INSERT INTO bundle.T(columns) SELECT columns FROM main.T WHERE ..., with the landing numbered
  * 1. */
 static enum mr_status copy_statement(struct store *store, const char *table, char sql[SQL_MAX],
                                      struct error *error)
@@ -91,7 +91,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         size_t at = strlen(columns), to = strlen(values);
         fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) <
                 (int)(sizeof columns - at);
-        if (number) /* an event outside landings stays outside */
+        if (number) /* an event outside landings keeps NULL */
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
                              name) < (int)(sizeof values - to);
@@ -101,7 +101,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         has_landing |= landing;
         has_session |= strcmp(name, "session") == 0;
     }
-    if (code != SQLITE_DONE) /* the rest of the columns would be missing */
+    if (code != SQLITE_DONE) /* without all columns the bundle would be incomplete */
         store_failed(store, DOING, error);
     sqlite3_finalize(statement);
     if (code != SQLITE_DONE)
@@ -144,11 +144,11 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
 {
     sqlite3_stmt *tables;
     enum mr_status status = MR_OK;
-    /* In the order in which they were made: what refers to a row comes after it. */
+    /* In order of creation: a table comes after the tables that it refers to. */
     if (sqlite3_prepare_v2(
             store->database,
             "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
-            /* a user's own table is no part of it */
+            /* without the user's own tables */
             " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')"
             " AND name<>'bundles' ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)
@@ -156,7 +156,8 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
     int code = SQLITE_ROW;
     while (status == MR_OK && (code = sqlite3_step(tables)) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
-    if (status == MR_OK && code != SQLITE_DONE) /* the rest of the tables would be missing */
+    /* without all tables the bundle would be incomplete */
+    if (status == MR_OK && code != SQLITE_DONE)
         status = store_failed(store, DOING, error);
     sqlite3_finalize(tables);
     return status;
@@ -210,7 +211,7 @@ static enum mr_status put_bundled(const char *path, const uint8_t *image, size_t
         status = digest_record(made, 1, row.record_sha256, error);
     if (status == MR_OK)
         status = STORE_PUT(made, error, bundled, &row, 1);
-    /* one file, complete without a log beside it, to be sent */
+    /* DELETE mode: the bundle is one complete file, without a journal beside it */
     if (status == MR_OK)
         status = store_execute(made, "PRAGMA journal_mode=DELETE", DOING, error);
     store_close(made);

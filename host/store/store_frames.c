@@ -1,7 +1,6 @@
-/* Frames on their way into the database. A row of its own costs half as much as the rest of a
- * frame's way through matrig, most of it to find again where the index goes on; rows of one
- * statement do that once. So frames wait until STORE_FRAMES_A_STATEMENT of them are there, or the
- * transaction is committed, or anything is read. */
+/* Frames waiting for the database. A statement per frame costs half as much as all other work on a
+ * frame in matrig, mostly to find the place in the index. A statement with many rows finds it once.
+ * So frames wait until there are STORE_FRAMES_A_STATEMENT, or until a commit or any read. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,7 +69,7 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error)
 {
     struct store_waiting *waiting = &store->waiting[store->waiting_count];
-    if (frame->length > sizeof waiting->data) { /* only serial has such frames, few */
+    if (frame->length > sizeof waiting->data) { /* rare: only serial has such frames */
         const struct store_frame_row row = row_of(session, frame, frame->data);
         enum mr_status status = store_frames_flush(store, error);
         return status == MR_OK ? STORE_PUT(store, error, frame_row, &row) : status;
@@ -97,7 +96,7 @@ enum mr_status store_frames_place(struct store *store, int64_t session, int64_t 
                            : status;
 }
 
-/* ---- along with a log that goes on ---- */
+/* ---- following a running log ---- */
 
 #define BLOCKS_A_TURN 5000
 
@@ -113,8 +112,8 @@ enum mr_status store_follow_from(struct store *store, int64_t frames,
         return status;
     place->frame = last - frames;
     status = STORE_ONE(store, error, FRAME_FROM, &frame, BIND(place->frame));
-    /* The newest block before then: backwards from the session's end, so that a long session is not
-     * gone through. */
+    /* The newest block before the frame. The query searches backwards from the session's end, so a
+     * long session is not read in full. */
     if (status == MR_OK)
         status = STORE_ONE(store, error, BLOCK_BEFORE, &block, BIND(frame.session),
                            BIND(frame.host_us));
@@ -126,11 +125,11 @@ enum mr_status store_follow_from(struct store *store, int64_t frames,
     return MR_OK;
 }
 
-/* The two tables side by side, each at its next row. */
+/* Both tables in parallel, each at its next row. */
 struct rows {
     struct store *store;
     sqlite3_stmt *frames, *blocks;
-    enum mr_status frame_status, block_status; /* MR_OK: there is one; MR_TOO_FEW: no more */
+    enum mr_status frame_status, block_status; /* MR_OK: a row is there; MR_TOO_FEW: no more rows */
     struct store_frame_row frame;
     struct store_block block;
 };
@@ -160,7 +159,7 @@ static enum mr_status open_rows(struct rows *rows, const struct store_follow_pla
     return MR_OK;
 }
 
-/* What ended one of the two, when that was not its last row. */
+/* Reset both statements; returns an error that ended one of them early. */
 static enum mr_status close_rows(struct rows *rows)
 {
     sqlite3_reset(rows->frames);
@@ -170,7 +169,7 @@ static enum mr_status close_rows(struct rows *rows)
     return rows->block_status == MR_TOO_FEW ? MR_OK : rows->block_status;
 }
 
-/* Gives the blocks that were received until then. */
+/* Deliver the blocks that were received up to until_us. */
 static void deliver_blocks(struct rows *rows, struct store_follow_place *place, int64_t until_us,
                            const struct store_follower *follower, int64_t *count,
                            struct error *error)

@@ -6,7 +6,7 @@
 #include "host/store/store_journal.h"
 #include "host/store/table.h"
 
-/* What held before: the newest value said, or what the board said. */
+/* Value before a change: the newest entered value, else the value from the board. */
 static enum mr_status find_was(struct store *store, const struct store_change *change,
                                char was[STORE_JOURNAL_TEXT], struct error *error)
 {
@@ -120,7 +120,7 @@ enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *c
     return STORE_NUMBER(store, error, DAY_COUNT, count, BIND(since_us));
 }
 
-/* Its own corrections stand for the landing alone. */
+/* An entry for the landing itself overrides the value of its series. */
 static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into,
                               size_t size, struct error *error)
 {
@@ -160,7 +160,7 @@ enum mr_status store_series_of(struct store *store, const struct store_landing *
 
 /* ---- one landing twice in a campaign ---- */
 
-/* Earlier ones of the same number. */
+/* Earlier landings with the same number. */
 static enum mr_status landings_alike(struct store *store, const struct store_landing *landing,
                                      struct store_landing **rows, size_t *count,
                                      struct error *error)
@@ -177,7 +177,7 @@ static bool store_same_landing(const struct store_landing *a, const struct store
                       strcmp(a->board_uid, b->board_uid) == 0;
     if (!same_board || a->board_landing != b->board_landing)
         return false;
-    while (i < a_edges && k < b_edges) { /* in order of their counts */
+    while (i < a_edges && k < b_edges) { /* both lists are sorted by count */
         int64_t ahead = a_edge[i].count - b_edge[k].count;
         if (ahead == 0 && a_edge[i].tick != b_edge[k].tick)
             return false;
@@ -297,7 +297,7 @@ enum mr_status store_gage_survey_add(struct store *store, struct store_gage_surv
                                      struct error *error)
 {
     struct store_gage_survey row = *survey;
-    row.ended_us = STORE_NONE; /* it begins */
+    row.ended_us = STORE_NONE; /* still open */
     enum mr_status status = STORE_PUT(store, error, gage_survey, &row);
     survey->id = sqlite3_last_insert_rowid(store->database);
     return status;

@@ -251,7 +251,7 @@ enum mr_status store_session_add(struct store *store, struct store_session *sess
                                  struct error *error)
 {
     struct store_session row = *session;
-    row.ended_us = STORE_NONE; /* it begins */
+    row.ended_us = STORE_NONE; /* still open */
     row.ended_by = NULL;
     row.matrig = VERSION_TEXT;
     enum mr_status status = STORE_PUT(store, error, session, &row);
@@ -371,7 +371,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
 
 /* ---- slow ----
  *
- * What the board tells each second of a landing, and rows of the slow log. */
+ * The board's messages of each second of a landing, and rows of the slow log. */
 
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error)
@@ -397,7 +397,7 @@ enum mr_status store_slow_rows(struct store *store, const char *board_uid, struc
  *
  * Comparisons of landings with the simulation. */
 
-/* What the two structs of a channel have in common. */
+/* Fields common to both structs of a channel. */
 /* clang-format off */
 #define PLAIN_FIELDS(from)                                                                 \
     .number = (from)->number, .station_ft = (from)->station_ft,                            \
@@ -443,7 +443,7 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
     return status;
 }
 
-/* A copy of a blob of floats; NULL: it is absent. */
+/* A copy of a blob of floats; NULL: absent. */
 static float *floats(const struct store_bytes *bytes, size_t *length)
 {
     float *values = bytes->length ? malloc(bytes->length) : NULL;
@@ -618,7 +618,7 @@ enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_p
     return status;
 }
 
-/* ---- what came from files ---- */
+/* ---- imports ---- */
 
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error)
@@ -630,7 +630,7 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     *found = status == MR_OK;
     if (*found)
         sqlite3_reset(s);
-    import->mapping = NULL; /* of the row, which is gone */
+    import->mapping = NULL; /* it points into the row, which is no longer valid */
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 

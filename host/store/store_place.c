@@ -1,6 +1,6 @@
-/* Where a campaign lies: whether it can be written there, what file system that is, and how one is
- * read that SQLite cannot open in its place, on media that cannot be written, in another user's
- * folder, in a snapshot, on a network drive without locks. */
+/* Location of a campaign: whether it is writable, and its file system. Also how to read a campaign
+ * that SQLite cannot open in place: on read-only media, in another user's folder, in a snapshot, on
+ * a network drive without locks. */
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
@@ -47,7 +47,7 @@ void store_file_system(const char *path, char out[STORE_TEXT])
         endmntent(mounts);
 }
 
-/* The kernel lists locks by process and inode: MAJOR:MINOR:INODE behind the fifth blank. */
+/* /proc/locks lists locks by process and inode: MAJOR:MINOR:INODE after the fifth blank. */
 static int holder_of(ino_t file)
 {
     char line[200], kind[16];
@@ -92,8 +92,8 @@ void store_holder(const char *path, char out[STORE_TEXT])
              command);
 }
 
-/* As SQLite does beside a campaign: a lock, and memory that programs share. NULL: it can; else what
- * it cannot. */
+/* Try what SQLite needs beside a campaign: a lock, and shared memory. NULL: both work; else the
+ * missing one. */
 static const char *probe(int fd, int *number)
 {
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_len = 1};
@@ -105,7 +105,8 @@ static const char *probe(int fd, int *number)
     void *shared = MAP_FAILED;
     if (ftruncate(fd, PROBE_BYTES) == 0) {
         shared = mmap(NULL, PROBE_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
-        *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0; /* that is no disk's */
+        /* ENOMEM is not caused by the disk */
+        *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0;
     }
     if (shared != MAP_FAILED)
         munmap(shared, PROBE_BYTES);
@@ -130,7 +131,7 @@ enum mr_status store_place_to_write(const char *path, struct error *error)
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
-        return MR_OK; /* SQLite will say why */
+        return MR_OK; /* SQLite will report the reason */
     const char *lacks = probe(fd, &number);
     close(fd);
     unlink(name);
@@ -153,7 +154,7 @@ bool store_place_has_locks(const char *path)
     return locks;
 }
 
-/* ---- read elsewhere ---- */
+/* ---- reading elsewhere ---- */
 
 static bool holds_something(const char *path, const char *suffix)
 {
@@ -190,7 +191,7 @@ static int copy_file(const char *path, const char *suffix, const char *folder, i
 
 static const char *const copied[] = {"", "-wal", "-journal", "-shm"};
 
-/* With a journal that was not written back: a copy, read with it. */
+/* If the journal was not written back, copy the campaign with its journal. */
 static enum mr_status copy_elsewhere(const char *path, char folder[STORE_TEXT], struct error *error)
 {
     const char *temporary = getenv("TMPDIR");

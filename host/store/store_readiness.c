@@ -6,7 +6,7 @@
 #include "host/store/table.h"
 #include "host/base/monotonic_clock.h"
 
-#define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
+#define CHECK_STEPS 20000 /* steps of SQLite's machine between two checks of the time */
 
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error)
@@ -111,7 +111,7 @@ enum mr_status store_check(struct store *store, double most_s, bool *whole, stru
         return store_failed(store, "check", error);
     sqlite3_progress_handler(store->database, CHECK_STEPS, too_late, &until_s);
     int step = sqlite3_step(s);
-    store_limit_steps(store); /* the handler that was there */
+    store_limit_steps(store); /* restores the usual progress handler */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *whole = text && strcmp(text, "ok") == 0;
     if (text && !*whole)

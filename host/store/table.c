@@ -9,19 +9,20 @@
 
 #include "host/base/xmalloc.h"
 
-/* A statement ends by itself when it takes many more steps than a file of this size can need: pages
- * can lead in circles. A scan takes below 2 steps a byte; sorting, and what is looked up for each
- * row, do not make it ten times as many. */
+/* A statement is stopped after many more steps than a file of this size can need, because pages of
+ * a damaged file can form circles. A scan takes below 2 steps per byte; sorting and look-ups for
+ * each row take less than ten times as many. */
 #define STEPS_ALWAYS 20000000
 #define STEPS_A_BYTE 32
 #define STEPS_EACH   10000
 
-#define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
+/* 2^53: below it, a double represents every integer exactly */
+#define INTEGERS_EXACT 9007199254740992.0
 
 /* ---- the tables, described ---- */
 
-/* What a field is. In an expression an array of characters is a pointer; only its address says what
- * it is. */
+/* Kind of a field. An expression turns an array of characters into a pointer; only the type of its
+ * address shows that it is an array. */
 /* clang-format off */
 #define KIND(row, field)                                                     \
     _Generic(((const struct store_##row *)0)->field,                         \
@@ -35,7 +36,7 @@
              struct store_bytes: STORE_BLOB)
 /* clang-format on */
 
-/* A field that cannot hold what its column has does not compile. */
+/* Does not compile if a field has the wrong type for its column. */
 #define IS_INTEGER(kind) ((kind) == STORE_INT64 || (kind) == STORE_INT || (kind) == STORE_BOOL)
 #define IS_REAL(kind)    ((kind) == STORE_DOUBLE)
 #define IS_TEXT(kind)    ((kind) == STORE_CHARACTERS || (kind) == STORE_POINTER)
@@ -45,8 +46,8 @@
                    "the field of column " #column " of struct store_" #row " is no " #type);
 #include "host/store/tables.def"
 
-/* What says nothing: all columns of integers are STORE_NONE, but those that count as one or
- * none. */
+/* Row without values: columns of integers are STORE_NONE, except those of type int and bool, which
+ * are 0. */
 /* clang-format off */
 #define BLANK_INTEGER(row, field) \
     .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
@@ -98,9 +99,9 @@ const struct store_table *store_table(enum store_table_number which)
     return &tables[which];
 }
 
-/* ---- in words ---- */
+/* ---- SQL text from the descriptions ---- */
 
-/* What is computed is GIVEN, like the number of a row. */
+/* Computed columns have the rule GIVEN, like the number of a row. */
 static bool is_put(const struct store_column *column, unsigned rules)
 {
     return (rules >> column->merge & 1u) != 0;
@@ -196,7 +197,7 @@ char *store_read_text(const struct store_table *table)
     return sqlite3_str_finish(sql);
 }
 
-/* ---- in and out ---- */
+/* ---- values to and from SQLite ---- */
 
 static int bind_integer(sqlite3_stmt *statement, int at, int64_t value)
 {
@@ -226,7 +227,7 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
                                    SQLITE_STATIC);
     case STORE_CHARACTERS: break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* store_bind_row binds them */
+    case STORE_OWNER: abort(); /* store_bind_row binds owners */
     }
     const char *text = field;
     return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1,
@@ -243,7 +244,7 @@ int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, con
         const void *field = (const char *)row + column->offset;
         if (!is_put(column, rules))
             continue;
-        if (column->kind == STORE_INT64) /* most are */
+        if (column->kind == STORE_INT64) /* fast path: most columns are */
             code = bind_integer(statement, place++, *(const int64_t *)field);
         else if (column->kind == STORE_OWNER)
             code = bind_integer(statement, place++, *owners++);
@@ -270,9 +271,9 @@ static int store_bind_values(sqlite3_stmt *statement, const struct store_value *
     return code;
 }
 
-/* A value of another kind than matrig writes there is absent, as one that was never written. It is
- * looked at where it lies, which costs half of asking SQLite for kind and value: a statement is one
- * thread's at a time. */
+/* A value of another type than matrig writes counts as absent. The value is read in place, which
+ * takes half the time of asking SQLite for type and value. This is safe because only one thread
+ * uses a statement. */
 static int64_t store_integer(sqlite3_stmt *statement, int column)
 {
     sqlite3_value *value = sqlite3_column_value(statement, column);
@@ -303,12 +304,12 @@ static void take_field(sqlite3_stmt *statement, int at, const struct store_colum
         *(const char **)field = (const char *)sqlite3_column_text(statement, at);
         break;
     case STORE_CHARACTERS: store_text(statement, at, field, column->size); break;
-    case STORE_BLOB: /* the pointer first: SQLite may make it anew, and then the length */
+    case STORE_BLOB: /* pointer before length: SQLite may convert the value */
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
         break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* store_take_row takes them */
+    case STORE_OWNER: abort(); /* store_take_row handles these */
     }
 }
 
@@ -318,7 +319,7 @@ void store_take_row(sqlite3_stmt *statement, const struct store_table *table, vo
     int at = 0;
     for (const struct store_column *column = table->columns; column < end; column++) {
         void *field = (char *)row + column->offset;
-        if (column->kind == STORE_INT64) /* most are */
+        if (column->kind == STORE_INT64) /* fast path: most columns are */
             *(int64_t *)field = store_integer(statement, at++);
         else if (column->kind != STORE_OWNER)
             take_field(statement, at++, column, field);
@@ -327,7 +328,7 @@ void store_take_row(sqlite3_stmt *statement, const struct store_table *table, vo
 
 /* ---- an open campaign ---- */
 
-/* What the file system said last of one of the two files. */
+/* Last error number of the file system for one of the two files. */
 static int last_number(sqlite3 *database, int which)
 {
     sqlite3_file *file = NULL;
@@ -337,7 +338,7 @@ static int last_number(sqlite3 *database, int which)
     return number;
 }
 
-/* And of the last call that failed; 0: SQLite's code says all. */
+/* System error number of the last failed call; 0: SQLite's code is enough. */
 static int system_number(sqlite3 *database, int code)
 {
     if (code == SQLITE_CORRUPT && last_number(database, SQLITE_FCNTL_FILE_POINTER) == EIO)
@@ -347,7 +348,7 @@ static int system_number(sqlite3 *database, int code)
     int journal = last_number(database, SQLITE_FCNTL_JOURNAL_POINTER),
         number = journal ? journal : last_number(database, SQLITE_FCNTL_FILE_POINTER);
     number = number ? number : sqlite3_system_errno(database);
-    return number == ENOENT ? 0 : number; /* of a file that need not be there */
+    return number == ENOENT ? 0 : number; /* some files are optional */
 }
 
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error)
@@ -417,7 +418,7 @@ static int too_many_steps(void *context)
            store->steps > STEPS_ALWAYS + STEPS_A_BYTE * file_bytes(store);
 }
 
-/* The steps of a statement that begins while another one gives rows belong to that one. */
+/* If a statement begins while another one returns rows, its steps count for the other one. */
 static int statement_begins(unsigned event, void *context, void *begins, void *text)
 {
     struct store *store = context;
@@ -452,14 +453,14 @@ void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
     const char *text = (const char *)sqlite3_column_text(statement, column);
     snprintf(out, size, "%s", text ? text : "");
     size_t length = strlen(out), cut = length;
-    if (text && text[length]) { /* no half of a character at the end */
+    if (text && text[length]) { /* do not cut a UTF-8 character */
         while (cut > 0 && ((unsigned char)text[cut] & 0xc0) == 0x80)
             cut--;
         out[cut] = '\0';
     }
     for (char *p = out; *p; p++) {
-        /* somebody else may have written it: nothing that a terminal takes for an order (C0, DEL,
-         * C1 as UTF-8) */
+        /* another program may have written the text: remove control characters (C0, DEL, C1 as
+         * UTF-8), which a terminal would execute */
         if ((unsigned char)*p < 0x20 || *p == 0x7f)
             *p = ' ';
         else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)
@@ -467,7 +468,7 @@ void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
     }
 }
 
-/* ---- statements, prepared at their first use, and run ---- */
+/* ---- statements, prepared at their first use ---- */
 
 #define NO_ROW STORE_TABLE_COUNT
 
@@ -482,8 +483,7 @@ static const struct {
 #include "host/store/queries.def"
 };
 
-/* A statement that does not fit what is said of it: nothing that is read or written by it could be
- * trusted. */
+/* The statement does not match its declaration, so none of its results could be trusted. */
 static void refuse(const char *name, const char *why)
 {
     fprintf(stderr, "matrig: statement %s of host/store: %s\n", name, why);
@@ -574,7 +574,7 @@ void store_each_statement(struct store *store, int (*each)(sqlite3_stmt *stateme
     each(store->frames_put);
 }
 
-/* One that gives no rows. */
+/* Run a statement without result rows. */
 static enum mr_status run_bound(struct store *store, struct error *error, sqlite3_stmt *statement,
                                 int bound)
 {
@@ -587,7 +587,7 @@ static enum mr_status run_bound(struct store *store, struct error *error, sqlite
     return status;
 }
 
-/* ---- rows in ---- */
+/* ---- inserting rows ---- */
 
 enum mr_status store_insert(struct store *store, struct error *error, enum store_table_number which,
                             const void *row, const int64_t *owners)
@@ -667,7 +667,7 @@ enum mr_status store_next(struct store *store, struct error *error, enum store_s
     return status;
 }
 
-/* A row is kept after its statement has gone on: what its pointers point to would be gone. */
+/* Rows outlive the step of their statement, so a row with pointers would point to freed memory. */
 static void refuse_pointers(enum store_statement which)
 {
     const struct store_table *table = store_table(statements[which].row);
@@ -735,7 +735,7 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
 
 /* ---- schema ----
  *
- * The tables as SQLite has them. */
+ * The tables as SQL. */
 
 static void write_columns(sqlite3_str *sql, const struct store_table *table)
 {
