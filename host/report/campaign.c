@@ -1,4 +1,5 @@
-/* The campaign's sections: a row per landing, sums over them, advice, observations and notes. */
+/* The campaign's sections: one row per landing, sums over landings, advice, observations and
+ * notes. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,9 +16,9 @@
 
 static const double none = (double)NAN;
 
-/* ---- a row for each landing ---- */
+/* ---- one row per landing ---- */
 
-/* Two columns: "zone start" and "zone end"; dashes where they are not known. */
+/* Two columns, "zone start" and "zone end"; dashes if unknown. */
 static void span(struct answer *answer, const char *label, bool known, double start_ft,
                  double end_ft)
 {
@@ -58,7 +59,7 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
-/* A table on the page, a row for each landing that `row` writes one of. */
+/* Print a table with the rows that `row` adds for each landing. */
 static void landings_table(const struct report *report, FILE *out, const char *note,
                            void (*row)(const struct report_facts *facts, struct answer *answer))
 {
@@ -82,16 +83,17 @@ static void summary(const struct report *report, FILE *out)
 
 /* ---- cumulative displacement (report figs. 4.5, 4.6, 5.2) ---- */
 
-#define NAMED_MAX \
-    8u /* so many lines of a plot have a name and a look of their own; the others are thin */
+/* most lines of a plot that have a name and a style of their own; the others are thin */
+#define NAMED_MAX 8u
 
-/* A value for each transducer. NaN: not known. */
+/* One value per transducer. NaN: unknown. */
 struct profile {
     char name[90];
     double station[MR_TRANSDUCERS], value[MR_TRANSDUCERS], error[MR_TRANSDUCERS];
 };
 
-/* What a landing left, added to what the mat had come to `before` (NULL: nothing); or its peak. */
+/* The displacement after a landing: its own plus the sum `before` it (NULL: 0). `peak`: its peak
+ * movement instead. */
 static void profile_of(const struct report_facts *facts, const struct profile *before, bool peak,
                        struct profile *profile)
 {
@@ -105,7 +107,7 @@ static void profile_of(const struct report_facts *facts, const struct profile *b
     }
 }
 
-/* Those named are evenly spread, the last among them. */
+/* The named profiles are spread evenly; the last profile is one of them. */
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {
@@ -162,7 +164,7 @@ static const char *series_name(const struct report_facts *facts)
     return facts->series.id ? facts->series.name : "none named";
 }
 
-/* Landings that follow each other in one series. */
+/* Number of consecutive landings in one series, from `first`. */
 static size_t in_series(const struct report *report, size_t first)
 {
     size_t count = 1;
@@ -214,7 +216,7 @@ static void cumulative(const struct report *report, FILE *out)
     free(last);
 }
 
-/* ---- two landings on one axis: the page draws it from the landings' own figures ---- */
+/* ---- two landings on one axis: the page takes the curves from the figures of the landings ---- */
 
 static void overlay(const struct report *report, FILE *out)
 {
@@ -224,9 +226,9 @@ static void overlay(const struct report *report, FILE *out)
                "Speed against time since touchdown, and displacement against gear position.");
 }
 
-/* ---- zones over the landings ---- */
+/* ---- zones of all landings ---- */
 
-#define ZONE_ROWS 20u /* landings in a plot */
+#define ZONE_ROWS 20u /* landings per plot */
 
 struct zone_rows {
     const struct report_facts *facts;
@@ -234,7 +236,7 @@ struct zone_rows {
     struct figure *figure;
 };
 
-/* The first uppermost. */
+/* Names of the rows of a plot; the first landing is at the top. */
 static const char *zone_row_name(void *context, size_t i)
 {
     static char name[30];
@@ -444,7 +446,7 @@ static void compared(const struct report *report, FILE *out)
         sum += mean->samples * mean->bias_in;
         squares += mean->samples * mean->rms_in * mean->rms_in;
     }
-    if (rows > 1) { /* all together, weighted by their samples */
+    if (rows > 1) { /* all landings, weighted by their samples */
         answer_row(answer);
         answer_words(answer, NULL, "RUN", "all");
         answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
@@ -461,7 +463,7 @@ static void compared(const struct report *report, FILE *out)
     report_answer(answer, out);
 }
 
-/* ---- predictions and their outcome ---- */
+/* ---- predictions and outcomes ---- */
 
 static void predictor_row(const struct report_facts *facts, struct answer *answer)
 {
@@ -560,8 +562,8 @@ static void warnings(const struct report *report, FILE *out)
 
 /* ---- advice ---- */
 
-/* The landing that an advice was kept for: the first one after it; NULL: still to come, or not in
- * this report. */
+/* The landing that an advice was recorded for: the first landing after it. NULL: it is still to
+ * come, or not in this report. */
 static const struct report_facts *landing_after(const struct report *report,
                                                 const struct store_advice *advice)
 {
@@ -685,7 +687,7 @@ static void journal(const struct report *report, FILE *out)
 
 /* ---- surveys of the mat ---- */
 
-#define SURVEYS_DRAWN 6u /* bows of the newest ones */
+#define SURVEYS_DRAWN 6u /* bows of this many newest surveys */
 
 static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 {
@@ -697,7 +699,7 @@ static struct chart_axes survey_axes(double x[SURVEY_POINTS])
                                .height_px = 150};
 }
 
-/* How far joints opened, or mats moved, along each gage line. */
+/* Opening of the joints, or movement of the mats, along each gage line. */
 static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved)
 {
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
@@ -716,7 +718,7 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
     }
 }
 
-/* In-plane bow since the first survey, of the newest ones, between the limits. */
+/* In-plane bow since the first survey, for the newest surveys, with its limits. */
 static void draw_bows(struct figure *figure, const struct report *report,
                       const struct store_gage_survey *rows, size_t count)
 {
@@ -824,7 +826,7 @@ static void surveys(const struct report *report, FILE *out)
 
 #define HOUR_US 3600e6
 
-/* The rows of the first board, with their hours. */
+/* Rows of the first board only, and their times in hours. Returns how many. */
 static size_t choose(const struct store_slow *rows, size_t count, double *hours)
 {
     size_t n = 0;

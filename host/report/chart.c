@@ -9,11 +9,11 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-#define COLUMNS_WHOLE 120u /* of a plot that has a row of its own */
+#define COLUMNS_WHOLE 120u /* columns of a plot in a row of its own */
 #define COLUMNS_SMALL 80u
-#define STEPS         2500.0 /* steps of a coordinate over the plot: finer than a pixel */
+#define STEPS         2500.0 /* steps of a coordinate across the plot: finer than a pixel */
 #define DECIMALS_MOST 9
-/* title, label and distance of a plot: its place is kept until it is drawn */
+/* height of title, label and margin of a plot; the page reserves it until the plot is drawn */
 #define AROUND_PX     40u
 
 /* ---- JSON inside <script> ---- */
@@ -37,7 +37,7 @@ static void put_named(FILE *out, const char *name, const char *text)
     put_text(out, text ? text : "");
 }
 
-/* "displacement (in)"; nothing where an axis has no name. */
+/* "displacement (in)"; "" if the axis has no name. */
 static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
 {
     char label[CHART_LABEL] = "";
@@ -54,7 +54,7 @@ static void put_number(FILE *out, double value)
         fputs("null", out);
 }
 
-/* By hand: a page of 400 landings has some ten million of them. */
+/* Faster than fprintf: a page of 400 landings has about ten million integers. */
 static void put_whole(FILE *out, int64_t value)
 {
     char digits[24];
@@ -74,8 +74,8 @@ struct points {
     size_t *at, count;
 };
 
-/* Of a column: its least and greatest point, and a hole, which has to be seen; in their order, each
- * once. */
+/* Points of a column that are kept: the lowest, the highest, and one gap, so that gaps stay
+ * visible. In their order, each once. */
 static void keep_column(struct points *kept, const double *y, size_t from, size_t to)
 {
     size_t least = to, most = to, hole = to;
@@ -93,7 +93,7 @@ static void keep_column(struct points *kept, const double *y, size_t from, size_
     }
 }
 
-/* Columns are of equal width in x. */
+/* Thin a series to columns of equal width in x. */
 static struct points thin(const struct chart_series *s, size_t columns)
 {
     struct points kept = {xmalloc((s->count + 1) * sizeof *kept.at), 0};
@@ -133,8 +133,8 @@ static int decimals_of(const struct chart_series *s, const double *values, doubl
     return decimals < 0 ? 0 : decimals > DECIMALS_MOST ? DECIMALS_MOST : decimals;
 }
 
-/* Decimals, then whole numbers, each as what it is more than the one before: short, as lines are
- * smooth. */
+/* Write the number of decimals, then integers. Each integer is the difference from the previous
+ * one, which is short because curves are smooth. */
 static void put_values(FILE *out, const char *name, const struct points *kept, const double *values,
                        double factor, int decimals)
 {

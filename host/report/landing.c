@@ -60,7 +60,7 @@ static void draw_curve(struct figure *figure, const struct curve *curve)
                                                  curve->value, curve->half, CURVE_POINTS + 1});
 }
 
-/* The board's own values during the landing; values beyond `most` are left out. */
+/* The board's own estimates during the landing, without values above `most`. */
 static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
                         double most)
 {
@@ -114,7 +114,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
     draw_online(figure, landing, true, most);
 }
 
-/* Of the fit, where it has switches on both sides. */
+/* Deceleration of the fit, only between its first and last switch. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
                               struct chart_axes axes)
 {
@@ -142,7 +142,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
     draw_online(figure, landing, false, axes.y_high);
 }
 
-/* Of the switches that the fit covers. */
+/* Residuals of the switches that the fit covers. */
 static void draw_residuals(struct figure *figure, const struct measured *measured,
                            struct chart_axes axes)
 {
@@ -197,8 +197,8 @@ static void speed(const struct report *report, const struct report_landing *land
 
 /* ---- the mat ---- */
 
-/* A channel between two times: x is the time, the wheel's station, or how far ahead of the
- * wheel the transducer is (between BEHIND_FT and AHEAD_FT). The caller frees x. */
+/* Readings of a channel between two times. x is the time, the wheel's station, or the distance of
+ * the transducer ahead of the wheel (between BEHIND_FT and AHEAD_FT). The caller frees x. */
 enum against { AGAINST_TIME, AGAINST_STATION, AGAINST_WHEEL };
 #define BEHIND_FT 30.0
 #define AHEAD_FT  50.0
@@ -237,7 +237,7 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
-/* " (LV-1023)": the sensor that the configuration names; "": none. */
+/* " (LV-1023)": the sensor named in the configuration; "": none. */
 #define SENSOR_TEXT 20
 static const char *sensor_text(const struct report_landing *landing, unsigned channel,
                                char out[SENSOR_TEXT])
@@ -287,7 +287,7 @@ static void movement(const struct report *report, const struct report_landing *l
                "downfield is positive. Compare report fig. 2.13.");
 }
 
-/* While the gear rolls: after the stop the distance shows nothing. */
+/* Only while the gear rolls: the distance does not change after the stop. */
 static void wheel(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -328,11 +328,11 @@ static void wheel(const struct report *report, const struct report_landing *land
 
 /* ---- the zone map ---- */
 
-#define LOOK_BLOCKS  20 /* between looks at the closure */
+#define LOOK_BLOCKS  20 /* blocks between two checks for closed segments */
 #define AFTER_STOP_S 0.8
 
-/* A segment that is closed from one look to the next becomes a rectangle; what the wheel has not
- * reached yet is drawn stronger than what is behind it. */
+/* Draw a rectangle for a segment that is closed from one check to the next. Segments ahead of the
+ * wheel are drawn stronger than those behind it. */
 static void draw_closed(struct figure *figure, const struct report_landing *landing,
                         unsigned segment, double from_s, double to_s)
 {
@@ -455,7 +455,7 @@ static void zone_map(const struct report *report, const struct report_landing *l
 
 /* ---- the predictor ---- */
 
-/* Statements that say the same, in a row, are one rectangle. */
+/* Draw one rectangle for consecutive messages with the same zone. */
 static void draw_reported(struct figure *figure, const struct zones *zones,
                           const struct measured *measured)
 {
@@ -575,7 +575,7 @@ static void tensions(const struct report *report, const struct report_landing *l
     figure_end(&figure, NULL, "Tension against time at each station, unfiltered.");
 }
 
-/* Gages of a band by rising station; how many. */
+/* Gages of a band, sorted by station; returns how many. */
 static size_t gages_of(const struct measured *measured, unsigned band,
                        const struct measured_channel *gage[MR_GAGES])
 {
@@ -594,7 +594,7 @@ static size_t gages_of(const struct measured *measured, unsigned band,
     return count;
 }
 
-/* How far tension fell and rose along each band. */
+/* Largest fall and rise of the tension along each band. */
 static void along(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured_channel *gage[MR_GAGES];
@@ -688,7 +688,7 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
     fputs(".</strong></p>\n", out);
 }
 
-/* From touchdown to where the simulation ends, every `step`-th sample. */
+/* Every `step`-th sample from touchdown to the end of the simulation. */
 static void draw_compared(struct figure *figure, const struct compare_curves *curves,
                           size_t samples, bool simulated)
 {

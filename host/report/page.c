@@ -16,12 +16,12 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MOST   3u /* texts of a fact, and */
-#define RUNS_MOST    6u /* RUNs that a line names, before "and 12 more" */
+#define NAMED_MOST   3u /* most texts that a fact lists */
+#define RUNS_MOST    6u /* most RUNs that a line lists before "and 12 more" */
 #define DAY_S        86400
 #define COPIED_BYTES 65536u
 
-/* ---- any page ---- */
+/* ---- all pages ---- */
 
 static const char *const scripts[] = {"/dygraph.js", "/charts.js"};
 
@@ -31,7 +31,7 @@ static void put_asset(FILE *out, const char *path)
     fwrite(asset->bytes, 1, (size_t)(asset->end - asset->bytes), out);
 }
 
-/* Nothing is loaded, and no script runs but the page's own. */
+/* Content security policy: the page loads nothing and runs its own scripts only. */
 static void put_policy(FILE *out)
 {
     SHA2_CTX hash;
@@ -55,7 +55,7 @@ const char *report_name(const struct report *report)
     return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
 }
 
-/* How many landings are of emulated boards, and which (NULL: not asked for). */
+/* Number of landings of emulated boards; of[i] (NULL: not needed) is true for these. */
 static size_t emulated_of(const struct report *report, bool *of)
 {
     size_t count = 0;
@@ -81,7 +81,7 @@ static void page_head(FILE *out, const struct report *report)
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
-    if (emulated_of(report, NULL)) /* on every sheet of paper */
+    if (emulated_of(report, NULL)) /* on every printed sheet */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
               out);
@@ -102,8 +102,7 @@ void report_answer(struct answer *answer, FILE *out)
     answer_free(answer);
 }
 
-/* ---- the front: what a reader looks for first. A fact that is not known names the command that
- * enters it ---- */
+/* ---- the front: the main facts. An unknown fact names the command that enters it ---- */
 
 static void begin_fact(FILE *out, const char *term)
 {
@@ -123,7 +122,7 @@ static void missing(FILE *out, const char *word, const char *how)
     fputs("</small>", out);
 }
 
-/* Texts of the landings, each once, in their order. */
+/* A text of the landings; each different text is listed once, in the order of the landings. */
 struct text_row {
     const char *term;
     size_t offset; /* of a string in struct report_facts */
@@ -157,7 +156,7 @@ static void text_fact(const struct report *report, const struct text_row *row, F
     end_fact(out);
 }
 
-/* ---- when ---- */
+/* ---- dates ---- */
 
 static void day_text(int64_t us, char out[20])
 {
@@ -196,7 +195,7 @@ static void date_fact(const struct report *report, FILE *out)
     end_fact(out);
 }
 
-/* ---- how many, and which ---- */
+/* ---- lists of RUNs ---- */
 
 static void runs_text(const struct report *report, const bool *of, FILE *out)
 {
@@ -229,8 +228,8 @@ static void landings_fact(const struct report *report, FILE *out)
 
 /* ---- numbers ---- */
 
-/* "35.49 +- 0.02 ft/s" of one landing, "28.00 to 35.49 ft/s" of several with the largest error; and
- * how many are not known. */
+/* A number: "35.49 +- 0.02 ft/s" for one landing, "28.00 to 35.49 ft/s" with the largest error for
+ * several, and how many are unknown. */
 struct number_row {
     const char *term;
     size_t offset; /* of a struct mr_estimate in struct report_facts */
@@ -302,7 +301,7 @@ static void movement_fact(const struct report *report, FILE *out)
     end_fact(out);
 }
 
-/* ---- zones and verdicts ---- */
+/* ---- zones and outcomes ---- */
 
 static void zones_fact(const struct report *report, bool *of, FILE *out)
 {
@@ -366,7 +365,7 @@ static void verdicts_fact(const struct report *report, FILE *out)
     end_fact(out);
 }
 
-/* ---- what went wrong ---- */
+/* ---- problems ---- */
 
 static void wrong_fact(const struct report *report, bool *of, FILE *out)
 {
@@ -391,11 +390,11 @@ static void wrong_fact(const struct report *report, bool *of, FILE *out)
     end_fact(out);
 }
 
-/* ---- all of the front ---- */
+/* ---- the whole front ---- */
 
 #define AT(member) offsetof(struct report_facts, member)
 
-/* What a landing came to: speed, deceleration, stop, movement and zone. */
+/* The main numbers: speed, deceleration, stop, movement and zone. */
 static void five_numbers(const struct report *report, bool *of, FILE *out)
 {
     static const struct number_row numbers[] = {
@@ -423,8 +422,8 @@ static void warning_words(const struct report_facts *facts, FILE *out)
     }
 }
 
-/* The outcome of a landing in a sentence. Segments of ten mats make its time coarse: it is not
- * compared with the warning's to a hundredth of a second. */
+/* The outcome of a landing in one sentence. Segments of ten mats make its time coarse, so the
+ * sentence does not compare it with the time of the warning to 0.01 s. */
 static void outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     const struct outcome *outcome = &facts->record.outcome;
@@ -451,7 +450,8 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
     fputs(".</p>\n", out);
 }
 
-/* Emulated boards play synthetic landings: no reader may take these for a test. */
+/* Emulated boards replay synthetic landings. The banner keeps readers from taking them for a
+ * test. */
 static void emulated_banner(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
@@ -469,7 +469,7 @@ static void emulated_banner(const struct report *report, FILE *out)
     free(of);
 }
 
-/* A landing's outcome and its five numbers, as the front has them of all. */
+/* Outcome and main numbers of one landing, as the front shows them for all. */
 static void lead(const struct report *report, struct report_facts *facts, FILE *out)
 {
     bool of[1];
@@ -479,7 +479,7 @@ static void lead(const struct report *report, struct report_facts *facts, FILE *
     one.run = facts->landing.id;
     emulated_banner(&one, out);
     outcome_sentence(facts, out);
-    if (report->run) /* the front has the numbers */
+    if (report->run) /* the front has these numbers already */
         return;
     fputs("<dl class=\"first\">\n", out);
     five_numbers(&one, of, out);
@@ -537,7 +537,7 @@ static void cover_write(const struct report *report, FILE *out)
 
 /* ---- provenance: tool, database, boards, configurations, calibrations, links, records ---- */
 
-/* Of SOURCE_DATE_EPOCH where it is set, so that the same page can be made again. */
+/* SOURCE_DATE_EPOCH if it is set, so that the same page can be generated again. */
 static int64_t now_us(void)
 {
     const char *fixed = getenv("SOURCE_DATE_EPOCH");
@@ -586,7 +586,7 @@ static void day_text_of(uint32_t day, char out[20])
     day_text((int64_t)day * DAY_S * 1000000, out);
 }
 
-/* Sensor and dates are in the configuration that the board was asked for, if it was. */
+/* Sensor and dates of a channel, from the configuration that was read from the board. */
 static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
                          struct answer *answer)
 {
@@ -603,7 +603,7 @@ static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
         ->warn = expired;
 }
 
-/* As the landing is read with. */
+/* The calibration that the landing's readings use. */
 static void calibrations(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -671,7 +671,7 @@ static void provenance_write(const struct report *report, FILE *out)
 
 /* ---- a report ---- */
 
-/* What was written into memory; NULL: nothing. The caller frees it. */
+/* Close a memory stream and return its text; NULL: empty. The caller frees the text. */
 static char *collected(FILE *into, char **text, const size_t *size)
 {
     fclose(into);
@@ -703,7 +703,7 @@ static void write_landing(const struct report *report, struct report_facts *fact
     fputs("</section>\n", out);
 }
 
-/* Every landing in turn, each freed before the next is read. */
+/* Write all landings, one at a time; each is freed before the next is loaded. */
 static void write_landings(struct report *report, FILE *out)
 {
     struct report_landing *landing = xmalloc(sizeof *landing);
@@ -715,7 +715,7 @@ static void write_landings(struct report *report, FILE *out)
     free(landing);
 }
 
-/* Sections of the campaign, and their names for the contents. */
+/* Write the sections of the campaign, and their entries in the contents. */
 static void write_sections(const struct report *report, FILE *contents, FILE *body)
 {
     for (const struct report_section *s = report_sections; s->write; s++) {
@@ -738,7 +738,7 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
                 (long long)report->row[i].board_landing);
 }
 
-/* The front: all of <main> before the landings. The caller frees it. */
+/* The front: all of <main> ahead of the landings. The caller frees it. */
 static void make_front(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
@@ -765,7 +765,8 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
 {
     char *front = NULL, *bytes = xmalloc(COPIED_BYTES);
     size_t length = 0;
-    FILE *landings = tmpfile(); /* what they say is in the front, which stands before them */
+    /* written first, because the front, which precedes them, shows facts of the landings */
+    FILE *landings = tmpfile();
     if (!landings)
         return error_set(
             error, MR_IO,

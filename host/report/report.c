@@ -1,5 +1,5 @@
-/* What a report is made from: a landing with its series, one at a time, and what the front of the
- * page says of each. */
+/* Contents of a report: one landing with its series at a time, and the facts of each landing for
+ * the front of the page. */
 #include <math.h>
 #include <sha2.h>
 #include <stdlib.h>
@@ -128,7 +128,7 @@ static void take_compared(const struct report_landing *landing, struct report_fa
     facts->compared.error_in = figures->error_in;
 }
 
-/* ---- what went wrong ---- */
+/* ---- problems ---- */
 
 static unsigned wrong_of(const struct summary *summary, const struct report_facts *facts)
 {
@@ -149,9 +149,9 @@ static unsigned wrong_of(const struct summary *summary, const struct report_fact
     return wrong;
 }
 
-/* ---- all ---- */
+/* ---- all facts ---- */
 
-/* The same for landings that are read with the same calibration. */
+/* Set a digest that is equal for landings with the same calibration. */
 static void take_calibration(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -208,12 +208,13 @@ static void take_facts(const struct report_landing *landing, struct report_facts
 
 /* ---- loading ---- */
 
-/* The configuration that the landing was armed with, when its text is there and can be read. */
+/* Load the configuration that the landing was armed with, if its text is stored and valid. */
 static enum mr_status load_config(struct store *store, struct report_landing *landing,
                                   struct error *error)
 {
     int64_t crc = landing->summary.measured.landing.config_crc;
-    struct error ignored = {0}; /* of a text that another matrig wrote: what it says is not known */
+    /* another matrig version may have written the text: treat an invalid one as unknown */
+    struct error ignored = {0};
     char *text = NULL;
     if (crc == STORE_NONE)
         return MR_OK;
@@ -242,8 +243,9 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
            load_config(store, landing, error);
 }
 
-/* What is computed from all of that: where the wheel was at each sample, and the newest
- * comparison's figures from what is measured now, for a calibration may have changed since. */
+/* Compute the wheel's position at each sample, and the figures of the newest comparison. These are
+ * computed from the present measurement, because a calibration may have changed since the
+ * comparison. */
 static void compute(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
@@ -261,7 +263,7 @@ static void compute(struct report_landing *landing)
                     landing->simulations, landing->compared);
 }
 
-/* The weight that a person entered. */
+/* The weight that the user entered. */
 static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
 {
@@ -272,7 +274,7 @@ static enum mr_status load_weight(struct store *store, int64_t run, struct mr_es
     return status;
 }
 
-/* What the facts have from the store. */
+/* Load the facts that are in the store. */
 static enum mr_status load_facts(struct report *report, const struct report_landing *landing,
                                  struct report_facts *facts, struct error *error)
 {
@@ -284,7 +286,7 @@ static enum mr_status load_facts(struct report *report, const struct report_land
              ?: record_judge(report->store, &report->record, &given, error);
 }
 
-/* The outcome of its warnings. */
+/* Set the outcome of the landing's warnings. */
 static void take_record(struct report *report, struct report_facts *facts)
 {
     const struct record_row *row = record_find(&report->record, facts->landing.id);
