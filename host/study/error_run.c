@@ -17,7 +17,8 @@ static double or_null(bool known, double value)
     return known ? value : (double)NAN;
 }
 
-/* People read what is no more than how far the references agree as "less than". */
+/* Printed output shows an error that is not above the difference of the references as "less
+ * than". */
 static void add_error(struct answer *answer, const char *name, const char *label,
                       const struct error_run *run, double error_ft, double agreement_ft)
 {
@@ -143,7 +144,7 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     answer_close(answer);
 }
 
-/* In feet, as scenes are. */
+/* In feet, like scenes. */
 static struct answer *study_answer(const struct sim_scene *scene, const struct error_study *study)
 {
     struct answer *answer = answer_new(false);
@@ -180,8 +181,8 @@ static double error_ft(const struct error_run *run, bool lift)
     return fmax(LEAST_FT, lift ? run->lift_ft : run->u_ft);
 }
 
-/* The runs of a solver within its stability limit, or those beyond it. A failed run breaks the
- * line. */
+/* Plot the runs of a solver within its stability limit, or those beyond it. A failed run interrupts
+ * the line. */
 static void plot_solver(struct plot *plot, const struct error_study *study, const char *solver,
                         unsigned index, bool lift, bool beyond)
 {
@@ -254,7 +255,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct progress progress;
 
     command_parse(&command_error, argc, argv, cli, &r, words, fatal);
-    plot_check(r.plot, words[0], fatal); /* before a minute of computing, not after */
+    plot_check(r.plot, words[0], fatal); /* before the computation, which takes a minute */
     sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);

@@ -45,7 +45,7 @@ static int key_of(const char *option, const char *name, size_t length)
     return 0;
 }
 
-/* "gap,f": these are fitted, the others stay at their priors' values. */
+/* "gap,f": fit these parameters; the others keep their priors' values. */
 static void set_fitted(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
@@ -57,7 +57,7 @@ static void set_fitted(const char *text, struct fit_landings *list)
     }
 }
 
-/* "=0.4mm:0.1mm", of the first `length` characters. */
+/* "=0.4mm:0.1mm", from the first `length` characters. */
 static bool read_prior(const char *text, size_t length, const char *unit, double *value,
                        double *spread)
 {
@@ -99,7 +99,7 @@ static void set_priors(const char *text, struct fit_landings *list)
     }
 }
 
-/* All landings of the campaign, those without a known motion left out with a note. */
+/* Add all landings of the campaign. Landings without a known motion are left out with a note. */
 static void add_all(struct store *store, const struct fit_request *request, const struct cli *cli,
                     struct fit_landings *list)
 {
@@ -129,7 +129,7 @@ static void add_all(struct store *store, const struct fit_request *request, cons
         cli_note(cli, "landings left out: %zu; reason for the last: %s", left_out, last.text);
 }
 
-/* A landing that counts twice would halve what it says it does not know. */
+/* Add the named landings, each once: a landing that counts twice would get too small an error. */
 static void add_named(struct store *store, const struct fit_request *request,
                       struct fit_landings *list)
 {
@@ -162,11 +162,11 @@ static void load(const struct fit_request *request, const struct cli *cli,
     set_priors(request->prior, list);
 }
 
-/* ---- what it gave: an answer, a scene, a picture ---- */
+/* ---- output: an answer, a scene, a plot ---- */
 
 #define NORMAL_95  1.959963984540054
 #define NEAREST_OF 50u
-#define LIMIT      1.96 /* of the plot's band, in standard deviations */
+#define LIMIT      1.96 /* half width of the plot's band, in standard deviations */
 
 static void add_landings(struct answer *answer, const struct fit_landings *list)
 {
@@ -190,7 +190,7 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
     answer_json_value(answer, "runs", runs);
 }
 
-/* In their own units: estimate, 95 % interval, prior. */
+/* Each parameter in its own unit: estimate, 95 % interval, prior. */
 static void add_parameters(struct answer *answer, const struct fit_landings *list,
                            const struct fit_answer *fit, const struct misfit *misfit)
 {
@@ -334,7 +334,8 @@ static json_t *list_json(const struct sim_list *list)
     return values;
 }
 
-/* Of NEAREST_OF draws at the estimate the one whose statistics lie nearest to the measured ones. */
+/* Number of the draw, of NEAREST_OF draws at the estimate, with statistics nearest to the measured
+ * ones. */
 static uint64_t nearest(const struct fit_landings *list, const struct fit_answer *answer)
 {
     struct fit_model model = fit_landings_model(list);
@@ -383,9 +384,9 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     json_object_set_new(scene, "path", path_json(&list->landing[0], share));
 }
 
-/* The runway's scene with the fitted values, the first landing's way and thrust, and joints: of
- * many draws those that come nearest to what was measured (joints that are all alike would hardly
- * move: a landing moves what gives way first). */
+/* Write the runway's scene with the fitted values, and the path and thrust of the first landing.
+ * Its joints come from the draw that is nearest to the measurement. (With equal joints hardly
+ * anything would move: a landing moves the weakest joints first.) */
 static enum mr_status fit_write_scene(const struct fit_landings *list,
                                       const struct fit_answer *answer, const char *from,
                                       const char *path, struct error *error)
@@ -415,7 +416,7 @@ static double station_of(const struct fit_landing *landing, const struct fit_win
              : ((double)window->segment + 0.5) * (double)MR_SEGMENT_LENGTH_FT;
 }
 
-/* What each statistic leaves, in standard deviations, over the station. */
+/* Plot the residual of each statistic over the station, in standard deviations. */
 static enum mr_status fit_write_plot(const struct fit_landings *list,
                                      const struct fit_answer *answer, const struct misfit *misfit,
                                      const char *path, struct error *error)

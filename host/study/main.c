@@ -1,6 +1,6 @@
-/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many
- * simulations. People type matrig, which starts this program (host/commands/studies.h) and
- * answers --help and help itself. */
+/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies of many
+ * simulations. Users type matrig, which starts this program (host/commands/studies.h) and handles
+ * --help and help itself. */
 #include <stdio.h>
 #include <string.h>
 
@@ -25,10 +25,11 @@ static int (*find_run(const char *name))(int argc, char **argv, const struct cli
         if (strcmp(studies[i].command->name, name) == 0)
             return studies[i].run;
     }
-    return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL; /* with all solvers */
+    /* this program's sim has all solvers */
+    return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL;
 }
 
-/* Two programs of different versions could take the same words for different things. */
+/* Programs of different versions may read the same arguments differently. */
 static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
 {
     if (strcmp(version, VERSION_TEXT) == 0)

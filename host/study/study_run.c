@@ -15,7 +15,7 @@ static void show_progress(void *ctx, size_t done, size_t of)
     progress_at(ctx, "%zu of %zu runways done", done, of);
 }
 
-#define LINES 8 /* landings that are drawn: all, or the last of every so many */
+#define LINES 8 /* most landings drawn: all, or every n-th */
 
 static void plot_movement(struct plot *plot, const struct landing_series *c,
                           const struct series_summary *s)
@@ -41,7 +41,8 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
     }
 }
 
-/* Beside each other where runways buckle in the same landing. */
+/* Plot the landing at which each runway buckles. Runways that buckle in the same landing get
+ * different heights. */
 static void plot_buckles(struct plot *plot, const struct landing_series *c,
                          const struct series_run *runs)
 {

@@ -1,4 +1,4 @@
-/* matrig sweep: lists the cases of a sweep, runs some of them, gathers their results. */
+/* matrig sweep: list the cases of a sweep, run some of them, collect their results. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,8 +25,8 @@ static void check_together(const struct sweep_request *r)
     output_check(r->output, r->words[0], fatal);
 }
 
-/* "N..M" or "N", from 1; a last one beyond the end is the end, so that tasks may be of equal
- * size. */
+/* "N..M" or "N", from 1. A last case beyond the end means the end, so that all tasks can have the
+ * same size. */
 static void read_cases(const char *text, size_t cases, size_t *first, size_t *end)
 {
     char *after;
@@ -46,7 +46,7 @@ static void read_cases(const char *text, size_t cases, size_t *first, size_t *en
     *end = high < cases ? (size_t)high : cases;
 }
 
-/* Lines as they come, or with --json one object of them all. */
+/* Print lines one by one, or collect them in one object with --json. */
 static void put_line(json_t *line, json_t *all, FILE *out)
 {
     if (all) {

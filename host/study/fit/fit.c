@@ -32,7 +32,7 @@ struct work {
     atomic_size_t done;
 };
 
-/* z of a w. */
+/* Compute z from w. */
 static void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
 {
     for (size_t i = 0; i < place->parameters; i++) {
@@ -42,7 +42,7 @@ static void ensemble_at(const struct ensemble_place *place, const double *w, dou
     }
 }
 
-/* Number of a draw: apart for every seed, round and place in the ensemble. */
+/* Number of a draw: different for every seed, round and place in the ensemble. */
 static uint64_t draw_number(const struct work *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
@@ -80,7 +80,7 @@ static void simulate_share(void *context, size_t from, size_t every)
     }
 }
 
-/* As xmalloc: an allocation that fails ends the process. */
+/* Like xmalloc: a failed allocation ends the process. */
 static gsl_matrix *new_matrix(size_t rows, size_t columns)
 {
     gsl_matrix *matrix = gsl_matrix_alloc(rows, columns);
@@ -89,8 +89,8 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
     return matrix;
 }
 
-/* Sobol's points, shifted by a draw of the round and taken modulo 1: even, and different from round
- * to round. */
+/* Sobol points, shifted by a random vector per round and taken modulo 1: even, and different in
+ * every round. */
 static void spread_evenly(const struct work *work)
 {
     struct ensemble *ensemble = work->ensemble;
@@ -108,7 +108,7 @@ static void spread_evenly(const struct work *work)
     gsl_qrng_free(sequence);
 }
 
-/* Leaves out what failed or is no number. */
+/* Remove draws that failed or are not finite. */
 static void close_ranks(struct ensemble *ensemble, const bool *good)
 {
     size_t kept = 0, q = ensemble->parameters, p = ensemble->statistics;
@@ -215,7 +215,7 @@ void surface_at(const struct surface *surface, const double *w, double *statisti
     }
 }
 
-/* Variance of what surface_at says, as a share of a data set's. */
+/* Variance of the prediction of surface_at, over the variance of a data set. */
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
@@ -227,7 +227,7 @@ static double surface_leverage(const struct surface *surface, const double *w)
     return sum;
 }
 
-/* (X'X)^-1 into spread, X'X by its Cholesky factor. False: the design leaves a term
+/* spread = (X'X)^-1, from the Cholesky factor of X'X. False: the design leaves a term
  * undetermined. */
 static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
 {
@@ -372,7 +372,7 @@ bool solve_cholesky(size_t n, square matrix, square factor)
     return true;
 }
 
-/* Inverse of a lower triangle. */
+/* Invert a lower triangular matrix. */
 static void invert_lower(size_t n, square lower, square inverse)
 {
     memset(inverse, 0, sizeof(square));
@@ -404,9 +404,9 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
     return true;
 }
 
-/* The surface, straight beyond where it was simulated: value and slopes at the nearest place
- * inside, and on along them. Those slopes change with what is inside still; as they are linear in
- * w, that is the slope at w itself. */
+/* Value and slopes of the surface at w. Outside the simulated range the surface continues as a
+ * straight line from the nearest place inside. Slopes by the parameters that are inside still vary
+ * along this line; being linear in w, they equal the slopes at w. */
 static void expected(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
@@ -483,7 +483,7 @@ double solve_least(const struct solve *solve, double *w)
         status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
                                              &info, work);
     double squares = 0.0;
-    /* No further progress at machine precision is where it was to go. */
+    /* GSL_ENOPROG: no further progress at machine precision, so the minimum is reached. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
         const gsl_vector *least = gsl_multifit_nlinear_position(work),
                          *f = gsl_multifit_nlinear_residual(work);
@@ -522,7 +522,7 @@ void solve_information(const struct solve *solve, const double *w, square inform
     }
 }
 
-/* (information + priors)^-1. */
+/* covariance = (information + priors)^-1. */
 static void solve_covariance(size_t parameters, square information, square covariance)
 {
     square sum, lower, inverse;
@@ -545,10 +545,11 @@ static void solve_covariance(size_t parameters, square information, square covar
 /* ---- fit ---- */
 
 #define DRAWS    300u
-#define REPLICAS 99u  /* rank of the measured one among 100 */
-#define WIDEN    1.3  /* the next design, in standard errors of the present estimate */
-#define STANDS   1.2  /* an estimate within this of its design's middle (in w) stands */
-#define REFITS   640u /* of the bootstrap, about */
+#define REPLICAS 99u /* with the measured data set: rank among 100 */
+#define WIDEN    1.3 /* spread of the next design, in standard errors of the present estimate */
+/* the search ends when the estimate is this near to the middle of its design (in w) */
+#define STANDS   1.2
+#define REFITS   640u /* approximate number of bootstrap refits */
 #define MOST_W   (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
@@ -556,15 +557,15 @@ struct fitting {
     const double *measured;
     struct fit_options options;
     struct ensemble_place place; /* of the next ensemble */
-    gsl_matrix *weight;          /* statistics x parameters: scores */
-    /* Cholesky factor of the statistics' correlation, with their standard deviations in `scale` */
+    gsl_matrix *weight;          /* statistics x parameters: weights of the scores */
+    /* Cholesky factor of the statistics' correlation; `scale` holds their standard deviations */
     gsl_matrix *metric;
     double *scale;
     struct fit_answer *answer;
 };
 
-/* The correlation's Cholesky factor and the standard deviations; a statistic that never changes
- * gets none. */
+/* Set `metric` and `scale`. A statistic that never changes gets an infinite scale, so it has no
+ * weight. */
 static enum mr_status set_metric(struct fitting *fitting, struct surface *surface,
                                  struct error *error)
 {
@@ -590,7 +591,8 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
     return MR_OK;
 }
 
-/* Scores: slopes of the statistics, through the metric's inverse. */
+/* Set the weights of the scores: the slopes of the statistics, multiplied by the inverse of the
+ * metric. */
 static void set_weight(struct fitting *fitting, const struct surface *surface)
 {
     size_t p = surface->statistics, q = surface->parameters;
@@ -615,7 +617,7 @@ static void set_score(const struct fitting *fitting, const double *statistic, do
     }
 }
 
-/* The next design: about w, as wide as the estimate is uncertain. */
+/* Set the next design: centred at w, with the width of the estimate's uncertainty. */
 static void move(struct fitting *fitting, const double *w,
                  double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
@@ -633,7 +635,7 @@ static void move(struct fitting *fitting, const double *w,
     fitting->place = next;
 }
 
-/* Estimate of one ensemble's scores; solve->surface is the caller's to free. */
+/* Estimate w from the scores of one ensemble. The caller frees solve->surface. */
 static enum mr_status estimate(struct fitting *fitting, const struct ensemble *ensemble,
                                struct surface *scores, struct solve *solve, double *w,
                                struct error *error)
@@ -691,9 +693,9 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
     return error->status;
 }
 
-/* One round of finding the place: estimate, new scores, new design. Scores chosen and used with the
- * same ensemble look better than they are, the more so the more statistics there are: only the
- * first round has no others. */
+/* One round of the search for the place: estimate, new scores, new design. Scores that are chosen
+ * and used with the same ensemble look better than they are, increasingly with more statistics. So
+ * only the first round does that, because it has no earlier scores. */
 static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
@@ -716,8 +718,8 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
     return error->status;
 }
 
-/* Does the fit again with each departure of the ensemble in place of the measured one, and priors
- * drawn alike. Rows of parameters: refitted less true. Gives how many rows there are. */
+/* Bootstrap: repeat the fit with each departure of the ensemble in place of the measured one, and
+ * with drawn priors. Writes rows of parameters, refitted minus true, and returns their number. */
 static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w,
                     double *error_z)
 {
@@ -777,7 +779,7 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     return error->status;
 }
 
-/* What is expected of each statistic at the estimate, and its scatter. */
+/* Set the expected value of each statistic at the estimate, and its scatter. */
 static void set_expected(const struct surface *surface, const double *w, struct fit_answer *answer)
 {
     surface_at(surface, w, answer->expected, NULL);
@@ -785,7 +787,7 @@ static void set_expected(const struct surface *surface, const double *w, struct 
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
-/* What is left of a data set once it is fitted. False: that fit does not converge. */
+/* Residual of a data set after its fit. False: the fit does not converge. */
 static bool leave(const struct fitting *fitting, const struct solve *fitted,
                   const struct surface *all, const double *statistic, double *residual)
 {
@@ -804,11 +806,11 @@ static bool leave(const struct fitting *fitting, const struct solve *fitted,
     return true;
 }
 
-/* Replicas: parameters from the posterior (normal in z, by the estimate and its covariance),
- * everything else anew as in any ensemble; then each goes through what the measured data set went
- * through. So both have lost alike what a fit takes away, and the measured one is one more replica
- * if the model is the data's: whatever is made of the rows, its rank among them is even. When the
- * posterior reaches where simulations fail, there are no replicas, and that is no error. */
+/* Make replicas: parameters from the posterior (normal in z, from the estimate and its covariance),
+ * everything else drawn anew as in any ensemble. Each replica is then fitted like the measured data
+ * set, so a fit takes the same part from both. If the model is right, the measured data set is one
+ * more replica, and its rank is uniform for any function of the rows. If the posterior reaches
+ * values where simulations fail, there are no replicas; this is not an error. */
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {
@@ -834,7 +836,7 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
     ensemble_free(&ensemble);
 }
 
-/* The last ensemble: its scores were chosen by others. */
+/* Conclude with the last ensemble, whose scores come from earlier ensembles. */
 static enum mr_status conclude(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;

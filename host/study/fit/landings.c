@@ -19,10 +19,11 @@
 #include "host/sim/elements/wheel.h"
 #include "host/sim/scene/scene.h"
 
-/* ---- beside ---- */
+/* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-#define CLEAR    0.98 /* of the chain's longest step: its check is in other roundings */
+/* times the chain's longest step: a margin, because the chain checks it in float */
+#define CLEAR    0.98
 
 bool parallel_can(const struct sim_scene *scene)
 {
@@ -38,7 +39,7 @@ bool parallel_can(const struct sim_scene *scene)
            isfinite(sim_scene_end_s(scene));
 }
 
-/* Rows of samples, one every dt from 0 on. */
+/* Number of rows of samples, one every dt_s from 0 on. */
 static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
 {
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
@@ -50,7 +51,7 @@ struct playing {
     struct chains *chains;
     struct sim_wheel wheel;
     double step_s;
-    unsigned steps; /* until bays at rest go to sleep */
+    unsigned steps; /* steps between two calls of chains_settle */
     unsigned station_mat[MR_CHAIN_MATS];
     size_t stations;
 };
@@ -97,7 +98,7 @@ static bool start(struct playing *p)
     return p->chains != NULL;
 }
 
-/* Where the thrust of a step goes: to the mat that has most of it. Gives the path's thrust. */
+/* Thrust of the path in a step, and the mat that carries most of it. */
 static double thrust_of(struct playing *p, double from_s, unsigned *mat)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
@@ -143,14 +144,15 @@ static unsigned march(struct playing *p, size_t samples, unsigned each)
             }
             away |= chains_settle(p->chains);
             over = sim_wheel_is_over(&p->wheel, SETTLE_S * (double)(block + 1)) &&
-                   chains_mats_awake(p->chains) == 0; /* what is left is as it is */
+                   chains_mats_awake(p->chains) == 0; /* nothing will move again */
         }
         take_sample(p, row);
     }
     return away;
 }
 
-/* False: a parameter without sense. sample_dt_s is a whole number of milliseconds. */
+/* Run the lanes in parallel. False: a parameter is invalid. sample_dt_s is a whole number of
+ * milliseconds. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
 {
@@ -173,15 +175,15 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
     return true;
 }
 
-/* ---- simulated ---- */
+/* ---- simulation ---- */
 
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
 #define HALVINGS        40
-#define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
+#define PAIRS_PER_JOINT 6 /* enough draws to lose all but 0.5 % of the start's influence */
 
-/* Half of what gaps are uniform up to, for a mean with none beyond the slack: s - s^2/(4 m) with 2
- * m > s. All hooked: INFINITY. */
+/* Gaps are uniform up to twice this value, and limited to the slack. Returns the value for a given
+ * mean: with slack s and 2 m > s the mean is s - s^2/(4 m). INFINITY: all joints are hooked. */
 static double half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
@@ -196,8 +198,8 @@ static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
     return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
 }
 
-/* Scales gaps, none beyond the slack, to a sum: the factor by bisection. All closed, or wanted
- * wider than the slack: evenly. */
+/* Scale gaps to a sum, each limited to the slack; bisection finds the factor. If all are closed, or
+ * if the sum is larger than the slack of all, all gaps become equal. */
 static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack_ft)
 {
     double most_ft = slack_ft > 0.0 ? slack_ft : (double)INFINITY, low = 0.0, high = 1.0, sum = 0.0;
@@ -226,24 +228,24 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
 }
 
-/* Two gaps, uniform over 0 to `most` but none beyond the slack, drawn again with the sum they have:
- * both below the slack (evenly over what the sum allows), or one hooked at it (of weight 1 -
- * slack/most, against 1/most for each of the others). */
+/* Redraw two gaps with the same sum. Each is uniform over 0 to `most_ft`, limited to the slack.
+ * Either both are below the slack, evenly over the values that the sum allows, or one is hooked at
+ * the slack. The weight of a hooked gap is 1 - slack/most, and 1/most for each other value. */
 static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
 {
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
     if (!(high > low))
-        return; /* both hooked, or both closed */
+        return; /* both hooked or both closed */
     double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0;
     double pick = gsl_rng_uniform(random) * (high - low + hooked);
     *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
     *other = sum - *one;
 }
 
-/* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is
- * more than the mean leaves for it, up to twice the segment's own mean: the rest of the runway may
- * have been pushed together. */
+/* Gibbs' sampler over pairs: draw the gaps of a segment, which are uniform, with a given sum. The
+ * sum can be too large for `mean_ft`, because the rest of the runway may have been pushed together.
+ * Gaps then go up to twice the segment's own mean. */
 static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
                           double slack_ft)
 {
@@ -259,7 +261,8 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
     }
 }
 
-/* Joint j, from 0, lies in the segment it begins or lies in (as in host/compare/). */
+/* Joints of a segment, counted from 0. A joint belongs to the segment that contains it or begins at
+ * it (as in host/compare/). */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -279,18 +282,18 @@ static double segment_sum_in(const struct sim_scene *scene, size_t segment, cons
     return sum_in;
 }
 
-/* What one data set is simulated with. */
+/* Inputs of the simulation of one data set. */
 struct drawing {
     const struct fit_landings *list;
     gsl_rng *random;
     double value[FIT_KEYS];
-    double *gap_ft, *grit_lb; /* joints 0 .. mats */
+    double *gap_ft, *grit_lb; /* joints 0..mats */
     struct sim_path_row *path;
     bool good;
 };
 
-/* What sums are, of what a survey reads: one gauge reads all. Without a survey the gap is no such
- * factor. */
+/* Factor from the sums of a survey to the true sums: one gauge reads all surveys, so all have the
+ * same factor. 1 without a survey. */
 static double gauge_of(const struct drawing *drawing)
 {
     const struct fit_landings *list = drawing->list;
@@ -327,8 +330,8 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draws new gaps with the mean of the survey, and returns the sums that a survey would read; NaN
- * where `landing` has none. */
+/* Draw new gaps with the mean of the survey, and compute the sums that a survey would read. NaN
+ * where `landing` has no sum. */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -345,19 +348,20 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
     }
 }
 
-#define BEND_IN 0.05 /* u0 of asinh */
+#define BEND_IN 0.05 /* u0 in asinh(u/u0) */
 
-/* Of a displacement its statistic. */
+/* Statistic of a displacement. */
 static double fit_bent(double u_in)
 {
     return BEND_IN * asinh(u_in / BEND_IN);
 }
 
-/* What one data set's landing came to. */
+/* Result of one landing of a data set. */
 struct outcome {
-    double *sample_u_ft; /* samples rows of the landing's channels, SAMPLE_S apart */
+    /* `samples` rows with one value per channel of the landing, SAMPLE_S apart */
+    double *sample_u_ft;
     size_t samples;
-    const double *gap_ft; /* joints 0 .. mats, at the end */
+    const double *gap_ft; /* joints 0..mats, at the end */
 };
 
 static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
@@ -391,14 +395,14 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     }
 }
 
-/* Share of the thrust that a landing's path puts on the strip. */
+/* Factor from the thrust of a landing's path to the thrust on the strip. */
 static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
 {
     return drawing->value[FIT_SHARE] *
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-/* By host/sim: what the chains side by side do not have. */
+/* Run one drawing in host/sim, for scenes that the parallel chains do not support. */
 static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
                       const double *station_ft, double thrust, struct outcome *outcome)
 {
@@ -429,7 +433,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     return good;
 }
 
-/* Side by side; lanes that are left over repeat the first drawing. */
+/* Run `count` drawings in parallel. Unused lanes repeat the first drawing. */
 static bool run_parallel(struct drawing *drawing, size_t count, const struct fit_landing *landing,
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
@@ -488,7 +492,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
     free(room);
 }
 
-/* Closing resistances, and room; end_drawing in any case. */
+/* Draw the closing resistances, and allocate the arrays; call end_drawing in any case. */
 static void begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
                           uint64_t draw)
 {
@@ -566,8 +570,8 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of the wheel from a transducer, ft, ahead positive: between each and the next is a
- * window. */
+/* Positions of the wheel relative to a transducer, ft, ahead positive. There is a window between
+ * each pair of neighbours. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -592,9 +596,9 @@ void fit_landings_free(struct fit_landings *list)
     *list = (struct fit_landings){0};
 }
 
-/* ---- what was measured ---- */
+/* ---- measurements ---- */
 
-/* When the wheel comes to a station; INFINITY: never. Before the path begins: 0. */
+/* Time at which the wheel reaches a station; INFINITY: never. 0: before the path begins. */
 static double passes_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
@@ -723,7 +727,7 @@ static void add_residuals(const struct fit_answer *answer, size_t rows, double *
     }
     gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0 / (double)(rows - 1), z, z, 0.0, covariance);
     surface_shrink(z, covariance);
-    for (size_t s = 0; s < p; s++) /* also a statistic that never changes */
+    for (size_t s = 0; s < p; s++) /* keeps the matrix regular if a statistic never changes */
         *gsl_matrix_ptr(covariance, s, s) += 1e-6;
     gsl_linalg_cholesky_decomp1(covariance);
     for (size_t i = 0; i < rows; i++) {
@@ -735,7 +739,8 @@ static void add_residuals(const struct fit_answer *answer, size_t rows, double *
     gsl_matrix_free(covariance);
 }
 
-/* Logarithm of the spread between segments; false: too few were surveyed. */
+/* Logarithm of the standard deviation of the sums between segments. False: too few segments have a
+ * survey. */
 static bool spread_of(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -748,8 +753,8 @@ static bool spread_of(const double *sum_in, double *spread)
     return count > 4;
 }
 
-/* A runway that nothing has rolled over: the sums that were read, and those that gaps laid as the
- * fit draws them would give. Later surveys do not show how the gaps were laid. */
+/* Compare the spread of the surveyed sums with the spread in gaps as the fit draws them. Only for a
+ * runway before its first landing: later surveys do not show how the gaps were laid. */
 static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
 {
     const struct fit_landing *first = &list->landing[0];
@@ -793,7 +798,7 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_ans
     return misfit;
 }
 
-/* ---- of a campaign ---- */
+/* ---- landings of a campaign ---- */
 
 enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
                             struct fit_surveyed *surveyed, struct error *error)
@@ -833,10 +838,11 @@ enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_
     return MR_OK;
 }
 
-#define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
+/* common relative error of all sums: the gauge, and which joints count as closed */
+#define SURVEY_SPREAD 0.03
 #define MANY_SAMPLES  1e9
 
-/* Relative error of a movement: what its samples do not average out, of an inch. */
+/* Relative error of a movement: the part of its error at 1 in that samples do not average out. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
@@ -844,7 +850,7 @@ static double gain_error(const struct measured *measured, const struct measured_
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
-/* Every channel's values in one array, from touchdown on. */
+/* Copy every channel's values from touchdown on into one array. Returns the number of channels. */
 static size_t take_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
                           double *values)
 {
@@ -859,7 +865,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
         double *row = values + count * measured->samples;
         for (size_t i = first; i < measured->samples; i++)
             row[i - first] = measured_value(channel, i);
-        /* A message from CAN is one mean for all blocks it fills. */
+        /* A CAN message is one mean for all blocks that it covers. */
         double noise_in = channel->noise * sqrt((double)channel->stride);
         double baseline_in = noise_in / sqrt(fmax((double)channel->rest, 1.0));
         series[count++] = (struct fit_series){
@@ -876,7 +882,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
     return count;
 }
 
-/* A survey that the landing did not begin with. */
+/* Whether a survey differs from the survey before the landing. */
 static bool is_survey_new(const struct fit_landing *landing, const struct fit_surveyed *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -895,7 +901,8 @@ static bool follows(struct store *store, const struct store_landing *landing, in
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
-/* The next landing's own survey counts only when no landing is missing in between. */
+/* Load the survey after a landing. The survey of the next landing counts only if no landing is
+ * missing between the two. */
 static enum mr_status load_after(struct store *store, const struct store_landing *now,
                                  struct fit_landing *landing, struct error *error)
 {
@@ -947,9 +954,9 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* the whole aircraft's */
+        landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* force of the whole aircraft */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
-    /* v0^2/2 is shared out over the way */
+    /* the energy v0^2/2 is spread over the distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
     landing->follows = list->count > 0 &&
                        follows(store, &measured->landing, list->landing[list->count - 1].run);
