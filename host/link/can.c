@@ -1,5 +1,5 @@
 /* can:IFACE, a CAN interface of the Linux kernel (SocketCAN; can.rst of the kernel). There is no
- * receive filter: what others say on the bus is kept too. */
+ * receive filter: all other traffic on the bus is recorded too. */
 #include <errno.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -20,14 +20,14 @@
 #include "host/link/link.h"
 #include "host/link/link_ops.h"
 
-/* ---- what Linux tells beside a frame that was received ---- */
+/* ---- Linux's extra data with a received frame ---- */
 
-#define CONTROL_BYTES 128u /* room for all of it */
+#define CONTROL_BYTES 128u /* enough for all of it */
 
 struct control {
-    uint64_t kernel_us; /* Unix time of reception by the kernel; 0: not told */
+    uint64_t kernel_us; /* Unix time of reception by the kernel; 0: unknown */
     bool lost_known;
-    uint32_t lost; /* frames that the socket's queue has lost so far, 32 bits that wrap */
+    uint32_t lost; /* frames lost in the socket's queue so far; a 32-bit counter that wraps */
 };
 
 static void take_control(struct msghdr *message, struct control *control)
@@ -50,8 +50,9 @@ static void take_control(struct msghdr *message, struct control *control)
 
 /* ---- the link ---- */
 
-/* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
- * of queue: this is more than half a second even when the kernel counts each twice. */
+/* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700
+ * bytes of queue. So the queue holds more than half a second, even if the kernel counts each
+ * byte twice. */
 #define QUEUE_BYTES  (8 * 1024 * 1024)
 #define SEND_WAIT_MS 1000
 
@@ -105,7 +106,7 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
     return MR_OK;
 }
 
-/* As large as allowed: beyond net.core.rmem_max only with CAP_NET_ADMIN. */
+/* As large as allowed; more than net.core.rmem_max requires CAP_NET_ADMIN. */
 static void enlarge_queue(int fd)
 {
     int bytes = QUEUE_BYTES;
@@ -205,15 +206,15 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
                              "the bus accepts no frames: %s; check that the board is on and the "
                              "bus is terminated",
                              link->spec);
-        /* A full transmit queue of the interface (ENOBUFS) is not something poll waits for. */
+        /* poll does not wait for a full transmit queue of the interface (ENOBUFS). */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);
     }
     return MR_OK;
 }
 
-/* Frames lost when nothing came after them. Asked only when the queue is empty: else they would be
- * told before what was received before them. */
+/* Count frames that were lost without a frame after them. Only if the queue is empty: otherwise the
+ * loss would be reported ahead of frames received before it. */
 static void can_service(struct link *link)
 {
     uint32_t info[SK_MEMINFO_VARS];

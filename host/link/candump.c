@@ -8,13 +8,13 @@ struct cursor {
     const char *end;
 };
 
-/* Of a hexadecimal digit, and one more: 0 stands for what is none. */
+/* Value of a hexadecimal digit plus 1; 0: not a digit. */
 static const uint8_t hex_and_1[256] = {
     ['0'] = 1,  ['1'] = 2,  ['2'] = 3,  ['3'] = 4,  ['4'] = 5,  ['5'] = 6,  ['6'] = 7,  ['7'] = 8,
     ['8'] = 9,  ['9'] = 10, ['A'] = 11, ['B'] = 12, ['C'] = 13, ['D'] = 14, ['E'] = 15, ['F'] = 16,
     ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
 
-/* More than 15: it is no digit. */
+/* Value of a hexadecimal digit; more than 15: not a digit. */
 static uint32_t hex_value(char c)
 {
     return hex_and_1[(uint8_t)c] - 1u;
@@ -28,7 +28,7 @@ static bool take(struct cursor *at, char c)
     return true;
 }
 
-/* Programs pad their fields, so that they stand one below the other. */
+/* Programs pad their fields to align them. */
 static bool take_blanks(struct cursor *at)
 {
     const char *from = at->p;
@@ -107,7 +107,7 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
     return true;
 }
 
-/* A length code beyond 8, for 8 bytes: "_9" to "_F". */
+/* A length code above 8, for 8 bytes: "_9" to "_F". */
 static bool take_length_code(struct cursor *at, const struct link_frame *frame)
 {
     if (!take(at, '_'))
@@ -181,7 +181,7 @@ bool candump_is_of(const struct candump_line *line, const char *interface)
 bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
                       struct candump_line *line)
 {
-    /* a mark of UTF-8, or candump's own "Warning: console output active while logging!" */
+    /* skip a byte order mark, or candump's "Warning: console output active while logging!" */
     const char *begin = log->line++ == 0 ? memchr(text, '(', length) : NULL;
     size_t before = begin ? (size_t)(begin - text) : 0;
     text += before;
@@ -189,7 +189,7 @@ bool candump_log_take(struct candump_log *log, const char *text, size_t length, 
     if (length == 0)
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
-    if (!whole) { /* a whole frame may be the beginning of a longer one */
+    if (!whole) { /* a valid frame may be the beginning of a longer one */
         verdict_set(&log->verdict, MR_TRUNCATED, log->line, before + length + 1,
                     "the log ends inside a line");
         return false;

@@ -1,5 +1,5 @@
-/* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that
- * another program fills. file:PATH,interface=can1 names the bus of a log of several. */
+/* file:PATH, a recording (a `candump -L` log or serial bytes), or a pipe that another program
+ * fills. file:PATH,interface=can1 selects one bus in a log with several. */
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -13,7 +13,8 @@
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
 
-/* A log is text, serial bytes are not: the one in the other's place is named. */
+/* A log is text, serial bytes are not. If one is given in place of the other, the error message
+ * says so. */
 static enum mr_status check_kind(struct link *link, struct error *error)
 {
     char head[65] = "";
@@ -32,15 +33,15 @@ static enum mr_status check_kind(struct link *link, struct error *error)
     return MR_OK;
 }
 
-/* ---- who speaks on which interface of a log ---- */
+/* ---- boards on the interfaces of a log ---- */
 
 #define BUSES 16u
 struct buses {
     struct bus {
         char name[CANDUMP_INTERFACE];
         uint64_t hellos;
-        bool understood; /* one of them is of this layout */
-    } bus[BUSES];        /* as they came */
+        bool understood; /* one of its hellos has this layout */
+    } bus[BUSES];        /* in order of appearance */
     size_t count;
 };
 
@@ -58,7 +59,7 @@ static struct bus *find_bus(struct buses *buses, const struct candump_line *line
     return bus;
 }
 
-/* False: more buses than there is room for. */
+/* Add a line to the counts of its bus. False: too many buses. */
 static bool add_to_buses(struct buses *buses, const struct candump_line *line, uint16_t base)
 {
     const struct link_frame *frame = &line->frame;
@@ -74,13 +75,13 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
     return true;
 }
 
-/* 2: a board of this layout speaks there, 1: another one, 0: none. */
+/* 2: a board of this layout is on the bus; 1: another board; 0: none. */
 static unsigned rank(const struct bus *bus)
 {
     return bus->understood ? 2 : bus->hellos > 0;
 }
 
-/* "can0, can1 and can2", of those at least of that rank. */
+/* "can0, can1 and can2": all buses of at least this rank. */
 static void name_buses(const struct buses *buses, unsigned least, char *out, size_t size)
 {
     size_t of = 0, used = 0, k = 0;
@@ -99,8 +100,8 @@ static void name_buses(const struct buses *buses, unsigned least, char *out, siz
     }
 }
 
-/* The one on which the board speaks, or the one that is `named`; without a board the first.
- * MR_USAGE: boards speak on several, or none has that name. */
+/* Choose the bus with the board, or the bus that is `named`; without a board the first bus.
+ * MR_USAGE: there are boards on several buses, or no bus has that name. */
 static enum mr_status choose(const struct buses *buses, const char *named, const char *where,
                              char interface[CANDUMP_INTERFACE], struct error *error)
 {
@@ -139,10 +140,10 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
 
 /* ---- the link ---- */
 
-#define STRANGE_LINES 1000u /* so many, and no frame: it is no log */
+#define STRANGE_LINES 1000u /* this many without a frame: not a log */
 
-/* Takes the next line out of the buffer; `*length` without the newline. `*whole` is false when the
- * file ended first. Of a line longer than any of a log its beginning is enough. */
+/* Take the next line out of the buffer; `*length` excludes the newline. `*whole` is false if the
+ * file ends first. A line longer than any log line is cut off. */
 static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
@@ -175,7 +176,7 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
 }
 
 #define SEEN 40u
-/* Of a line that is none, for people. */
+/* Make an invalid line printable. */
 static void see(const char *text, size_t length, char seen[SEEN + 1])
 {
     size_t i = 0;
@@ -184,7 +185,7 @@ static void see(const char *text, size_t length, char seen[SEEN + 1])
     seen[i] = '\0';
 }
 
-/* A log that is there as a whole is looked through first. */
+/* A complete log is searched first. */
 static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
 {
     struct buses *buses = calloc(1, sizeof *buses);
@@ -256,7 +257,7 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
     if (link->kind == LINK_CAN && S_ISREG(info.st_mode))
         return choose_bus(link, named, error);
     link->follows = link->kind == LINK_CAN && !named;
-    /* A pipe that another program still writes to must not block us. */
+    /* A pipe that another program still writes to must not block matrig. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
                          link->spec);
@@ -273,8 +274,8 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
     return (ssize_t)count;
 }
 
-/* Of a pipe nobody knows who will speak: it is the first bus, until a board says hello on another
- * one. */
+/* It is unknown which bus of a pipe has the board: use the first bus until a board says hello on
+ * another one. */
 static void follow(struct link *link, const struct candump_line *line)
 {
     struct buses heard = {.count = 0};

@@ -20,8 +20,8 @@
 #define RETRY_US       250000u
 #define AWAY_MAX_US    10000000u
 #define SERVICE_US     1000000u
-#define SEND_WAIT_MS   1000 /* for a device that is being opened, or asked for its status */
-#define AHEAD_WIDTH_US 50   /* of a look at both clocks; one that takes longer was interrupted */
+#define SEND_WAIT_MS   1000 /* while the device is being opened or queried */
+#define AHEAD_WIDTH_US 50   /* of a reading of both clocks; a longer one was interrupted */
 #define AHEAD_LOOKS    10
 
 static const struct kind {
@@ -121,7 +121,7 @@ const char *link_trouble_text(unsigned trouble)
     return trouble < LINK_TROUBLES ? texts[trouble] : "unknown trouble";
 }
 
-/* Until the first whole frame. */
+/* Count received bytes and frames, until the first valid frame. */
 static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
 {
     rx->bytes += length;
@@ -133,13 +133,13 @@ static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
     }
 }
 
-/* What stands behind the kind's name. */
+/* The part behind the name of the kind. */
 static const char *path_of(const char *spec)
 {
     return strchr(spec, ':') + 1;
 }
 
-/* Give back what the device holds; the link itself stays. */
+/* Close the device; the link itself stays. */
 static void release(struct link *link)
 {
     if (link->ops->close)
@@ -157,7 +157,7 @@ static void write_spec(struct link *link)
         strcpy(link->spec, link->name);
 }
 
-/* `text`: to be read in place of what `spec` names; NULL: none. */
+/* `text`: read instead of the device or file in `spec`; NULL: none. */
 static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t base,
                                 const char *text, size_t length, struct link **link,
                                 struct error *error)
@@ -339,7 +339,7 @@ static void set_absence(struct link *link, const struct error *why)
     pthread_mutex_unlock(&link->heard);
 }
 
-/* The device went away: keep why, give it back, and wait for it. */
+/* The device is gone: keep the reason, close it, and wait for it. */
 static void close_device(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->device);
@@ -380,8 +380,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     uint64_t now_us = monotonic_us();
     if (link->away.status != MR_OK)
         return reopen_device(link, now_us, error);
-    /* While something is sent, which may take a second, what comes is read; service is for the next
-     * time. */
+    /* Sending can take a second and holds the lock. Receiving continues meanwhile; service
+     * waits. */
     if (link->ops->service && now_us >= link->service_us &&
         pthread_mutex_trylock(&link->device) == 0) {
         link->service_us = now_us + SERVICE_US;
@@ -391,7 +391,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     return MR_OK;
 }
 
-/* What receiving found, for the caller: a device that broke is away, and that is no error yet. */
+/* Result of receiving for the caller. A broken device that may return is away, which is not an
+ * error yet. */
 static enum mr_status received(struct link *link, enum mr_status status, const struct error *found,
                                struct error *error)
 {
@@ -422,8 +423,8 @@ enum mr_status link_fill(struct link *link, struct error *error)
         link->read_us = link_now_us();
         return MR_OK;
     }
-    /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us
-     * it is the end. */
+    /* If the other side ends while it has unread bytes of ours, the socket reports a reset: treat
+     * it as the end. */
     if (count == 0 || errno == ECONNRESET)
         return MR_CLOSED;
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
@@ -454,8 +455,7 @@ static uint32_t controller_troubles(uint8_t state)
     return troubles;
 }
 
-/* Bit 1 << enum link_event for each trouble that the error frame tells of; at least one is
- * set. */
+/* Bit 1 << enum link_event for each trouble in an error frame; at least one is set. */
 static uint32_t error_troubles(const struct link_frame *frame)
 {
     static const struct {
@@ -531,7 +531,7 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     return MR_OK;
 }
 
-/* The device, for sending: it may be away, or be opened just now by the thread that receives. */
+/* Lock the device for sending. It may be away, or the receiving thread may be opening it. */
 static enum mr_status take_device(struct link *link, struct error *error)
 {
     bool taken = false;
@@ -546,7 +546,7 @@ static enum mr_status take_device(struct link *link, struct error *error)
     return error_set(error, MR_IO, "the device is disconnected: %s; plug it in again", link->spec);
 }
 
-/* `counts`: what it is on the counter of what was sent. */
+/* `counts`: the amount to add to the counter of sent data. */
 static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length,
                                    size_t counts, struct error *error)
 {
@@ -595,7 +595,7 @@ enum mr_status link_line(struct link *link, int baud, struct error *error)
     return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
 }
 
-/* ---- why no board is understood ---- */
+/* ---- diagnosis of a link without a board ---- */
 
 const char *diagnosis_word(enum diagnosis diagnosis)
 {
@@ -636,7 +636,7 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
     return DIAGNOSIS_GARBLED;
 }
 
-/* What the error frames tell most. */
+/* The most frequent trouble in the error frames. */
 static const char *commonest(const struct link_counters *counters)
 {
     unsigned most = 0;

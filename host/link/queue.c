@@ -1,5 +1,6 @@
-/* A list of pieces of memory, each mapped when the one before is full and unmapped when all of it
- * is released: a ring would in the end have touched all of its memory, whatever it holds. */
+/* A list of pieces of memory. A piece is mapped when the last one is full, and unmapped when all
+ * its items are released. A ring buffer would in time touch all of its memory, even if it never
+ * holds much. */
 #include "host/link/queue.h"
 
 #include <errno.h>
@@ -16,14 +17,14 @@
 
 #define PIECE_BYTES (256u * 1024u)
 
-/* What was put before a place in all. */
+/* Totals before a place. */
 struct sum {
     uint64_t items, memory, frames, octets;
 };
 
 struct piece {
     struct piece *next;
-    size_t used; /* of `bytes` */
+    size_t used; /* part of `bytes` */
     struct sum before;
     uint8_t bytes[PIECE_BYTES - 48];
 };
@@ -50,8 +51,9 @@ struct link_queue {
     size_t capacity;
     int news;
     bool listened, stopped, tight;
-    uint64_t most_taken;          /* items */
-    struct piece *spare, *oldest; /* oldest: of what is kept */
+    /* items taken at most; those before it are taken again after a rewind */
+    uint64_t most_taken;
+    struct piece *spare, *oldest; /* oldest: the first piece that is kept */
     size_t history;
     struct place put, taken, released;
 };
@@ -108,7 +110,7 @@ static size_t padded(size_t length)
     return (length + 7u) & ~(size_t)7u;
 }
 
-/* Moves a place over an item that is there. */
+/* Move a place over the item behind it. */
 static void pass(struct place *place, const struct head *head)
 {
     size_t size = sizeof *head + padded(head->length);
@@ -119,7 +121,7 @@ static void pass(struct place *place, const struct head *head)
     place->before.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
-/* `must`: beyond the capacity too. */
+/* Append an item. `must`: also beyond the capacity. */
 static bool put(struct link_queue *queue, const struct head *head, const void *content, bool must)
 {
     size_t size = sizeof *head + padded(head->length);
@@ -196,7 +198,7 @@ void link_queue_wake(struct link_queue *queue)
     if (tell && queue->news >= 0) {
         const uint64_t one = 1;
         ssize_t written = write(queue->news, &one, sizeof one);
-        (void)written; /* a counter that is full tells as well */
+        (void)written; /* a full counter also wakes the reader */
     }
 }
 
@@ -224,7 +226,7 @@ bool link_queue_is_tight(struct link_queue *queue)
     return tight;
 }
 
-/* A place at the end of a piece is at the beginning of the next one. */
+/* At the end of a piece, move to the beginning of the next one. */
 static void step_over_end(struct place *place)
 {
     if (place->at == place->piece->used && place->piece->next) {
@@ -364,7 +366,7 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
 
 /* ---- the reader ---- */
 
-#define SERVICE_MS 250 /* a link is looked after at least this often */
+#define SERVICE_MS 250 /* longest time between two calls of a link's service */
 
 struct link_reader {
     struct link *link;
@@ -372,13 +374,13 @@ struct link_reader {
     struct link_queue *queue;
     link_blame *blame;
     void *context;
-    bool recorded; /* no thread */
+    bool recorded; /* recorded link: read without a thread */
     bool ended;
     bool dropping;
-    uint64_t told; /* of the link's troubles and bad lines, in the queue */
+    uint64_t told; /* troubles and bad lines of the link that are in the queue */
     pthread_t thread;
     bool started;
-    int wake; /* ends a wait */
+    int wake; /* event that ends a wait */
     atomic_bool stop, holds_up;
     atomic_uint_fast64_t lost;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
@@ -404,13 +406,13 @@ int link_reader_fd(const struct link_reader *reader)
     return reader->recorded && !reader->ended ? link_fd(reader->link) : -1;
 }
 
-/* Counters stand before what came after they changed. */
+/* Put changed counters into the queue, ahead of the next data. */
 static void put_counters(struct link_reader *reader)
 {
     const struct link_counters *counters = link_counters(reader->link);
     if (counters->troubles + counters->bad_lines == reader->told)
         return;
-    /* what was sent is another thread's */
+    /* the count of sent data belongs to another thread */
     struct link_counters copy = {.received = counters->received,
                                  .troubles = counters->troubles,
                                  .bad_lines = counters->bad_lines};
@@ -426,7 +428,7 @@ static void lose(struct link_reader *reader, size_t count)
     atomic_fetch_add(&reader->lost, count);
 }
 
-/* One frame or read. False: the reader was stopped. */
+/* Queue one frame or one read. False: the reader was stopped. */
 static bool deliver(struct link_reader *reader, const struct link_frame *frame, size_t length,
                     uint64_t host_us)
 {
@@ -462,7 +464,7 @@ static void end(struct link_reader *reader, const struct error *reason)
     reader->ended = true;
 }
 
-/* What waits in the link, a turn's worth at most. True: there may be more. */
+/* Read the data that waits in the link, at most one turn's worth. True: there may be more. */
 static bool read_turn(struct link_reader *reader)
 {
     struct link_frame frame;
@@ -519,7 +521,7 @@ static void *read_on(void *context)
         if (!more && !reader->ended)
             poll(polled, 2, SERVICE_MS);
     }
-    put_counters(reader); /* what was lost last, too */
+    put_counters(reader); /* including the last losses */
     link_queue_wake(reader->queue);
     return NULL;
 }
@@ -540,7 +542,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     made->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;
-    if (made->recorded) /* it is taken before more is read */
+    if (made->recorded) /* unlimited: every item is taken before more is read */
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
     if (status == MR_OK && made->wake < 0)

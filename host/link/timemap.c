@@ -6,21 +6,22 @@
 
 #include "host/base/statistics.h"
 
-#define STAMP_US       0.5 /* half the grain of the host's stamps */
+#define STAMP_US       0.5 /* half the resolution of the host's time stamps */
 #define LEAST_SCALE_US 1e-3
-#define DAY_ZERO_US    946684800000000 /* the year 2000: before it, a stamp is no time of day */
+#define DAY_ZERO_US    946684800000000 /* the year 2000: an earlier stamp is not a time of day */
 #define UNCERTAIN_US   50000.0
 #define BISECTIONS     60
-#define EMULATED_PPM   20000.0 /* beyond it no clock was set: time is made */
-/* A clock that is taken to be set makes delays so many times as small; where it was not, 2.8 times
- * was the most in 50,000 sessions of 18 pairs and more, of any delays. */
+/* a larger rate difference is not a clock setting: the board's time is emulated */
+#define EMULATED_PPM   20000.0
+/* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
+ * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
 #define SET_TIMES      3.0
-#define SET_PART       6u  /* pairs before and behind */
-#define SET_PLACES     60u /* looked at, at most */
+#define SET_PART       6u  /* least number of pairs before and after the change */
+#define SET_PLACES     60u /* most places that are tried */
 
 struct point {
     double x_s;  /* board time */
-    double y_us; /* host time less board time, both since the first pair */
+    double y_us; /* host time minus board time, both since the first pair */
 };
 
 void timemap_add(struct timemap *map, double board_us, int64_t host_us)
@@ -50,13 +51,13 @@ static size_t take_points(const struct timemap *map, struct timemap_fit *fit, st
     return n;
 }
 
-/* c is on or above the line from a to b. */
+/* Whether c is on or above the line from a to b. */
 static bool above(struct point a, struct point b, struct point c)
 {
     return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
 }
 
-/* Lower convex hull of points in order of time. */
+/* Lower convex hull of points that are sorted by time. */
 static size_t lower_hull(const struct point *point, size_t n, struct point *hull)
 {
     size_t count = 0;
@@ -68,7 +69,7 @@ static size_t lower_hull(const struct point *point, size_t n, struct point *hull
     return count;
 }
 
-/* The line below all points that is least below them on average: the hull's edge over the mean
+/* The line below all points with the smallest mean distance to them: the hull's edge at the mean
  * time. */
 static void touching_line(const struct point *hull, size_t count, double mean_s, double *at_mean_us,
                           double *slope_ppm)
@@ -80,7 +81,7 @@ static void touching_line(const struct point *hull, size_t count, double mean_s,
     *at_mean_us = hull[i].y_us + *slope_ppm * (mean_s - hull[i].x_s);
 }
 
-/* Slopes of the lines through (mean_s, c_us) that stay below the hull. */
+/* Range of slopes of the lines through (mean_s, c_us) that stay below the hull. */
 static void slopes(const struct point *hull, size_t count, double mean_s, double c_us,
                    double *low_ppm, double *high_ppm)
 {
@@ -93,16 +94,18 @@ static void slopes(const struct point *hull, size_t count, double mean_s, double
         else if (x_s < 0.0)
             *low_ppm = fmax(*low_ppm, (hull[i].y_us - c_us) / x_s);
     }
-    *high_ppm = fmax(*high_ppm, *low_ppm); /* equal but for rounding on the hull itself */
+    /* on the hull itself both are equal except for rounding */
+    *high_ppm = fmax(*high_ppm, *low_ppm);
 }
 
-/* How many of the pairs next to the line are taken to be evenly dense. */
+/* Number of pairs next to the line that are assumed to be evenly dense. */
 static size_t strip_pairs(size_t n)
 {
     return 4 + (size_t)sqrt((double)n);
 }
 
-/* c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the tangents. */
+/* Integrate over c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the
+ * tangents. */
 static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count,
                       double touch_us, double strip_us, double m)
 {
@@ -118,7 +121,7 @@ static void integrate(struct timemap_fit *fit, const struct point *hull, size_t 
         fit->weight[j] = sum > 0.0 ? fit->weight[j] / sum : 1.0 / TIMEMAP_GRID;
 }
 
-/* Between two ends, evenly, each with its weight: the posterior of one quantity. */
+/* Posterior of one quantity: a weighted sum of uniform distributions. */
 struct mixture {
     double low[TIMEMAP_GRID], high[TIMEMAP_GRID];
     const double *weight;
@@ -149,7 +152,7 @@ static double quantile(const struct mixture *mixture, double low, double high, d
     return 0.5 * (low + high);
 }
 
-/* Of k c + b t. */
+/* 95 % interval of k c + b t. */
 static struct timemap_value interval(const struct timemap_fit *fit, double k, double t_s)
 {
     struct mixture mixture = {.weight = fit->weight};
@@ -193,8 +196,9 @@ static enum timemap_refusal judge(const struct timemap_fit *fit, double toleranc
     return TIMEMAP_GOOD;
 }
 
-/* The clock was set between pair k - 1 and pair k + gap: two lines of one rate, that of the longer
- * part, above which four fifths of the pairs are within `most_us`. */
+/* Whether the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
+ * rate of the longer side; a change is found if four fifths of all pairs are within `most_us` above
+ * their line. */
 static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, double most_us)
 {
     struct point hull[TIMEMAP_PAIRS];
@@ -215,7 +219,8 @@ static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, do
     return within > (n - gap) * 4 / 5;
 }
 
-/* Somewhere in between this computer's clock was set: with that, delays are much smaller. */
+/* Whether this computer's clock was set at some time: delays are much smaller if a change is
+ * assumed. */
 static bool was_set(double late_us, const struct point *point, size_t n)
 {
     double most_us = (late_us - 2.0 * STAMP_US) / SET_TIMES;
@@ -246,7 +251,8 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     size_t m = strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
     integrate(fit, hull, count, touch_us, fmax(strip_us, LEAST_SCALE_US), (double)m);
-    struct timemap_value slower = interval(fit, 0.0, 1.0); /* host time gained a board second, us */
+    /* gain of host time per board second, us */
+    struct timemap_value slower = interval(fit, 0.0, 1.0);
     fit->fast_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6, slower.half};
     fit->refusal = judge(fit, tolerance_ppm, was_set(over_us[n * 4 / 5], point, n));
 }

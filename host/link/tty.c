@@ -2,7 +2,7 @@
  * pseudo-terminal of an emulated board. */
 #include "host/link/tty.h"
 
-#include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
+#include <asm/termbits.h> /* struct termios2 for any rate; conflicts with termios.h */
 #include <errno.h>
 #include <fcntl.h>
 #include <grp.h>
@@ -21,7 +21,8 @@
 
 #include "host/link/link_ops.h"
 
-/* ---- pseudo-terminals, which libserialport does not take: Linux keeps no parity for them ---- */
+/* ---- pseudo-terminals: libserialport rejects them, because Linux stores no parity for them
+ * ---- */
 
 static enum mr_status pts_line(struct link *link, int baud, struct error *error)
 {
@@ -49,7 +50,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
         return error_set(error, MR_IO,
                          "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), link->spec);
-    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
+    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* two readers would take bytes from each other */
         return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
                          link->spec);
     return pts_line(link, baud, error);
@@ -59,17 +60,17 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
-/* what is there is no serial port, but speaks like one: socat, an adapter's emulation */
+/* not a serial port, but one in use: socat, or the emulation of an adapter */
 #define PTS_FOLDER             "/dev/pts/"
-/* A UART that is further off loses bytes. */
+/* With a larger error of the rate a UART loses bytes. */
 #define BAUD_TOLERANCE_PERCENT 2
 
 struct tty {
-    struct sp_port *port; /* NULL: a pseudo-terminal */
+    struct sp_port *port; /* NULL: pseudo-terminal */
     const char *spec;
     int fd;
     struct serial_icounter_struct counted;
-    int counts; /* the driver counts */
+    int counts; /* the driver counts errors */
 };
 
 enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,
@@ -88,7 +89,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         *baud = (int)value;
         length = (size_t)(colon - text);
     } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_MAX) {
-        /* names in /dev/serial/by-path/ have colons, too */
+        /* names in /dev/serial/by-path/ contain colons */
         snprintf(path, TTY_PATH_MAX, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
@@ -102,7 +103,8 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
     return MR_OK;
 }
 
-/* The adapter of a port: "USB 0403:6001, serial number A50285BI"; empty: no USB. */
+/* Text that identifies the adapter of a port: "USB 0403:6001, serial number A50285BI"; empty: not
+ * USB. */
 static void name_adapter(const struct sp_port *port, char usb[USB_TEXT])
 {
     const char *number = sp_get_port_usb_serial(port);
@@ -114,8 +116,9 @@ static void name_adapter(const struct sp_port *port, char usb[USB_TEXT])
                  number ? ", serial number " : "", number ?: "");
 }
 
-/* `real` may have become the name of another adapter, and the adapter may have another name, which
- * is then put there. False: it is nowhere, or several are like it and none is at its old name. */
+/* Find the adapter `usb`, and put its present name into `real`. Names can change: `real` may now
+ * name another adapter. False: the adapter is missing, or several are alike and none has the old
+ * name. */
 static bool find_adapter(const char *usb, char real[PATH_MAX])
 {
     struct sp_port **ports = NULL;
@@ -138,8 +141,8 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
     return same || count == 1;
 }
 
-/* Of several ports alike (adapters without serial numbers, or with several ports) the name alone
- * tells which one it is. */
+/* Remember the adapter of the port, unless several ports are alike (adapters without serial numbers,
+ * or with several ports): only the name of the port distinguishes them. */
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
@@ -200,7 +203,7 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
             error, MR_IO,
             "the serial port does not support %d baud, 8N1 (%s): %s; give a different rate", baud,
             strerror(sp_last_error_code()), tty->spec);
-    /* A driver that cannot do a rate takes another one and does not say so. */
+    /* A driver that does not support a rate silently uses another one. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK ||
             sp_get_config_baudrate(config, &took) != SP_OK)
@@ -215,7 +218,7 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
     return MR_OK;
 }
 
-/* Others are kept out twice: TIOCEXCL stops every program but root's, the lock stops another
+/* Keep others out in two ways: TIOCEXCL stops every program except root's, the lock stops another
  * matrig. */
 static enum mr_status take_alone(struct tty *tty, struct error *error)
 {
@@ -262,7 +265,8 @@ static void serial_close(struct link *link)
 
 static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
 {
-    char path[TTY_PATH_MAX], real[PATH_MAX]; /* libserialport does not follow links of /dev */
+    /* libserialport does not follow symbolic links in /dev */
+    char path[TTY_PATH_MAX], real[PATH_MAX];
     char away[USB_TEXT + 20];
     int baud;
     enum mr_status status = tty_parse(text, link->form, path, &baud, error);
@@ -320,10 +324,10 @@ static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
                               : read(tty->fd, bytes, size);
     if (count > 0)
         return count;
-    /* a hang-up may be on its way behind what is there */
+    /* a hang-up may follow the data that is there */
     if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR))
         count = 0;
-    /* A port that hung up reads as empty, and stays readable. */
+    /* A port that hung up reads as empty but stays readable. */
     struct pollfd state = {.fd = tty->fd, .events = POLLIN};
     if (count < 0 || (poll(&state, 1, 0) > 0 && state.revents & (POLLHUP | POLLERR | POLLNVAL))) {
         errno = ENODEV;
@@ -378,11 +382,11 @@ const struct link_ops link_serial_ops = {
 /* ---- pty: ---- */
 
 #define OPEN_TRIES    250
-#define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
+#define OPEN_PAUSE_MS 20 /* 5 s in all, like unix: the board may be starting */
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
-    bool first = link->away.status == MR_OK; /* one that was there is waited for in link.c */
+    bool first = link->away.status == MR_OK; /* link.c waits for a device that was there before */
     for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_restart_counting(link, TTY_BAUD_DEFAULT);

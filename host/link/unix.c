@@ -9,11 +9,11 @@
 #include "common/wire.h"
 #include "host/link/link_ops.h"
 
-#define OPEN_TRIES    250
-#define OPEN_PAUSE_MS 20 /* 5 s in all */
-#define SEND_WAIT_MS  1000
-#define CAN_FRAME_BYTES \
-    16u /* struct can_frame: id u32, length, 3 bytes of padding, 8 of data; little-endian hosts */
+#define OPEN_TRIES      250
+#define OPEN_PAUSE_MS   20 /* 5 s in all */
+#define SEND_WAIT_MS    1000
+/* struct can_frame: id u32, length, 3 bytes of padding, 8 bytes of data; little-endian hosts */
+#define CAN_FRAME_BYTES 16u
 
 static enum mr_status unix_open(struct link *link, const char *path, struct error *error)
 {
@@ -25,7 +25,7 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 
     int reason = 0;
     for (int i = 0; i < OPEN_TRIES; i++) {
-        /* it must not wait for a place among those that nobody has accepted */
+        /* connect must not block while the board has connections that it has not accepted */
         link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
         if (link->fd < 0)
             return error_set(error, MR_IO,
@@ -36,7 +36,7 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
         reason = errno;
         close(link->fd);
         link->fd = -1;
-        /* Not there yet, or there from an earlier run and nobody listens yet. */
+        /* The board has not created the socket yet, or the socket is left from an earlier run. */
         if (reason != ENOENT && reason != ECONNREFUSED && reason != EAGAIN)
             break;
         poll(NULL, 0, OPEN_PAUSE_MS);
