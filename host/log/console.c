@@ -1,5 +1,5 @@
-/* What the user of matrig log is told: troubles, landings, progress, and at the end what the
- * session came to; the page that is kept up to date; and the commands that the user types. */
+/* Output of matrig log for its user: troubles, landings, progress, and a summary of the session at
+ * the end. Also here: the page of --page, and typed commands. */
 #include "host/log/logger.h"
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 
 #define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
-#define UNHEARD_US           3000000u /* a board says hello once a second */
-#define NOTE_US              1000000u /* the same trouble is told once a second */
+#define UNHEARD_US           3000000u /* a board sends a hello every second */
+#define NOTE_US              1000000u /* the same trouble is reported at most once per second */
 
 static bool logger_received(const struct logger *logger)
 {
@@ -45,7 +45,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
         uint64_t more = counters->trouble[i] - logger->noted[link][i];
         bool lately = logger->noted_us[link][i] != 0 &&
                       now_us - logger->noted_us[link][i] < NOTE_US;
-        /* less: taken back, and written again */
+        /* the count can fall after a rollback; it rises again with the repeated data */
         if (counters->trouble[i] <= logger->noted[link][i] || lately)
             continue;
         logger_clear_progress(logger);
@@ -79,7 +79,8 @@ void logger_note_exchanged(struct logger *logger)
     cli_note(logger->cli, "%s", error.text);
 }
 
-/* A hello of this version at another base, then the identity that follows it. */
+/* A frame of another board: a hello of this version at another base, then the identity at that
+ * base. */
 void logger_note_other(struct logger *logger, const struct link_frame *frame)
 {
     struct mr_message message;
@@ -102,7 +103,8 @@ void logger_note_other(struct logger *logger, const struct link_frame *frame)
     }
 }
 
-/* A recording that was logged before, most likely. */
+/* Warn of a landing that is already in the campaign, probably from a recording that was logged
+ * twice. */
 static void note_twin(struct logger *logger, int64_t run)
 {
     struct error why = {0};
@@ -116,16 +118,15 @@ static void note_twin(struct logger *logger, int64_t run)
              (long long)run, (long long)twin, store_path(logger->store), (long long)run);
 }
 
-/* ---- the quick look at a landing, within 10 s after the stop and without a command ----
+/* ---- summary of a landing, within 10 s after the stop and without a command ----
  *
- * When a landing ends its summary is printed; when its links fall silent in the middle, what came
- * until then; and the page of --page is kept up to date, beside the logging: another process reads
- * the campaign as it is on disk. */
+ * The summary is printed when a landing ends, or when its links fall silent during it. The page of
+ * --page is updated in a separate process, which reads the campaign from disk. */
 
 #define SILENT_US 4000000u
 #define PAGE_S    60.0
 
-/* Whether a landing in which the gear moves has brought nothing for SILENT_US: once for each. */
+/* Whether a landing with a moving gear has had no data for SILENT_US. True once per landing. */
 static bool is_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
@@ -155,7 +156,7 @@ static void write_page(struct logger *logger)
     const int streams[3] = {-1, open("/dev/null", O_WRONLY | O_CLOEXEC), -1};
     if (process_start(logger->cli->si ? words : plain, streams, &logger->page_child, &error) !=
         MR_OK)
-        logger->page_child = 0; /* the summary is printed in any case */
+        logger->page_child = 0; /* not an error: the summary is printed in any case */
     close(streams[1]);
 }
 
@@ -186,7 +187,8 @@ void logger_hasty(struct logger *logger, bool on)
             logger->output[i] = 0;
         } else if (on && fstat(fd, &info) == 0 &&
                    (S_ISFIFO(info.st_mode) || (S_ISCHR(info.st_mode) && isatty(fd)))) {
-            /* a description of its own: the other one is shared with those who started it */
+            /* opened anew, because the inherited description is shared with the parent, and
+             * O_NONBLOCK would affect it too */
             other = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
         }
         if (other < 0)
@@ -244,7 +246,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         if (status != MR_OK)
             return status;
         if (summary_load(logger->store, run, &summary, &why) != MR_OK) {
-            /* it can be tried again later; what comes cannot */
+            /* a summary can be printed again later; received data cannot be repeated */
             cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
             summary_free(&summary);
             continue;
@@ -264,7 +266,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* The links fell silent in the middle of a landing: what came of it until now. */
+/* If the links fall silent during a landing, print the summary of the data so far. */
 enum mr_status logger_show_silent(struct logger *logger, struct error *error)
 {
     struct collector_progress progress;
@@ -291,7 +293,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* What the board said of itself that nobody should have to look for. */
+/* Report crashes and CAN alarms of the board without being asked. */
 void logger_note_health(struct logger *logger)
 {
     char text[300];
@@ -325,7 +327,7 @@ void logger_note_orders(struct logger *logger)
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
             logger_again(logger))
             continue;
-        if (is_typed) { /* typed_turn reports its outcome */
+        if (is_typed) { /* typed_turn reports the outcome */
             typed->answered = true;
             typed->answer = status;
             continue;
@@ -367,7 +369,7 @@ void logger_show_progress(struct logger *logger, bool last)
             last ? "\n" : "");
 }
 
-/* Of the links, on which no board spoke, the one that heard something. */
+/* No board was received: diagnose the first link that received anything. */
 static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT];
@@ -404,7 +406,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     return link_no_board(link, error);
 }
 
-/* After a while without a board, once for each link, while it is still waited for. */
+/* If no board is received for a while, report that once for each open link. */
 void logger_note_missing(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT];
@@ -423,13 +425,14 @@ void logger_note_missing(struct logger *logger)
     }
 }
 
-/* ---- who answered, and whether it still does ----
+/* ---- presence of the board ----
  *
- * A board says hello, and the state of its landing, once a second on each link. */
+ * A board sends a hello and the state of its landing every second on each link. */
 
-#define SILENCE_US  1700000u /* of all links: told within 2 s */
-#define ONE_LINK_US 4000000u /* of one alone */
-#define STOOD_US    500000u  /* this program did not run: what came meanwhile is not read yet */
+#define SILENCE_US  1700000u /* all links silent: reported within 2 s */
+#define ONE_LINK_US 4000000u /* one link silent */
+/* this program did not run for this long: unread data may be waiting */
+#define STOOD_US    500000u
 
 static void count_received(struct logger *logger, const struct collector_progress *p,
                            uint64_t now_us)
@@ -481,7 +484,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         else
             cli_note(logger->cli, "the board sends again: %s", state);
     }
-    /* the links come back one after the other */
+    /* the links return one after the other: give each the full time again */
     for (unsigned link = 0; link < LINK_KINDS && logger->silent && !now_silent; link++)
         logger->heard_us[link] = logger->heard_us[link] ? now_us : 0;
     logger->silent = now_silent;
@@ -527,7 +530,7 @@ void logger_note_board(struct logger *logger)
              state);
 }
 
-/* Messages that the board counted and nobody received, in the whole session. */
+/* Messages that the board counted and the link did not receive, in the whole session. */
 static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct answer *answer)
 {
     char text[1000] = "";
@@ -628,12 +631,12 @@ void logger_end_live(struct logger *logger, const struct error *error)
     live_close(&logger->live, why);
 }
 
-/* ---- commands typed into a running matrig log: `arm [N]` and `disarm`, a line each ----
+/* ---- typed commands: `arm [N]` and `disarm`, one per line ----
  *
- * Before it arms, and before it ends a landing that is going on, it asks once more. */
+ * Before it arms, and before it ends a landing in progress, it asks for confirmation. */
 
 #define ANSWER_US (1000000u * ARM_CLIENT_ANSWER_S)
-#define ASKED_US  30000000u /* a question that nobody answers is over */
+#define ASKED_US  30000000u /* time to confirm */
 #define TYPING_US 15000000u
 #define HELP      "type arm [N], with N from 0 to 65535 (no N: the board's next number), or disarm"
 
@@ -641,9 +644,9 @@ void typed_begin(struct typed *typed, bool commands, bool listen)
 {
     typed->terminal = isatty(STDIN_FILENO) == 1;
     typed->on = !listen && (commands || typed->terminal);
-    typed->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */
+    typed->tag = (uint16_t)(link_now_us() / 1000u); /* differs from the tags of other programs */
     if (typed->on)
-        /* in the background nothing is read, and nothing may stop the logging */
+        /* in the background, reading the terminal must not stop the logging */
         signal(SIGTTIN, SIG_IGN);
 }
 
@@ -665,7 +668,7 @@ void typed_read(struct typed *typed)
         typed->ended = true;
 }
 
-/* Somebody asked, so it is said also with --quiet. */
+/* The user typed a command, so print the reply even with --quiet. */
 __attribute__((format(printf, 2, 3))) static void print(const struct logger *logger,
                                                         const char *format, ...)
 {
@@ -678,14 +681,14 @@ __attribute__((format(printf, 2, 3))) static void print(const struct logger *log
     va_end(arguments);
 }
 
-/* Takes the first line out. False: none is whole. */
+/* Take the first line out of the buffer. False: there is no complete line. */
 static bool take_line(struct typed *typed, char line[sizeof typed->text])
 {
     char *end = memchr(typed->text, '\n', typed->length);
     size_t length = end ? (size_t)(end - typed->text) : typed->length;
     if (!end && typed->length < sizeof typed->text)
-        return false; /* at the end of the input: a line that was never sent off */
-    if (!end) {       /* no command is so long */
+        return false; /* at the end of the input: ignore an incomplete line */
+    if (!end) {       /* longer than any command */
         memcpy(line, typed->text, length - 1);
         line[length - 1] = '\0';
         typed->length = 0;
@@ -714,7 +717,8 @@ static void send_it(struct logger *logger)
 
 static void take_command(struct logger *logger, const char *line);
 
-/* `yes` or anything else: of an order in its place nothing is lost. */
+/* Handle the reply to a confirmation. If it is a new command instead of `yes`, execute that
+ * command. */
 static void take_reply(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
@@ -730,7 +734,7 @@ static void take_reply(struct logger *logger, const char *line)
         take_command(logger, line);
 }
 
-/* State of a landing that is going on; NULL: none is. */
+/* State of a landing in progress; NULL: none. */
 static const char *what_is_recorded(const struct logger *logger)
 {
     struct collector_progress p;
@@ -781,7 +785,7 @@ static void take_command(struct logger *logger, const char *line)
                       "the mat is at rest. Type yes: ");
 }
 
-/* What came of the command that was sent. */
+/* Report the outcome of the sent command. */
 static void take_answer(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
@@ -806,14 +810,15 @@ void typed_turn(struct logger *logger)
     char line[sizeof typed->text];
     if (!typed->on)
         return;
-    if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
+    /* the answer may be waiting in the queue */
+    if (typed->sent && watch_refused_us(&logger->watch))
         typed->until_us = monotonic_us() + ANSWER_US;
     if (typed->sent)
         take_answer(logger);
     if (typed->asked && monotonic_us() > typed->until_us)
         take_reply(logger, "");
     bool there = logger_received(logger);
-    /* a script's commands wait for the board; who types is told */
+    /* commands from a script wait for the board; a user at a terminal gets a message */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
         return;

@@ -1,6 +1,6 @@
-/* The work of matrig log: what comes goes out of the queues into the collector, by transactions;
- * what happens when the campaign takes nothing, or was taken away; the end; what is asked of the
- * board. */
+/* The work of matrig log. Received data goes from the queues into the collector, in transactions.
+ * Also here: a campaign that refuses data or was taken away, the end of the log, and requests to
+ * the board. */
 #include "host/log/logger.h"
 
 #include <libgen.h>
@@ -17,20 +17,21 @@
 
 /* ---- writing: transactions ----
  *
- * What a transaction held stays in the queues until it is on disk; one that failed is taken back,
- * collector and all, and is written again when it can be. */
+ * Data of a transaction stays in the queues until it is on disk. A failed transaction is rolled
+ * back, in the collector too, and written again when possible. */
 
-/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow
- * disk. */
+/* A kill at any time may lose at most the last 100 ms of received data; half of that is reserved
+ * for a slow disk. */
 #define COMMIT_US       40000u
 #define COMMIT_MOST_US  1000000u
-#define MUCH_PERMILLE   10u  /* of a queue: 0.6 s */
-#define READ_WAIT_MS    5000 /* a summary: another program closes the campaign, for a moment */
-/* until the next try: another program may hold the campaign for a moment only, */
+#define MUCH_PERMILLE   10u /* of a queue: 0.6 s of data */
+/* for a summary: another program that closes the campaign holds it for a moment */
+#define READ_WAIT_MS    5000
+/* time to the next try: another program may hold the campaign for a moment only, */
 #define RETRY_LOCKED_US 20000u
-#define RETRY_US        250000u /* a disk is full for longer */
+#define RETRY_US        250000u /* while a full disk stays full for longer */
 
-/* Where the campaign is, and whether it still is what was logged. */
+/* Place of the campaign, and whether the file is still the logged one. */
 static enum store_place place_of(struct logger *logger)
 {
     enum store_place place = watch_place(&logger->watch);
@@ -44,7 +45,7 @@ static bool is_gone(enum store_place place)
     return place == STORE_OVERWRITTEN || place == STORE_EMPTIED;
 }
 
-/* Somebody may have put another content into the campaign, as sqlite3's .restore does. */
+/* Another program may have replaced the content of the campaign, as sqlite3's .restore does. */
 static enum mr_status find_session(struct logger *logger, struct error *error)
 {
     bool there = true;
@@ -62,7 +63,8 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     if (logger->in_transaction)
         return MR_OK;
     watch_call(&logger->watch, true);
-    store_patience(logger->store, 0); /* the loop waits, and does all else meanwhile */
+    /* do not block in SQLite: the main loop retries, and does all other work meanwhile */
+    store_patience(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
     store_patience(logger->store, READ_WAIT_MS);
     watch_call(&logger->watch, false);
@@ -82,7 +84,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     enum mr_status status = collector_put_counts(logger->collector, error);
     if (status == MR_OK)
         status = store_note_logged(logger->store, collector_session(logger->collector), error);
-    if (status == MR_OK && store_overwritten(logger->store)) /* nothing goes into that file */
+    if (status == MR_OK && store_overwritten(logger->store)) /* write nothing more into that file */
         status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
@@ -101,14 +103,14 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         }
     }
     logger->commit_us = monotonic_us() - from_us;
-    if (status == MR_OK && !logger->followed) /* now there is a journal, too */
+    if (status == MR_OK && !logger->followed) /* the journal exists from here on */
         watch_follow(&logger->watch, store_path(logger->store));
     logger->followed |= status == MR_OK;
     return status;
 }
 
-/* Each commit waits for the disk once: while much is to be made up for, one that is slow is asked
- * less often. */
+/* Each commit waits for the disk. While a slow disk leaves a backlog in the queues, commit less
+ * often. */
 bool logger_commit_due(struct logger *logger)
 {
     uint64_t after_us = COMMIT_US;
@@ -134,12 +136,12 @@ static enum mr_status continue_beside(struct logger *logger, const char *origina
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
-    /* whatever it said of that */
+    /* checked even if the store reported no refusal */
     bool other = is_gone(place_of(logger));
     if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
     roll_back(logger);
-    if (other) { /* logger_rescue goes on elsewhere */
+    if (other) { /* logger_rescue continues in another file */
         *error = (struct error){0};
         return MR_OK;
     }
@@ -154,12 +156,13 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* ---- what comes, out of the queues into the collector ---- */
+/* ---- from the queues into the collector ---- */
 
-#define FRAMES_PER_TURN 64u /* less than what a second of any board is: the links stay in step */
+#define FRAMES_PER_TURN 64u /* less than any board sends in a second, so the links stay in step */
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
 
-/* The link is over, for whatever reason; a broken one is remembered, and the others go on. */
+/* Handle the end of a link, for any reason. The first error is remembered, and the other links
+ * continue. */
 static enum mr_status end_link(struct logger *logger, unsigned link, const struct error *reason,
                                struct error *error)
 {
@@ -178,7 +181,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
     return status;
 }
 
-/* What the link saw since the last time: recorded, and told. */
+/* Record and report the link's troubles since the last call. */
 static enum mr_status take_troubles(struct logger *logger, unsigned link, struct error *error)
 {
     if (!logger->troubled[link])
@@ -209,7 +212,7 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
         logger->troubled[link] = true;
         return MR_OK;
     }
-    if (logger->live.hub) /* what was shown before is not shown again */
+    if (logger->live.hub) /* the live page has already shown repeated items */
         collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
@@ -233,7 +236,7 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    if (!link_queue_unread(queue)) /* else what the last turn said of it holds */
+    if (!link_queue_unread(queue)) /* else the queue still has data from the last turn */
         logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_turn(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
@@ -243,8 +246,8 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
     return status == MR_OK ? take_troubles(logger, link, error) : status;
 }
 
-/* When both links have something, the one that is behind in board time goes first: they stay in
- * step, whatever waits in which buffer, and neither is ever waited for. */
+/* If both links have data, take from the link that is behind in board time. So they stay in step,
+ * whatever is buffered, and neither waits for the other. */
 void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
@@ -252,15 +255,16 @@ void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
     ready[1 - collector_behind(logger->collector)] = false;
 }
 
-/* ---- what is asked of the board: by itself, and for the viewers of the live page ---- */
+/* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
 #define ASK_US        1000000u /* between two requests for the configuration */
-/* for the same; a board that does not answer, or of another table, is left alone then */
+/* requests for the configuration; then a board that does not answer, or has another table, is left
+ * alone */
 #define ASKS          5u
-#define LIVE_S        30        /* so long a board without CAN tells readings while idle, */
-#define LIVE_AGAIN_US 20000000u /* and so often it is asked */
+#define LIVE_S        30        /* a board without CAN sends readings this long while idle, */
+#define LIVE_AGAIN_US 20000000u /* and is asked again after this time */
 
-/* The proof of an operator's order, where the board wants one. */
+/* Send the operator's proof for a command, if the board requires one. */
 static void prove(struct logger *logger, unsigned link, const uint8_t *command)
 {
     struct collector_progress p;
@@ -310,8 +314,8 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     return false;
 }
 
-/* Asks the board for its configuration, over serial when it can be. A link that does not take it,
- * such as a file, is asked once. */
+/* Ask the board for its configuration, over serial if possible. A link that does not accept the
+ * request, such as a file, is asked only once. */
 void logger_ask_for_configuration(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
@@ -319,7 +323,7 @@ void logger_ask_for_configuration(struct logger *logger)
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
         collector_progress(logger->collector, &p);
-        if (p.run) /* what it was telling ended with the arming: ask at once when it is done */
+        if (p.run) /* arming ended the board's answer: ask again as soon as the landing is done */
             logger->asked_us = logger->asks = 0;
         return;
     }
@@ -330,8 +334,8 @@ void logger_ask_for_configuration(struct logger *logger)
     (void)logger_send(logger, &command, true);
 }
 
-/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms,
- * so that something moves. */
+/* An idle board sends its readings on CAN only. Without CAN, ask for a record every 20 ms, so that
+ * the live page shows present values. */
 static void keep_it_live(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
@@ -358,26 +362,27 @@ void logger_serve_live(struct logger *logger)
 
 /* ---- a campaign that was taken away ----
  *
- * Somebody moved, replaced or deleted it while it is logged. The file that is open goes on to exist
- * without its name, or under another one; what is committed to it is copied to a fresh name beside
- * the old one, and the log goes on there. One that somebody wrote over is no longer there to be
- * copied: a new campaign is begun beside it, into which goes what the queues have kept, as if it
- * came now. */
+ * Another program has moved, replaced or deleted the campaign while it is logged. The open file
+ * still exists, without its name or under another name. Its committed data is copied to a new file
+ * beside the old path, and the log continues there. A file that was overwritten can no longer be
+ * copied. A new campaign then begins beside it, and all data that the queues have kept is written
+ * into it. */
 
 #define SAVED         "-saved-"
 #define LARGE_BYTES   500000000
 #define SAVE_AGAIN_US 5000000u /* between two tries to save */
-#define NAMES         100      /* tried in one folder, within a second */
+#define NAMES         100      /* names tried in one folder, within one second */
 #define PATH_MOST     4096
 
-/* "campaign" of /home/runway/campaign.db */
+/* Name without folder and ending: "campaign" of /home/runway/campaign.db. */
 static void stem_of(const char *path, char *out, size_t size)
 {
     char copy[PATH_MOST];
     snprintf(copy, sizeof copy, "%s", path);
     const char *name = basename(copy);
     size_t length = strlen(name);
-    const char *saved = strstr(name, SAVED); /* beside the first one, not beside each other */
+    /* a saved campaign has the stem of the original one, so names do not grow */
+    const char *saved = strstr(name, SAVED);
     if (saved && saved > name)
         length = (size_t)(saved - name);
     else if (length > 3 && strcmp(name + length - 3, ".db") == 0)
@@ -385,8 +390,8 @@ static void stem_of(const char *path, char *out, size_t size)
     snprintf(out, size, "%.*s", (int)length, name);
 }
 
-/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none
- * was found. */
+/* An unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
+ * False: none was found. */
 static bool name_beside(const char *folder, const char *path, const char *what, const char *ending,
                         char *out, size_t size)
 {
@@ -415,7 +420,7 @@ static const char *folder_of(const char *path, char folder[PATH_MOST])
     return dirname(folder);
 }
 
-/* Into the folder of `beside`, if it is there. */
+/* Save a copy in the folder of `beside`, if that exists. */
 static bool save_beside(struct logger *logger, const char *beside, char *out, size_t size,
                         struct error *error)
 {
@@ -436,7 +441,7 @@ static void continue_in(struct logger *logger, struct store *store, const char *
     logger->emptied = logger->followed = false;
 }
 
-/* Goes on in the copy. `shared`: others may have begun to use the one before. */
+/* Continue in the copy. `shared`: other programs may already use the old file. */
 static enum mr_status move_to(struct logger *logger, const char *path, bool shared,
                               struct error *error)
 {
@@ -467,7 +472,7 @@ static void report_cause(struct logger *logger, enum store_place place, const ch
 
 /* ---- overwritten ---- */
 
-/* When the oldest of what is kept came; 0: nothing is. */
+/* Time of the oldest data that the queues keep; 0: none. */
 static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
@@ -482,7 +487,7 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
     return since_us;
 }
 
-/* The new campaign, with a session of its own. */
+/* Create the new campaign, with a session of its own. */
 static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
                                   bool goes_on, struct store **store, struct collector **collector,
                                   struct error *error)
@@ -501,12 +506,13 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
     if (status != MR_OK) {
         collector_close(*collector);
         store_close(*store);
-        unlink(path); /* it was made here, and nothing is in it */
+        unlink(path); /* created here, and empty */
     }
     return status;
 }
 
-/* What is in the file now is somebody else's. `kept`: where the journal is; "": nowhere. */
+/* The content of the file now belongs to another program. `kept`: the path of the saved journal;
+ * "": not saved. */
 static void leave_to_others(struct store *store, const char *original, char kept[PATH_MOST])
 {
     char folder[PATH_MOST];
@@ -531,14 +537,15 @@ bool logger_close_store(struct logger *logger)
     return false;
 }
 
-static void discard_landings(struct logger *logger) /* they come again, and have other numbers */
+/* their data is written again, with new numbers */
+static void discard_landings(struct logger *logger)
 {
     json_array_clear(logger->landings);
     logger->shown = 0;
 }
 
-/* Begins another campaign beside the one at `original`, else in this folder, into which all that
- * the queues keep is to go; `again`: what went into the one before, too. */
+/* Begin another campaign beside `original`, or else in the working folder. All data that the queues
+ * keep goes into it. `again`: including data that was already written to the old campaign. */
 static enum mr_status start_over(struct logger *logger, enum store_place place,
                                  const char *original, bool again)
 {
@@ -576,7 +583,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     if (place == STORE_OVERWRITTEN)
         leave_to_others(logger->store, original, kept);
     else
-        store_close(logger->store); /* all that is in it was put there by SQLite */
+        store_close(logger->store); /* the file itself is not damaged: only SQLite wrote to it */
     continue_in(logger, store, saved);
     if (again)
         discard_landings(logger);
@@ -592,8 +599,9 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     return MR_OK;
 }
 
-/* The file may not grow. What is in it stays there, with its journal; into another one goes what
- * the queues keep, where that is little beside what a file may hold: a landing is whole there. */
+/* The file has reached its size limit. Its data stays there, with its journal, and the log
+ * continues in another file. If the file is large, the data that the queues keep is written again,
+ * so that a landing is complete there. */
 static enum mr_status continue_beside(struct logger *logger, const char *original)
 {
     struct stat info;
@@ -614,7 +622,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
 {
     struct error why = {0};
     char saved[sizeof logger->saved];
-    roll_back(logger); /* what is not committed is in the queues */
+    roll_back(logger); /* uncommitted data is still in the queues */
     watch_call(&logger->watch, true);
     bool copied = save_beside(logger, original, saved, sizeof saved, &why) ||
                   save_beside(logger, now, saved, sizeof saved, &why) ||
@@ -622,7 +630,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
     watch_call(&logger->watch, false);
     (void)store_take_refusal(logger->store);
     logger_clear_progress(logger);
-    if (!copied) { /* what is open still takes what comes */
+    if (!copied) { /* the open file still accepts data */
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
                  logger->taken, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
@@ -633,7 +641,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
     if (status == MR_OK) {
         if (!shared)
             store_journal_remove(original, &before);
-        /* also with --quiet */
+        /* not suppressed by --quiet */
         fprintf(stderr, "matrig: %s: all data was saved in %s, and the log continues there\n",
                 logger->taken, saved);
         fflush(stderr);
@@ -647,7 +655,7 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
     enum store_place place = place_of(logger);
     uint64_t now_us = monotonic_us();
     if (place == STORE_IN_PLACE && !logger->saved[0])
-        logger->taken[0] = '\0'; /* brought back before it could be saved */
+        logger->taken[0] = '\0'; /* it came back before it could be saved */
     if (place == STORE_IN_PLACE ||
         (logger->rescue_us && now_us - logger->rescue_us < SAVE_AGAIN_US))
         return MR_OK;
@@ -662,19 +670,21 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
         logger->rescue_us = 0;
     else
         logger->again_us = now_us +
-                           SAVE_AGAIN_US; /* nothing goes into that file: what comes waits */
+                           /* write nothing into that file; received data waits in the queues */
+                           SAVE_AGAIN_US;
     return MR_OK;
 }
 
 /* ---- the end ----
  *
- * No more is read, what is in the queues is written, the session is closed. A campaign that still
- * takes nothing is waited for a while; then what the queues keep goes into a new one beside it. */
+ * Reading stops, the data in the queues is written, and the session is closed. If the campaign
+ * still refuses data after a while, the data in the queues goes into a new campaign beside it. */
 
-/* for a campaign that takes nothing, at the end of the links or of --for; */
+/* wait for a campaign that refuses data, after the end of the links or of --for, */
 #define WAIT_US       60000000u
-#define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
-/* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
+#define WAIT_ASKED_US 5000000u /* and after a signal */
+/* no user sends two signals this fast, but `timeout` and `kill` of a group deliver one signal
+ * twice */
 #define HURRY_US      500000u
 #define LOOK_MS       20
 
@@ -692,7 +702,7 @@ bool logger_signalled(struct logger *logger, int signals)
     return true;
 }
 
-/* All that is in the queues. MR_TOO_FEW: nothing is left. */
+/* Write the next data from the queues. MR_TOO_FEW: the queues are empty. */
 static enum mr_status take_turn(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false}, any = false;
@@ -727,8 +737,8 @@ static bool waited_enough(struct logger *logger, uint64_t began_us)
     return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
 }
 
-/* The campaign takes nothing: what the queues keep comes again, for another one. Not MR_OK: there
- * was nothing left, or it is lost; the error says which. */
+/* The campaign refuses data: write the data in the queues into a new campaign. Not MR_OK: nothing
+ * was left to write, or the data is lost; the error says which. */
 static enum mr_status switch_campaign(struct logger *logger, bool *beside, const char *reason,
                                       struct error *error)
 {
@@ -753,8 +763,8 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     return MR_OK;
 }
 
-/* All is written: is the campaign still in its place? MR_TOO_FEW: it was not, and what is kept
- * comes again, for another one. */
+/* After everything is written, check that the campaign is still in its place. MR_TOO_FEW: it was
+ * not, and the kept data is to be written into another one. */
 static enum mr_status settle(struct logger *logger, struct error *error)
 {
     (void)watch_place_now(&logger->watch);
@@ -792,11 +802,11 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
                 status = settle(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
-                continue; /* all that is kept goes into the new one */
+                continue; /* write all kept data into the new campaign */
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);
-            /* for a reason that does not pass */
+            /* give up at once if waiting does not help */
             gives_up = went_wrong || logger_wait_for_store(logger, &why) != MR_OK;
         } else {
             struct pollfd asked = {.fd = signals, .events = POLLIN};

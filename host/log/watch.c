@@ -9,13 +9,14 @@
 #include "host/base/monotonic_clock.h"
 
 #define LOOK_MS            200
-#define TELL_US            700000u  /* what lasts so long is told, */
-#define TELL_AGAIN_US      5000000u /* and so often */
+#define TELL_US            700000u  /* a problem is reported when it has lasted this long, */
+#define TELL_AGAIN_US      5000000u /* and again at this interval */
 #define SLOW_CALL_US       250000u
-#define PLACE_US           500000u /* between two looks for the file */
-#define BEHIND_PERMILLE    50u     /* a queue with so much in it, and nothing in the way: 3 s */
+#define PLACE_US           500000u /* between two checks of the file's place */
+/* with this much in a queue and no refusal, the log is behind: 3 s of data */
+#define BEHIND_PERMILLE    50u
 #define CAUGHT_UP_PERMILLE 5u
-/* a call of the store that is not waited for any longer once the end was asked for */
+/* after a request to end, a call of the store is given up after this time */
 #define HANG_US            10000000u
 
 static unsigned permille(const struct watch *watch)
@@ -68,7 +69,7 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
     pthread_mutex_unlock(&watch->lock);
 }
 
-/* What goes on now, and since when. */
+/* The present cause of a delay, and its begin. */
 static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
@@ -110,12 +111,12 @@ static const char *cause_name(enum watch_cause cause)
     return cause < WATCH_CAUSES ? names[cause] : "none";
 }
 
-/* Not while the lock is held: standard error may be a pipe that nobody reads. */
+/* Print a line. Call without the lock: standard error may be a pipe that nobody reads. */
 static void note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
         return;
-    /* over the progress */
+    /* overwrite the progress line */
     fprintf(stderr, "%smatrig: %s\n", cli_terminal() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
@@ -168,7 +169,8 @@ static void check_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
-    sigpending(&pending); /* of the process: the writing thread, which takes them, is in a call */
+    /* of the process: the writing thread, which handles signals, is inside a call */
+    sigpending(&pending);
     cli_end_signals(&ends);
     sigandset(&both, &pending, &ends);
     if (watch->end_us == 0 && watch->call_us && !sigisemptyset(&both))
@@ -186,10 +188,10 @@ static void check_call(struct watch *watch, uint64_t at_us)
             cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
             what);
     fflush(stderr);
-    _exit(3); /* nothing else can be reached: the disk is in the way */
+    _exit(3); /* exit directly: closing the campaign would wait for the same disk */
 }
 
-/* What is to be told goes to `line`. */
+/* Check once; `line` gets the message to print. */
 static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
@@ -209,7 +211,7 @@ static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t s
     check_call(watch, at_us);
 }
 
-/* Asks the disk, which may take its time: not while the lock is held. */
+/* Check the file's place. Call without the lock: the disk can be slow. */
 static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
@@ -343,7 +345,7 @@ void watch_written(struct watch *watch)
 {
     char line[400] = "";
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
-    enum watch_cause cause = WATCH_NONE; /* of what was in the way until now */
+    enum watch_cause cause = WATCH_NONE; /* of the delay that has just ended */
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
     watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
@@ -354,7 +356,7 @@ void watch_written(struct watch *watch)
         cause = WATCH_SLOW_DISK;
         held_us = watch->call_took_us;
     }
-    if (cause != WATCH_NONE) { /* what was held up is written now: news only if it grows */
+    if (cause != WATCH_NONE) { /* the delay is over: report it again only if the queue grows */
         watch->held_us[cause] += held_us;
         watch->low_permille = full;
     }
