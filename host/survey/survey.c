@@ -35,13 +35,14 @@ static void add_station(struct survey_plan *plan, enum survey_edges edges, unsig
         add(plan, SURVEY_ACROSS, line, station);
 }
 
-/* Station where it begins; of a 45 degree line it has no meaning. */
+/* Station of an item's beginning; a diagonal has no station. */
 static double survey_item_ft(const struct survey_item *item)
 {
     return (item->kind == SURVEY_GAP ? SURVEY_SPAN_FT : SURVEY_STATION_FT) * item->place;
 }
 
-/* Downfield: each station before the span that begins behind it. */
+/* Add the items of a line in the downfield direction. Each station comes before the first span that
+ * begins at or behind it. */
 static void walk_down(struct survey_plan *plan, enum survey_edges edges, unsigned line)
 {
     unsigned station = 0;
@@ -61,7 +62,8 @@ void survey_plan_make(struct survey_plan *plan, enum survey_edges edges)
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
         size_t first = plan->count;
         walk_down(plan, edges, line);
-        for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) { /* back up */
+        /* even lines: walk back uprange */
+        for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) {
             struct survey_item item = plan->item[i];
             plan->item[i] = plan->item[--j];
             plan->item[j] = item;
@@ -141,7 +143,7 @@ static bool is_span(const struct survey_item *item)
     return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL;
 }
 
-/* What a first reading should be about (NaN: anything), and the change that is asked about. */
+/* Expected value of a first reading. NaN: no expectation. */
 static double survey_item_nominal_in(const struct survey_item *item)
 {
     return is_span(item) ? SURVEY_SPACING_IN : (double)NAN;
@@ -154,8 +156,9 @@ double survey_item_limit_in(const struct survey_item *item)
 
 /* ---- desk ---- */
 
-#define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
-#define READING_IN 2000.0 /* nobody has a longer caliper or runway */
+/* three reading errors: a repeated reading within this confirms the doubtful one */
+#define AGAIN_IN   0.015
+#define READING_IN 2000.0 /* larger than any caliper or runway */
 
 static const char *skip_space(const char *text)
 {
@@ -171,7 +174,8 @@ static bool is_end(const char *text)
 
 static bool parse_number(const char *text, bool si, double *value_in, struct quantity_wrong *wrong)
 {
-    size_t digits = strspn(text, "+-.,0123456789"); /* no caliper writes powers of ten */
+    /* only digits: a caliper does not write powers of ten */
+    size_t digits = strspn(text, "+-.,0123456789");
     if (digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
     return quantity_parse(text, "in", si ? "mm" : "in", value_in, wrong) &&
@@ -222,8 +226,8 @@ static void discard(struct survey_desk *desk, size_t item)
     desk->lasts = kept;
 }
 
-/* A reading that was kept before (resuming); NaN takes it away again, `skipped` leaves it out.
- * Afterwards survey_desk_next. */
+/* Restore a stored reading (when a survey resumes). NaN deletes it; `skipped` marks it as skipped.
+ * Call survey_desk_next afterwards. */
 static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
                                 bool skipped)
 {
@@ -260,7 +264,7 @@ static enum survey_outcome take_number(struct survey_desk *desk, double value_in
     if (at == desk->plan.count)
         return SURVEY_REFUSED;
     double expected_in = survey_desk_expected_in(desk, at);
-    /* false: nothing to expect */
+    /* NaN compares as false: nothing is expected */
     bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
     bool again = desk->doubted && fabs(value_in - desk->doubted_in) <= AGAIN_IN;
     *item = at;
@@ -276,7 +280,7 @@ static enum survey_outcome take_number(struct survey_desk *desk, double value_in
 
 static enum survey_outcome undo(struct survey_desk *desk, size_t *item)
 {
-    if (desk->doubted) { /* the doubtful one is not kept: forget it */
+    if (desk->doubted) { /* the doubtful reading is not stored yet, so just forget it */
         desk->doubted = false;
         return SURVEY_MOVED;
     }
@@ -349,7 +353,7 @@ void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si)
     }
 }
 
-/* The cells of a line, in place; quoted ones lose their quotes. */
+/* Split a line into cells, in place; quoted cells lose their quotes. */
 static size_t split(char *line, char *cell[COLUMNS_MAX])
 {
     size_t count = 0;
@@ -443,7 +447,7 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
                          "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
                          text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
-    if (distance && fabs(log(fabs(value) / SURVEY_SPACING_IN)) > 2.0) /* 25.4 is 3.2 */
+    if (distance && fabs(log(fabs(value) / SURVEY_SPACING_IN)) > 2.0) /* a value in mm gives 3.2 */
         return error_set(error, MR_MALFORMED,
                          "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
                          "if the unit is different, name the column reading_%s",
@@ -511,13 +515,13 @@ static double *survey_reading_at(struct survey_readings *r, const struct survey_
     }
 }
 
-/* The normal equations of a line are tridiagonal: a span ties neighbours, a station the two points
- * around it. */
+/* The normal equations of a line are tridiagonal: a span connects two neighbouring points, a
+ * station the two points around it. */
 struct normal {
     double diagonal[SURVEY_POINTS], beside[SURVEY_POINTS - 1], right[SURVEY_POINTS];
 };
 
-/* Adds the observation a u(k) + b u(k+1) = value. */
+/* Add the observation a u(k) + b u(k+1) = value. */
 static void observe(struct normal *n, unsigned k, double a, double b, double value, double error)
 {
     double w = 1.0 / (error * error);
@@ -530,8 +534,8 @@ static void observe(struct normal *n, unsigned k, double a, double b, double val
     }
 }
 
-/* Solution by elimination from both ends; where they meet at k, what is left of the diagonal is the
- * reciprocal variance there. */
+/* Solve by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
+ * reciprocal variance of point k. */
 static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POINTS])
 {
     double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS],
@@ -558,13 +562,13 @@ static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POIN
     }
 }
 
-/* `anchor`: u of the first point when the line has no stations. False: nothing was read of it. */
+/* `anchor`: u of the first point if the line has no stations. False: the line has no readings. */
 static bool move_line(const struct survey_change *c, unsigned line,
                       const struct survey_estimate *anchor,
                       struct survey_estimate moved[SURVEY_POINTS])
 {
     struct normal n = {{0}, {0}, {0}};
-    /* evenly spread over what the joints can do */
+    /* standard deviation of a uniform change within the range of the joints */
     const double unknown_in = SURVEY_SPAN_CHANGE_IN / sqrt(3.0);
     unsigned gaps = 0, stations = 0;
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
@@ -598,7 +602,8 @@ static struct survey_estimate bow_of(const struct survey_change *c, unsigned poi
                       (survey_line_in(SURVEY_LINES) - survey_line_in(1));
         const struct survey_estimate here = c->moved[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
-        if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in)) /* false for the first */
+        /* NaN compares as false, so the first value is taken */
+        if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in))
             continue;
         bow.value_in = away_in;
         bow.error_in = sqrt(here.error_in * here.error_in + pow((1.0 - part) * left.error_in, 2) +
@@ -654,7 +659,7 @@ void survey_slack(const struct survey_readings *now, double closed_in, struct su
             squares += value_in * value_in;
         }
         double mean = lines ? sum / lines : (double)NAN;
-        /* of the readings, and of the lines' being different */
+        /* from the errors of the readings, and from the differences between lines */
         double scatter = lines > 1
                            ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
                            : 0.0;
@@ -668,8 +673,8 @@ void survey_slack(const struct survey_readings *now, double closed_in, struct su
 
 /* ---- campaign ---- */
 
-/* Those of a survey by place in the plan; NaN: not read, undone or skipped. `survey` NULL: only the
- * values are wanted. */
+/* Readings of a survey by their place in the plan; NaN: not read, undone or skipped. `survey` NULL:
+ * only the values are needed. */
 static enum mr_status take_readings(struct store *store, int64_t id, const struct survey_plan *plan,
                                     double value_in[SURVEY_ITEMS_MAX], struct survey *survey,
                                     struct error *error)
@@ -683,7 +688,7 @@ static enum mr_status take_readings(struct store *store, int64_t id, const struc
         struct survey_item item = {SURVEY_KINDS, (unsigned)rows[i].line, (unsigned)rows[i].place};
         int at = survey_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item) : -1;
         if (at < 0)
-            continue; /* a place that this plan lacks */
+            continue; /* not in this plan */
         value_in[at] = rows[i].value_in;
         if (!survey)
             continue;
@@ -695,7 +700,7 @@ static enum mr_status take_readings(struct store *store, int64_t id, const struc
     return status;
 }
 
-/* Row `i`, and of each place what was read there last before. */
+/* Load survey `i`, and the previous reading of each place. */
 static enum mr_status fill(struct store *store, const struct store_gage_survey *rows, size_t i,
                            struct survey *survey, struct error *error)
 {
@@ -720,12 +725,12 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     }
     if (status == MR_OK)
         status = take_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
-    size_t lasts = survey->desk.lasts; /* it goes on behind the last one read */
+    size_t lasts = survey->desk.lasts; /* continue behind the last reading */
     survey_desk_next(&survey->desk, lasts ? survey->desk.last[lasts - 1] : 0);
     return status;
 }
 
-/* There is none of that number among those that count; 0: none at all. */
+/* Refuse: no valid survey has this number. id 0: there is no survey at all. */
 static enum mr_status refuse_missing(struct store *store, int64_t id,
                                      const struct store_gage_survey *rows, size_t count,
                                      struct error *error)
@@ -831,7 +836,7 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
 enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
                                    struct survey_found *found, bool *there, struct error *error)
 {
-    static struct survey survey; /* tens of kilobytes */
+    static struct survey survey; /* static: tens of kilobytes */
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);
@@ -847,7 +852,7 @@ enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t
     return status;
 }
 
-/* ---- words ---- */
+/* ---- text output ---- */
 
 #define Z_95 1.96
 
