@@ -23,10 +23,10 @@
 enum role { TEST, LOAD, FORCE, MOVED, ROLES };
 
 static const struct {
-    const char *name, *word, *other; /* words that a column's name has */
+    const char *name, *word, *other; /* words that identify the column */
     enum unit_kind kind;
     const char *units;
-    double most; /* in, lb */
+    double most; /* largest plausible value, in or lb */
 } roles[ROLES] = {
     [TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
     [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MOST_LB},
@@ -38,11 +38,11 @@ static const struct {
 struct table {
     const char *path;
     unsigned line;
-    int cell_of[ROLES]; /* -1: there is no such column */
+    int cell_of[ROLES]; /* -1: no such column */
     const struct unit_word *unit[ROLES];
     size_t cells;
     char test[PUSH_NAME];
-    double load_lb; /* NaN: none yet */
+    double load_lb; /* NaN: not known yet */
     struct push_readings *readings;
     struct error *error;
 };
@@ -58,7 +58,7 @@ static bool has_word(const char *text, const char *word)
     return false;
 }
 
-/* Cells without blanks around them, in place. */
+/* Split a line into cells without surrounding blanks, in place. */
 static size_t split(char *line, char *cell[CELLS_MAX])
 {
     size_t count = 0;
@@ -148,7 +148,7 @@ static enum mr_status take_value(struct table *t, enum role role, const char *te
                      CELL_SHOWN, text, roles[role].units);
 }
 
-/* The series that the row belongs to: the last one, or a new one. */
+/* Series of a row: the last series or a new one. */
 static enum mr_status series_of(struct table *t, struct push_series **series)
 {
     struct push_readings *all = t->readings;
@@ -267,21 +267,21 @@ void push_readings_free(struct push_readings *readings)
 
 /* ---- path ---- */
 
-/* The way of a test through its forces: where it turns, and what each reading's displacement is
- * made of: u_i = u0 + sum over m of (a grows[i][m] + b falls[i][m]) F_m. */
+/* The sequence of forces in a test: where it turns, and the composition of each displacement: u_i =
+ * u0 + sum over m of (a grows[i][m] + b falls[i][m]) F_m. */
 struct push_path {
     size_t count;
-    size_t top;     /* at which the force first turns back, or the last one */
-    size_t plateau; /* the last one from there on whose force is that one as far as can be told */
-    size_t falling; /* readings at which |F| has fallen */
+    size_t top;     /* reading before the force first turns back; else the last reading */
+    size_t plateau; /* last reading from `top` on with the same force, within the gage's error */
+    size_t falling; /* number of readings after a fall of |F| */
     double grows[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double falls[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
-/* Two readings of one force differ by more only once in 40,000. */
+/* Two readings of the same force differ by more than this once in 40,000. */
 #define TURNS 4.2 /* 3 sqrt 2, times the gage's standard error */
 
-/* The direction in which the force went to each reading: 1 or -1. */
+/* Direction of the force on its way to each reading: 1 or -1. */
 static void find_directions(struct push_path *path, const struct push_series *series,
                             double turn_lb, int *direction)
 {
@@ -314,7 +314,7 @@ static void find_directions(struct push_path *path, const struct push_series *se
     }
 }
 
-/* From force F_p (p < 0: none) to F_i. */
+/* Add the step from the previous force to F_i. */
 static void add_step(struct push_path *path, const struct push_series *series, double turn_lb,
                      int direction, size_t i)
 {
@@ -331,8 +331,8 @@ static void add_step(struct push_path *path, const struct push_series *series, d
     path->falling += !grows || through_0;
 }
 
-/* A force turns where it comes back by more than its gage's error explains; steps within that go on
- * as before. False: no force of the series stands out of the gage's error. */
+/* A force turns where it returns by more than the error of its gage. Smaller steps back do not
+ * change the direction. False: no force of the series exceeds the gage's error. */
 static bool push_path_make(struct push_path *path, const struct push_series *series,
                            double force_error_lb)
 {
@@ -353,29 +353,31 @@ static bool push_path_make(struct push_path *path, const struct push_series *ser
 
 #define Z_95         1.96
 #define STEPS_MAX    40
-#define SETTLED      1e-7  /* of chi-square */
-#define FREE         100.0 /* offset of what may be anywhere, in ranges of the readings */
+#define SETTLED      1e-7  /* change of chi-square */
+#define FREE         100.0 /* prior error of a free offset, in ranges of the readings */
 #define GRID_K       41
-#define NARROW       1.3 /* an interval of K that falls between the points of the grid */
+#define NARROW       1.3 /* a narrower interval of K fits between the points of the grid */
 #define GRID_RHO     11
-#define SLIDES_MOST  20u  /* readings before the top that are tried */
-#define SLIDE_SPREAD 25.0 /* chi-square of the forces of what slid, at most */
+#define SLIDES_MOST  20u  /* most readings before the top that are tried */
+#define SLIDE_SPREAD 25.0 /* largest chi-square per reading of the forces during a slide */
 
-/* A way to slide; chi-square has to fall below the bar. */
+/* A range of readings that slid. A candidate counts if its chi-square is below `bar`. */
 struct slide {
     size_t from, to;
     double a, b, chi_square, bar;
 };
 
-/* A test made ready: chi2 of any (a, b) at the price of one decomposition. */
+/* A prepared test: chi2 of any (a, b) needs one decomposition only. */
 struct work {
     const struct push_series *series;
     struct push_gages gages;
     struct push_path path;
-    size_t slid_from, slid_to; /* from beyond to: nothing slid */
+    size_t slid_from, slid_to; /* from > to: nothing slid */
     double free2, slide_gain;
-    double grows_lb[PUSH_READINGS_MAX], falls_lb[PUSH_READINGS_MAX]; /* times the forces read */
-    double gg[PUSH_READINGS_MAX][PUSH_READINGS_MAX];                 /* grows grows', and so on */
+    /* multiplied by the measured forces */
+    double grows_lb[PUSH_READINGS_MAX], falls_lb[PUSH_READINGS_MAX];
+    /* grows grows', grows falls' and falls falls' */
+    double gg[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double gf[PUSH_READINGS_MAX][PUSH_READINGS_MAX], ff[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double v[PUSH_READINGS_MAX][PUSH_READINGS_MAX], r[PUSH_READINGS_MAX];
 };
@@ -410,7 +412,7 @@ static void prepare(struct work *w)
     w->free2 = free_in * free_in;
 }
 
-/* V = L L' in place, lower half. Positive definite by its diagonal. */
+/* V = L L' in place, lower half. The diagonal makes V positive definite. */
 static void decompose(struct work *w, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
@@ -428,7 +430,8 @@ static bool slid(const struct work *w)
     return w->slid_from <= w->slid_to;
 }
 
-/* Both readings share an offset: all have u0, what slid one each, what comes after it the last. */
+/* Whether two readings share an additional offset besides u0. Each reading that slid has one of its
+ * own; all readings after it share the last one. */
 static bool share_offset(const struct work *w, size_t i, size_t k)
 {
     return slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
@@ -460,7 +463,7 @@ static double chi_square(struct work *w, double a, double b)
     return sum;
 }
 
-/* The forces of what slid are one limit. */
+/* chi2 of the forces during a slide, which must all equal one limit. */
 static double slide_force(const struct work *w, double *limit_lb)
 {
     double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
@@ -472,15 +475,14 @@ static double slide_force(const struct work *w, double *limit_lb)
     return squares;
 }
 
-/* chi2 along one parameter with the other one held: which = 0: a is held, b free; 1: rho is held,
- * a free. */
+/* chi2 with one parameter fixed. which 0: a is fixed, b free; 1: rho is fixed, a free. */
 static double held(struct work *w, int which, double fixed, double free)
 {
     return which == 0 ? chi_square(w, fixed, free) : chi_square(w, free, fixed * free);
 }
 
-/* The least chi2 over the free parameter, by Newton's method on a curve that is nearly a parabola;
- * *at is where to begin, and where it is. */
+/* Least chi2 over the free parameter, by Newton's method on a curve close to a parabola. *at: the
+ * start, then the minimum. */
 static double least(struct work *w, int which, double fixed, double *at, double scale)
 {
     double best = held(w, which, fixed, *at);
@@ -506,13 +508,14 @@ static double least(struct work *w, int which, double fixed, double *at, double 
     return best;
 }
 
-/* Where both are free. Returns chi2. */
+/* Fit a and b together. Returns chi2. */
 static double fit_both(struct work *w, double *a, double *b, double scale)
 {
     double best = HUGE_VAL;
     for (int step = 0; step < STEPS_MAX; step++) {
         double rho = *a > 0.0 ? *b / *a : 1.0;
-        if (w->path.falling > 0) /* b given a, then a given rho: both ways one soon agrees */
+        /* alternating b given a and a given rho converges fast; one of them alone is slow */
+        if (w->path.falling > 0)
             least(w, 0, *a, b, scale);
         rho = *a != 0.0 ? *b / *a : rho;
         double now = least(w, 1, rho, a, scale);
@@ -524,7 +527,8 @@ static double fit_both(struct work *w, double *a, double *b, double scale)
     return best;
 }
 
-/* How far from `at` chi2, the other one free, has risen by q^2; INFINITY: nowhere within `most`. */
+/* Distance from `at` where chi2, minimised over the other parameter, has risen by q^2; INFINITY:
+ * not within `most`. */
 static double reach(struct work *w, int which, double at, double other, double best, double q,
                     double step, double most, double scale)
 {
@@ -558,7 +562,7 @@ static double reach(struct work *w, int which, double at, double other, double b
     return fabs(far);
 }
 
-/* What slides from `from` to `to`: its chi2 is tried against the best so far. */
+/* Try a slide of readings `from` to `to`, and keep it if its chi2 is the best so far. */
 static void try_slide(struct work *w, bool elastic, size_t from, size_t to, double scale,
                       struct slide *best)
 {
@@ -575,9 +579,9 @@ static void try_slide(struct work *w, bool elastic, size_t from, size_t to, doub
         *best = (struct slide){from, to, a, b, now, now};
 }
 
-/* Which readings slid: none, or those to the end of the first way up, where that says so much more.
- * With `elastic` a and b are fitted, from where they are; else they are 0. Returns chi2 with the
- * forces'. */
+/* Find the readings that slid: none, or a range that ends at the top, if chi2 falls by enough.
+ * `elastic`: a and b are fitted, from their present values; else both are 0. Returns chi2 including
+ * that of the forces. */
 static double find_slide(struct work *w, bool elastic, double *a, double *b, double scale)
 {
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
@@ -597,7 +601,7 @@ static double find_slide(struct work *w, bool elastic, double *a, double *b, dou
     return best.chi_square;
 }
 
-/* The sum over a grid, where the readings say little. */
+/* Log odds as a sum over a grid, for readings with little information. */
 static double grid_log_odds(struct work *w, const struct push_fit *fit, double force,
                             double expected_lb_in, double stretch2)
 {
@@ -616,8 +620,8 @@ static double grid_log_odds(struct work *w, const struct push_fit *fit, double f
     return most + log(sum);
 }
 
-/* The parabola about the best, where they say much: how likely that is, times how much of what was
- * likely before lies under it. */
+/* Log odds from the parabola at the best fit, for readings with much information: the likelihood
+ * there times the share of the prior under the parabola. */
 static double peak_log_odds(const struct push_fit *fit, double stretch2)
 {
     double width = 2.0 * PUSH_DECADES * log(10.0);
@@ -629,7 +633,7 @@ static double peak_log_odds(const struct push_fit *fit, double stretch2)
            log(fmin(1.0, fit->falling > 0 ? sqrt(2.0 * M_PI) * of_rho : 1.0));
 }
 
-/* Marginal likelihood of the elastic law over that of the rigid one. */
+/* Logarithm of the odds of the elastic law against the rigid one (marginal likelihoods). */
 static double log_odds(struct work *w, const struct push_fit *fit, double force,
                        double expected_lb_in, double stretch2)
 {
@@ -665,7 +669,7 @@ static void fit_series(struct work *w, double expected_lb_in, double stretch, st
     double most_lb = 0.0, a, b, none = 0.0;
     for (size_t i = 0; i < n; i++)
         most_lb = fmax(most_lb, fabs(w->series->force_lb[i]));
-    /* what the gage could just see at the largest force */
+    /* smallest compliance that the gage can detect at the largest force */
     double scale = 0.3 * w->gages.moved_in / most_lb;
     a = fmax(scale, fabs(w->series->moved_in[top] - w->series->moved_in[0]) / most_lb);
     b = w->path.falling > 0 ? a : 0.0;

@@ -10,7 +10,7 @@
 /* ---- push answer ---- */
 
 #define IN_PER_FT 12.0
-#define SPRUNG    1.0 /* a ground that springs back more than it went is no ground */
+#define SPRUNG    1.0 /* a ground that springs back by more than its displacement is impossible */
 
 /* "elastic", "rigid", "undecided". */
 static const char *push_law_name(enum push_law law)
@@ -22,7 +22,8 @@ static const char *push_law_name(enum push_law law)
 static void add_law(struct answer *answer, const struct push_ground *ground)
 {
     double ln = ground->log_odds;
-    char times[32] = "over a million"; /* beyond, the gages' errors are not known as normal */
+    /* larger odds depend on rare errors of the gages, which may not be normally distributed */
+    char times[32] = "over a million";
     if (fabs(ln) < log(1e6))
         snprintf(times, sizeof times, "%.3g", exp(fabs(ln)));
     answer_words(answer, "law", NULL, "%s", push_law_name(ground->law));
@@ -51,7 +52,7 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     }
 }
 
-/* `kept`: what a scene has without it; NULL: nothing. */
+/* `kept`: value that a scene uses instead; NULL: none. */
 static void add_unmeasured(struct answer *answer, const char *name, const struct push_told *told,
                            const char *kept)
 {
@@ -174,18 +175,19 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
 
 #define Z_95        1.96
 #define CHI_95_OF_1 3.84
-#define ALIKE       0.02 /* loads, relative */
+#define ALIKE       0.02 /* relative difference of equal loads */
 #define BISECTIONS  60
 #define SPREAD_MOST 10.0
 
-/* y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms` of them. */
+/* Fit y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
 struct pooled {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
     size_t count, terms;
-    double c[2], c_error[2], spread, reach; /* reach: errors to the end of a 95 % interval */
+    /* reach: half width of a 95 % interval, in standard errors */
+    double c[2], c_error[2], spread, reach;
 };
 
-/* Returns the weighted squares that are left. */
+/* Solve with a given spread; returns the weighted sum of squared residuals. */
 static double solve(struct pooled *p, double spread)
 {
     double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
@@ -255,7 +257,8 @@ static size_t loads_of(const struct push_readings *readings)
     return high > low * (1.0 + ALIKE) ? 2 : 1;
 }
 
-/* Natural logarithm of a test's stiffness under one mat, with its standard error. */
+/* Logarithm of the stiffness under one mat from one test, with its standard error. False: only
+ * bounds. */
 static bool stiffness_of(const struct push_fit *fit, const struct push_setting *setting, double *ln,
                          double *error)
 {
@@ -267,7 +270,8 @@ static bool stiffness_of(const struct push_fit *fit, const struct push_setting *
     return true;
 }
 
-/* Only bounds: the stiffest lower one holds for its own place, so the least of them is told. */
+/* If all tests give only bounds: each lower bound is valid at its own place only, so report the
+ * smallest. */
 static void bound_stiffness(const struct push_setting *setting, size_t count,
                             struct push_ground *ground)
 {
@@ -385,8 +389,8 @@ static void find_friction(const struct push_readings *readings, const struct pus
              p.count == 1 ? "" : "s");
 }
 
-/* How much more the readings of all tests scatter than the gages are said to: one pair of gages
- * read them all. */
+/* Find the scatter of the readings of all tests, relative to the stated errors of the gages. All
+ * tests use the same pair of gages. */
 static void find_scatter(size_t count, struct push_ground *ground)
 {
     double squares = 0.0;
