@@ -15,7 +15,7 @@
 
 /* ---- jsonpath ---- */
 
-/* The next part of a path, up to a dot; false at its end, or when the part is empty or too long. */
+/* Next part of a path, up to a dot. False: the path ends, or the part is empty or too long. */
 static bool next_part(const char **path, char part[JSONPATH_MAX])
 {
     size_t length = strcspn(*path, ".");
@@ -87,7 +87,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
             return false;
         if (!put(at, part, inner))
             return false;
-        at = inner; /* now owned by its parent */
+        at = inner; /* the parent owns it now */
     }
     return false;
 }
@@ -111,7 +111,7 @@ static double design_round(double value)
     return strtod(text, NULL);
 }
 
-/* A number as JSON: whole ones as integers. */
+/* Whole numbers as JSON integers, others as reals. */
 static json_t *design_json(double value)
 {
     return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
@@ -200,7 +200,7 @@ static void design_range_free(struct design_range *range)
     range->levels = NULL;
 }
 
-/* How many levels it has: those of the list, or count. */
+/* Number of levels: of the list, or `count`. */
 static size_t design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
@@ -225,7 +225,7 @@ json_t *design_level(const struct design_range *range, size_t i)
     return design_json(design_number(range, (double)i / (double)(range->count - 1)));
 }
 
-/* At the part u of the range, 0 to 1; of a list the level that u falls on. A new reference. */
+/* Value at the part u of the range, 0 to 1; for a list, the level at u. A new reference. */
 static json_t *design_at(const struct design_range *range, double u)
 {
     if (!range->levels)
@@ -235,14 +235,15 @@ static json_t *design_at(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on
- * seed and name alone, so another key more, or another order of the keys, changes nothing. */
+/* Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in random order.
+ * They depend only on seed and name, so another key, or another order of the keys, does not
+ * change them. */
 static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
     for (size_t i = 0; i < n; i++)
         u[i] = (double)i;
-    for (size_t i = n; i > 1; i--) { /* Fisher and Yates */
+    for (size_t i = n; i > 1; i--) { /* Fisher-Yates shuffle */
         size_t k = (size_t)(mr_splitmix64_uniform(&state) * (double)i);
         double swapped = u[i - 1];
         u[i - 1] = u[k];
@@ -266,8 +267,8 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 
 /* ---- base and keys ---- */
 
-/* The scene and the elastic ground that a study names are put in too, and the parts that it may
- * leave out, so that keys inside them can be varied. */
+/* Insert the scene and the elastic ground that a study names, and its optional parts, so that keys
+ * inside them can be varied. */
 static enum mr_status complete_study(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
@@ -288,11 +289,11 @@ static enum mr_status complete_study(struct sweep *sweep, const char *file, stru
     return MR_OK;
 }
 
-/* A base that is the name of a file is put in: the sweep is then whole. */
+/* If the base is a file name, insert the file, so that the sweep is complete. */
 static enum mr_status read_base(struct sweep *sweep, const char *path, struct error *error)
 {
     json_t *base = json_object_get(sweep->root, "base");
-    char file[PATH_MAX]; /* that names the scene of a study */
+    char file[PATH_MAX]; /* path of the file with the scene of a study */
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
@@ -311,8 +312,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
     return sweep->study ? complete_study(sweep, file, error) : MR_OK;
 }
 
-/* A key of a scene that does not exist would fail in every case: refuse the sweep. Those of a
- * study are paths; its first case shows whether they are known. */
+/* Refuse a sweep with an unknown key of a scene, because every case would fail. Keys of a study are
+ * paths; its first case shows whether they are valid. */
 static enum mr_status check_key(const struct sweep *sweep, const char *where, const char *key,
                                 struct error *error)
 {
@@ -367,7 +368,7 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
     return MR_OK;
 }
 
-/* Of a scene's key, or as the name's end says: "aircraft.weight_lb". */
+/* Unit of a scene's key, or from the ending of the name: "aircraft.weight_lb". */
 static const char *unit_of_axis(const struct sweep *sweep, const char *name)
 {
     const struct sim_key *key = !sweep->study ? sim_key_find(name) : NULL;
@@ -375,7 +376,8 @@ static const char *unit_of_axis(const struct sweep *sweep, const char *name)
     return quantity_kind_of(unit) ? unit : "";
 }
 
-/* A list of values, or an object with "values" (for a list with "set") or a range. */
+/* Read an axis: a list of values, or an object with "values" (required for a list with "set") or a
+ * range. */
 static enum mr_status read_axis(struct sweep *sweep, struct sweep_axis *axis, const char *path,
                                 const char *part, const char *name, const json_t *value,
                                 struct error *error)
@@ -446,7 +448,7 @@ static size_t count_keys(const json_t *keys)
     return count;
 }
 
-/* Sampled keys, of the part `lhs` or `sobol`. */
+/* Read sampled keys, from the part `lhs` or `sobol`. */
 static enum mr_status read_sampled(struct sweep *sweep, const char *path, const char *part,
                                    struct error *error)
 {
@@ -582,10 +584,9 @@ static enum mr_status check_names(const struct sweep *sweep, const char *path, s
     return MR_OK;
 }
 
-/* ---- what a case gives the simulation ---- */
+/* ---- input of a case ---- */
 
-/* The value of an axis in a case: the Cartesian part counts fastest in its last key, samples
- * fastest of all. */
+/* Value of an axis in a case. Samples vary fastest, then the last key of the Cartesian part. */
 static json_t *axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];
@@ -665,7 +666,7 @@ const json_t *sweep_outputs(const struct sweep *sweep)
     return json_object_get(sweep->root, "outputs");
 }
 
-/* ---- the whole ---- */
+/* ---- loading a sweep ---- */
 
 static uint64_t hash_of(const json_t *root)
 {

@@ -39,7 +39,7 @@ static json_t *simulate_scene(const json_t *input)
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
-    /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+    /* over all mats and times; `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
@@ -49,7 +49,8 @@ static json_t *simulate_scene(const json_t *input)
     return object;
 }
 
-/* One runway after the other: a case stays on one core. Its seeds are the series'. */
+/* Play a series on one core: the cases of a sweep already run in parallel. The seeds are those of
+ * the series. */
 static json_t *play_series(const struct landing_series *series, struct series_run *runs)
 {
     struct series_summary summary;
@@ -91,7 +92,7 @@ sweep_simulate *sweep_simulation(const struct sweep *sweep)
     return sweep->study ? simulate_study : simulate_scene;
 }
 
-/* ---- what is kept of it ---- */
+/* ---- stored part of a result ---- */
 
 static bool is_ok(const json_t *result)
 {
@@ -111,8 +112,7 @@ static json_t *no_field(const struct sweep *sweep, const char *what, const char 
                                   sweep->study ? "study FILE" : "sim SCENE"));
 }
 
-/* status, reason, result of a finished simulation; a field that is missing fails the case: nothing
- * is made up. */
+/* status, reason and result of a finished simulation. If a field is missing, the case fails. */
 static json_t *kept(const struct sweep *sweep, const json_t *result)
 {
     const json_t *outputs = sweep_outputs(sweep);
@@ -142,9 +142,9 @@ struct search {
     const json_t *input;
     sweep_simulate *simulate;
     int runs;
-    json_t *failed; /* outcome of the run that ended the search */
-    json_t *first;  /* result of the lowest value that is beyond so far */
-    /* the field there, and at the highest value that is not beyond */
+    json_t *failed; /* outcome of the failed run that ended the search */
+    json_t *first;  /* result of the lowest value so far that is beyond the level */
+    /* the field at that value, and at the highest value that is not beyond */
     json_t *first_field, *last_field;
 };
 
@@ -164,8 +164,8 @@ static void keep(json_t **where, json_t *value)
     json_decref(before);
 }
 
-/* Whether the field is beyond its level at a value of the key. False also when the run failed:
- * s->failed is set then. */
+/* Whether the field is beyond its level at a value of the key. Also false if the run failed;
+ * s->failed is then set. */
 static bool beyond(struct search *s, double value)
 {
     const struct sweep_find *find = &s->sweep->find;
@@ -199,14 +199,14 @@ static bool beyond(struct search *s, double value)
     return is;
 }
 
-/* Half way, on the range's scale. */
+/* Middle between two values, on the scale of the range. */
 static double between(const struct design_range *range, double low, double high)
 {
     return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
-/* Upwards through the range until the field is beyond, then halving. False: it is beyond nowhere,
- * or a run failed. */
+/* Step upwards through the range until the field is beyond its level, then bisect. False: it is
+ * never beyond, or a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
     const struct sweep_find *find = &s->sweep->find;
@@ -364,7 +364,7 @@ void sweep_table_free(struct sweep_table *table)
     *table = (struct sweep_table){0};
 }
 
-/* ---- indices of sensitivity ---- */
+/* ---- sensitivity indices ---- */
 
 /* xorshift64 (Marsaglia 2003): the same draws in every run. */
 static size_t draw(uint64_t *state, size_t count)
@@ -375,12 +375,12 @@ static size_t draw(uint64_t *state, size_t count)
     return (size_t)((double)(*state >> 11) * 0x1p-53 * (double)count);
 }
 
-/* First order and total. */
+/* First-order and total index. */
 struct pair {
     double first, total;
 };
 
-/* Of the points `row`; NaN where nothing varies. */
+/* Indices from the points `row`; NaN if nothing varies. */
 static struct pair pair_of(const double *values, size_t points, size_t key, const size_t *row,
                            size_t count)
 {
@@ -431,7 +431,7 @@ static void estimate(const double *values, size_t points, size_t key, const size
     bound(&result->total, drawn + DRAWS, good);
 }
 
-/* Points of which every value is there. */
+/* List the points with all values; returns how many. */
 static size_t complete(const double *values, size_t points, size_t keys, size_t *row)
 {
     size_t count = 0;
@@ -459,7 +459,7 @@ bool sweep_indices(const double *values, size_t points, size_t keys,
     return good;
 }
 
-/* The upper end of the bracket; JSON null, or NULL: none. */
+/* Threshold: the upper end of the bracket; JSON null or NULL: none. */
 static const json_t *threshold_of(const json_t *line)
 {
     return json_object_get(json_object_get(line, "find"), "high");
@@ -484,7 +484,7 @@ static void answer_index(struct answer *answer, const char *name, const char *la
     answer_json_value(answer, name, json_pack("[f,f,f]", index->value, index->low, index->high));
 }
 
-/* The values of the keys that are stepped through, at one of their combinations. */
+/* Values of the stepped keys at one of their combinations. */
 static json_t *place_of(const struct sweep *sweep, size_t place)
 {
     json_t *values = sweep_values(sweep, place * sweep->samples);
@@ -495,7 +495,7 @@ static json_t *place_of(const struct sweep *sweep, size_t place)
     return values;
 }
 
-/* One field at one combination of the keys that are stepped through: a row for each sampled key. */
+/* Indices of one field at one combination of the stepped keys: one row per sampled key. */
 static void add_indices(struct answer *answer, const struct sweep_table *table, const char *field,
                         size_t place)
 {
@@ -581,7 +581,7 @@ static void answer_failures(struct answer *answer, const struct sweep_table *tab
     answer_close(answer);
 }
 
-/* Text of a value for a cell; the caller frees. */
+/* Text of a value for a cell; the caller frees the text. */
 static char *cell_text(const json_t *value)
 {
     if (json_is_string(value))
@@ -591,7 +591,7 @@ static char *cell_text(const json_t *value)
              : json_dumps(value, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
 }
 
-/* Calls `cell` for each column of a case: its heading and value. */
+/* Call `cell` for each column of a case, with heading and value. */
 typedef void sweep_cell(void *ctx, const char *head, const json_t *value);
 
 static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell *cell, void *ctx)
