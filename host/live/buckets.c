@@ -6,10 +6,11 @@
 #include "common/catalogue.h"
 
 #define MISSING             ((float)NAN)
-#define RESTART_BLOCKS      1000 /* a block so much older than the newest: the board began again */
-#define RECORD_FRESH_BLOCKS 200  /* while records are this new, CAN adds nothing to them */
-#define SILENT_BLOCKS       500  /* a link so far behind the other brings nothing more */
-#define TELLING_BLOCKS      10   /* a message is sent some blocks after the readings it is about */
+/* a block this much older than the newest one: the board has restarted */
+#define RESTART_BLOCKS      1000
+#define RECORD_FRESH_BLOCKS 200 /* while records are this new, values from CAN are ignored */
+#define SILENT_BLOCKS       500 /* a link this far behind the other has stopped */
+#define TELLING_BLOCKS      10  /* a message can be sent this many blocks after its readings */
 
 static void begin(struct live_buckets *b)
 {
@@ -40,7 +41,7 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
     bucket->bucket = -1;
 }
 
-/* Closes the open buckets up to `last`, in order. */
+/* Close the open buckets up to `last`, in order. */
 static void close_to(struct live_buckets *b, int64_t last)
 {
     for (;;) {
@@ -70,7 +71,7 @@ bool live_buckets_receive(struct live_buckets *b, enum link_kind link, int64_t b
     return again;
 }
 
-/* The bucket of a block; NULL: it is closed already. */
+/* Bucket of a block; NULL: already closed. */
 static struct live_bucket *bucket_of(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
@@ -80,7 +81,8 @@ static struct live_bucket *bucket_of(struct live_buckets *b, int64_t block)
         return NULL;
     }
     close_to(b, number - LIVE_OPEN_BUCKETS);
-    if (bucket->bucket != number) { /* what was there is LIVE_OPEN_BUCKETS older, so closed */
+    /* the old content is LIVE_OPEN_BUCKETS older, so it is closed */
+    if (bucket->bucket != number) {
         bucket->bucket = number;
         for (unsigned i = 0; i < LIVE_CHANNELS; i++)
             bucket->least[i] = bucket->most[i] = MISSING;
@@ -97,7 +99,7 @@ static void take_reading(struct live_buckets *b, struct live_bucket *bucket, uns
         reading->value = value;
         reading->validity = (uint8_t)validity;
     }
-    reading->least = fminf(reading->least, value); /* NaN is no number to fminf */
+    reading->least = fminf(reading->least, value); /* fminf and fmaxf ignore NaN */
     reading->most = fmaxf(reading->most, value);
     bucket->least[index] = fminf(bucket->least[index], value);
     bucket->most[index] = fmaxf(bucket->most[index], value);

@@ -25,16 +25,17 @@
 #include "host/base/units.h"
 #include "host/live/buckets.h"
 
-/* a minute: 50 of messages, 20 of readings and 5 of state a second */
+/* one minute: 50 events of messages, 20 of readings and 5 of state per second */
 #define EVENTS           4500u
-#define EVENT_BYTES      0x400000u /* of all together */
-#define MESSAGES_MS      20        /* between two, however much happens; a warning does not wait */
+#define EVENT_BYTES      0x400000u /* of all events together */
+/* least time between two events of messages, but a warning is sent at once */
+#define MESSAGES_MS      20
 #define READINGS_MS      50
 #define STATE_MS         200
 #define BUCKETS_AN_EVENT 64
 #define FIRST_TAG        0x7601u
 #define SLOTS            1024u
-#define RECORDS_FRESH    500 /* blocks */
+#define RECORDS_FRESH    500 /* blocks; while records are this new, the readings are from serial */
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
 
@@ -44,7 +45,7 @@ struct event {
     size_t length;
 };
 
-/* The newest of a message: of its kind, link, and what it is of (channel, switch, ...). */
+/* Newest message of a kind, link and subject (channel, switch, ...). */
 struct slot {
     uint32_t key;
     char *text;
@@ -55,40 +56,41 @@ struct live_hub {
     pthread_cond_t news;
     const struct live_source *source;
     struct live_buckets buckets;
-    uint32_t run; /* of this hub: readings of another one are of another time */
+    uint32_t run; /* random; readings with another number are from another time */
 
-    struct slot slot[SLOTS]; /* in the order in which they came */
+    struct slot slot[SLOTS]; /* in order of arrival */
     unsigned slots;
-    bool other_layout; /* of the board: its other messages mean something else */
+    bool other_layout; /* the board has another layout: ignore its other messages */
     bool warned, armed;
     struct configwords config[LINK_KINDS];
-    bool uncalibrated; /* by the configuration, where it was received */
+    bool uncalibrated; /* according to the configuration, if received */
     int64_t heard_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
     struct event event[EVENTS];
-    uint64_t first, next; /* events held: first to next - 1, event[i % EVENTS] */
+    uint64_t first, next; /* the ring holds events first to next - 1, at event[i % EVENTS] */
     size_t bytes;
-    FILE *waiting; /* messages that are not an event yet; NULL: none */
+    FILE *waiting; /* JSON of messages for the next event; NULL: none */
     char *waiting_text;
     size_t waiting_length;
-    uint64_t restarts;                          /* of the buckets, told */
-    int64_t messages_ms, readings_ms, state_ms; /* when they were told last */
+    uint64_t restarts;                          /* restarts of the buckets that viewers know */
+    int64_t messages_ms, readings_ms, state_ms; /* times of the last events */
     bool ended;
 
     struct mr_command order;
-    bool ordered, sent, answered; /* an order: given; taken; acknowledged */
+    bool ordered, sent, answered; /* state of an order: given, taken, acknowledged */
     int64_t until_us;
     enum mr_status answer;
     uint16_t tag;
 };
 
-/* ---- what goes out, as JSON: all numbers in the report's units (in, lb, ft, s) ---- */
+/* ---- output as JSON: all numbers in the report's units (in, lb, ft, s) ---- */
 
 #define DISPLACEMENT_PER_IN 10000.0
 #define TENSION_PER_LB      100.0
 
-/* Text from outside; what is no UTF-8 in it becomes question marks. NULL: null. */
+/* JSON string of external text. If the text is not valid UTF-8, question marks replace its
+ * non-ASCII bytes. NULL becomes null. */
 static json_t *outside(const char *text)
 {
     json_t *string = text ? json_string(text) : json_null();
@@ -135,13 +137,13 @@ static json_t *texts_json(const char *(*text)(unsigned value), unsigned count)
     return texts;
 }
 
-/* Of the status -n. */
+/* Text of status -n. */
 static const char *status_text(unsigned n)
 {
     return mr_status_text((enum mr_status) - (int)n);
 }
 
-/* What is the same for every board: {"units", "source", "layout", "quantities", "faults",
+/* Data that is the same for every board: {"units", "source", "layout", "quantities", "faults",
  * "can_states", "statuses", "bucket_s", "transducers"}. */
 static json_t *configuration_json(const struct live_source *source)
 {
@@ -178,9 +180,9 @@ static void put_text(FILE *out, const char *key, const char *text)
 }
 
 /* clang-format off */
-/* A message of the catalogue, one object: {"m": its name, "t": host time in us, "l": link, "b":
- * block or null, each field by its name, "FIELD_text" of a code, "notice" and "severity" of a line
- * that is told, "quantity", "value" and "error" of a number that people watch}. */
+/* One message of the catalogue as an object: {"m": its name, "t": host time in us, "l": link, "b":
+ * block or null, each field by its name, "FIELD_text" for a code, "notice" and "severity" for a
+ * message that is shown as a line, "quantity", "value" and "error" for a displayed number}. */
 static void message_json(FILE *out, const struct collector_event *event)
 {
     const struct mr_message *message = event->message;
@@ -232,8 +234,8 @@ static void put_values(FILE *out, const float values[LIVE_CHANNELS])
     }
 }
 
-/* {"epoch": "which hub, which boot", "b": [[bucket, least x 22, most x 22] ..]}: 0.0001 in and 0.01
- * lb, null where there is no reading. To be freed. */
+/* {"epoch": run and boot, "b": [[bucket, least x 22, most x 22] ..]} in units of 0.0001 in and 0.01
+ * lb; null: no reading. The caller frees the text. */
 static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
                           unsigned count)
 {
@@ -253,7 +255,8 @@ static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_buc
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
-/* Least, most and newest of each channel: [[value, least, most, why there is no value] x 22]. */
+/* Newest, least and most value of each channel: [[value, least, most, reason without a value] x
+ * 22]. */
 static json_t *readings_json(const struct live_buckets *buckets)
 {
     json_t *readings = json_array();
@@ -289,7 +292,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_t steady;
     if (!made)
         return error_set(error, MR_FULL, "no memory: the live view; close other programs");
-    json_object_seed(0); /* else the first objects of two threads at once would both do it */
+    json_object_seed(0); /* seed before threads start: otherwise two could seed at the same time */
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);
     pthread_condattr_setclock(&steady, CLOCK_MONOTONIC);
@@ -328,7 +331,7 @@ void live_hub_close(struct live_hub *hub)
     free(hub);
 }
 
-/* An event as it goes out; frees `json`. NULL: no memory. */
+/* Text of an event for the stream; frees `json`. NULL: no memory. */
 static char *event_text(enum event_kind kind, char *json, uint64_t id)
 {
     static const char *const names[] = {"configuration", "messages", "state", "readings", "end"};
@@ -344,7 +347,7 @@ static void publish(struct live_hub *hub, enum event_kind kind, char *json)
 {
     char *text = event_text(kind, json, hub->next);
     if (!text)
-        return; /* no memory: the next one tells it again */
+        return; /* no memory: the next event repeats it */
     size_t length = strlen(text);
     while (hub->first < hub->next &&
            (hub->next - hub->first == EVENTS || hub->bytes + length > EVENT_BYTES))
@@ -385,7 +388,7 @@ static void publish_messages(struct live_hub *hub)
     hub->waiting_text = NULL;
 }
 
-/* What the host knows: of the links, and the newest readings. */
+/* State of the links, and the newest readings. */
 static json_t *state_json(const struct live_hub *hub)
 {
     json_t *links = json_array();
@@ -408,12 +411,12 @@ static json_t *state_json(const struct live_hub *hub)
                      readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
 }
 
-/* What is due. Locked by the caller. */
+/* Publish all events that are due. The caller holds the lock. */
 static void turn(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restarts != hub->restarts) {
-        /* what was read before belongs to the boot before */
+        /* readings so far belong to the earlier boot */
         publish_readings(hub);
         hub->restarts = hub->buckets.restarts;
     }
@@ -438,7 +441,7 @@ void live_hub_turn(struct live_hub *hub)
 
 /* ---- messages ---- */
 
-/* The page has them as buckets, or has no use for them. */
+/* False: the page gets the message as buckets, or does not need it. */
 static bool is_shown(const struct mr_message *message)
 {
     switch (message->place) {
@@ -472,8 +475,8 @@ static bool is_of_landing(unsigned place)
     }
 }
 
-/* Which channel, switch, segment, ... a message is of. A statement of the predictor that warns or
- * advises is kept beside the newest one. */
+/* Subject of a message: channel, switch, segment, ... For the predictor, a warning or advice has a
+ * slot of its own, beside the newest message. */
 static unsigned instance(const struct mr_message *m)
 {
     switch (m->place) {
@@ -513,7 +516,7 @@ static void remove_slot(struct live_hub *hub, struct slot *slot)
     memmove(slot, slot + 1, (size_t)(hub->slot + hub->slots - slot) * sizeof *slot);
 }
 
-/* Takes `text`. */
+/* Store `text` in its slot, and own it. */
 static void keep(struct live_hub *hub, uint32_t key, char *text)
 {
     struct slot *old = find_slot(hub, key);
@@ -525,7 +528,7 @@ static void keep(struct live_hub *hub, uint32_t key, char *text)
         hub->slot[hub->slots++] = (struct slot){key, text};
 }
 
-/* A landing is armed, or the board began again. */
+/* Discard the messages of a landing: a new landing is armed, or the board has restarted. */
 static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slots; i-- > 0;) {
@@ -536,7 +539,7 @@ static void discard_landing(struct live_hub *hub, bool faults)
     hub->warned = false;
 }
 
-/* Puts a message among those that go out. */
+/* Add a message to the next event. */
 static void put_waiting(struct live_hub *hub, const char *text)
 {
     if (!hub->waiting)
@@ -572,7 +575,8 @@ static void show(struct live_hub *hub, const struct collector_event *event)
     }
     put_waiting(hub, text);
     bool warns = m->place == MR_PLACE_ZONE_LEAD && m->as.zone_lead.warning;
-    if (warns && !hub->warned) { /* the zone that a warning begins with, before its lead */
+    /* keep the zone at the beginning of the warning, which arrived before its lead */
+    if (warns && !hub->warned) {
         const struct slot *zone = find_slot(hub, key_of(MR_PLACE_ZONE, event->link, 0));
         keep(hub, key_of(MR_PLACE_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
     }
@@ -633,7 +637,7 @@ void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_
         turn(hub);
     }
     live_buckets_record(&hub->buckets, record);
-    /* a campaign that is gone through faster than turns come */
+    /* a campaign may be replayed faster than turn() is called */
     if (hub->buckets.closed_count >= BUCKETS_AN_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
@@ -647,7 +651,7 @@ void live_hub_counts(struct live_hub *hub, enum link_kind kind,
     pthread_mutex_unlock(&hub->lock);
 }
 
-/* The newest of each message, as a list. */
+/* The newest messages as a list. */
 static char *slots_text(const struct live_hub *hub)
 {
     char *text = NULL;
@@ -676,11 +680,11 @@ char *live_hub_snapshot(struct live_hub *hub)
 
 /* ---- viewers ---- */
 
-/* All that a viewer without a past needs. Locked by the caller. */
+/* All events for a new viewer. The caller holds the lock. */
 static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
-    publish_messages(hub); /* what waits is in the snapshot */
+    publish_messages(hub); /* the snapshot includes waiting messages */
     FILE *out = open_memstream(&text, length);
     if (!out)
         return NULL;
@@ -700,7 +704,7 @@ static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *len
             fputs(hub->event[i % EVENTS].text, out);
     }
     viewer->fresh = false;
-    viewer->next = hub->next - hub->ended; /* the end is told by itself */
+    viewer->next = hub->next - hub->ended; /* the end is an event of its own */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -713,7 +717,7 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
            pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
         ;
     if (viewer->next < hub->first)
-        viewer->fresh = true; /* did not read for longer than the ring remembers */
+        viewer->fresh = true; /* the viewer did not read for longer than the ring holds */
     if (viewer->fresh) {
         text = whole(hub, viewer, length);
     } else if (viewer->next < hub->next) {

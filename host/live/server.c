@@ -16,10 +16,11 @@
 #include "host/base/assets.h"
 
 #define CONNECTIONS   64u
-/* one that nothing happens on for so long is ended: also a reader of events that does not read */
+/* an idle connection ends after this time, and so does an event stream whose viewer does not
+ * read */
 #define CONNECTION_S  15u
 #define HEARTBEAT_MS  1000
-#define END_MS        500 /* so long the viewers may take to hear of the end */
+#define END_MS        500 /* time for viewers to receive the end */
 #define END_LOOK_MS   5
 #define COMMAND_BYTES 1000u
 #define CHUNK_BYTES   65536u
@@ -45,7 +46,7 @@ struct stream {
     struct live_server *server;
     struct live_hub *hub;
     struct live_viewer viewer;
-    char *text; /* going out */
+    char *text; /* text to send */
     size_t length, sent;
 };
 
@@ -78,7 +79,7 @@ static enum MHD_Result respond(struct MHD_Connection *connection, unsigned code,
                   "text/plain; charset=utf-8");
 }
 
-/* Takes `text`. */
+/* Send `text` and free it. */
 static enum MHD_Result respond_json(struct MHD_Connection *connection, unsigned code, char *text)
 {
     if (!text)
@@ -93,8 +94,7 @@ static const char *header(struct MHD_Connection *connection, const char *name)
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/* The request was made to this computer by one of its own names, whatever the port: a tunnel's is
- * another one. */
+/* Accept only requests to names of this computer, on any port: the port of a tunnel differs. */
 static bool host_is_ours(const char *host)
 {
     static const char *const ours[] = {"127.0.0.1", "localhost"};
@@ -109,7 +109,7 @@ static bool host_is_ours(const char *host)
     return false;
 }
 
-/* Takes the same time wherever they differ. */
+/* Compares in constant time, independent of the first difference. */
 static bool token_is(const struct live_server *server, const char *given)
 {
     unsigned differ = 0;
@@ -132,7 +132,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
     }
     if (!stream->text && live_hub_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
-    if (!stream->text) { /* a comment: who went away is found by it */
+    if (!stream->text) { /* a comment line: sending it detects closed connections */
         memcpy(out, ":\n\n", 3);
         return 3;
     }
@@ -172,7 +172,7 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
 
 /* ---- commands ---- */
 
-/* Runs the order of the body; what is to be told comes into `json`. Returns the HTTP code. */
+/* Execute the order in the body; `json` gets the reply. Returns the HTTP code. */
 static unsigned run_order(struct live_server *server, const json_t *body, json_t *json)
 {
     const char *name = json_string_value(json_object_get(body, "command"));
@@ -263,7 +263,7 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     struct live_server *server = context;
     struct request *request = *kept;
     (void)version;
-    if (!request) { /* the headers are here, the body is not */
+    if (!request) { /* the headers have arrived, the body has not */
         *kept = calloc(1, sizeof *request);
         return *kept ? MHD_YES : MHD_NO;
     }
@@ -298,7 +298,7 @@ static void make_token(struct live_server *server)
 {
     unsigned char bytes[TOKEN_BYTES];
     if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes)
-        abort(); /* without it anybody could arm */
+        abort(); /* without a secret token any program could arm the board */
     for (size_t i = 0; i < TOKEN_BYTES; i++)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }
@@ -363,7 +363,7 @@ void live_server_close(struct live_server *server, const char *why)
     free(server);
 }
 
-/* ---- for matrig log ---- */
+/* ---- interface for matrig log ---- */
 
 static void message(void *context, const struct collector_event *event)
 {
