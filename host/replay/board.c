@@ -15,8 +15,8 @@
 #include "host/board/imagefile.h"
 #include "host/collect/collect.h"
 
-/* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines
- * that stall. */
+/* Longest real time of a run. Virtual time always advances, so even a board that hangs ends; the
+ * limit is for machines that stall. */
 #define WAIT_LEAST_S    60.0
 #define WAIT_PER_S      10.0
 #define BYTES_PER_TURN  65536
@@ -24,7 +24,7 @@
 
 enum { REPLAY, CAN, SERIAL, TOLD, FLASH, FILES };
 
-/* LINKs of the files in the directory: behind "file:" the path. */
+/* Link specifications of the files in the directory: "file:" and the path. */
 struct paths {
     char link[FILES][320];
 };
@@ -77,7 +77,7 @@ static enum mr_status start(const struct replay_board *board, const struct paths
     return error->status;
 }
 
-/* The last line of what the board told on its way out. */
+/* Last line that the board wrote to its standard error. */
 static void last_line(const char *path, char *out, size_t size)
 {
     char line[400];
@@ -134,7 +134,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
     return MR_OK;
 }
 
-/* Both links in step by board time, as `matrig log` takes them. */
+/* Collect both links in step by board time, like `matrig log`. */
 static enum mr_status collect(struct collector *collector, struct link *const link[LINK_KINDS],
                               struct error *error)
 {
@@ -163,7 +163,7 @@ static enum mr_status collect(struct collector *collector, struct link *const li
             open[can ? LINK_CAN : LINK_SERIAL] = false;
             status = collector_link_end(collector, can ? LINK_CAN : LINK_SERIAL, error);
             if (status == MR_TRUNCATED) {
-                /* the run ends at its time, whatever is on the line then */
+                /* the run ends at its time, even inside a frame */
                 *error = (struct error){0};
                 status = MR_OK;
             }
@@ -206,7 +206,8 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK)
         status = take_answers(&paths, board->can_base, store, error);
     if (status == MR_TRUNCATED) {
-        /* the board ended well, so its file does not end inside a frame: it never held any */
+        /* the board ended normally, so its file does not end inside a frame: it contains no frames
+         * at all */
         error->status = MR_OK;
         status = error_set(
             error, MR_TRUNCATED,
@@ -230,7 +231,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     return MR_OK;
 }
 
-/* ---- its image ---- */
+/* ---- the board's image ---- */
 
 void replay_image_of(const struct board_messages *recorded, char *path, size_t size)
 {
@@ -245,7 +246,7 @@ void replay_image_find(struct store *store, int64_t run, char *path, size_t size
 {
     struct board_messages recorded;
     struct error unread = {0};
-    (void)answers_load(store, run, &recorded, &unread); /* else the image of zg */
+    (void)answers_load(store, run, &recorded, &unread); /* if it fails: the image of zg */
     replay_image_of(&recorded, path, size);
     answers_free(&recorded);
 }

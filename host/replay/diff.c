@@ -9,12 +9,12 @@
 #include "common/catalogue.h"
 #include "host/base/units.h"
 
-#define DIGITS 15 /* as they were read */
+#define DIGITS 15 /* digits of numbers in reports, as many as a double holds */
 
-/* A message without a block of its own is placed by the newest block its link had brought; frames
- * of one block can change places on the bus. */
+/* A message without a block of its own gets the newest block that its link had delivered. Frames of
+ * one block can change order on the bus. */
 #define PLACE_SLACK_BLOCKS 4
-/* What is told in turn waits while the bus is full, hardly longer than this. */
+/* Messages that are sent in turn wait while the bus is full, rarely longer than this. */
 #define LATE_MOST_BLOCKS   2000
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
@@ -22,13 +22,14 @@ static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 /* ---- how each field of the catalogue is compared ---- */
 
 enum field_rule {
-    FIELD_PLAIN,        /* equal, or within the tolerance of its unit */
-    FIELD_BLOCK,        /* a block index: less the shift */
-    FIELD_BLOCK16,      /* its low 16 bits */
-    FIELD_TICK,         /* a tick of TIM2 */
-    FIELD_QUEUED,       /* frames since reset, dropped ones included: since the landing's first */
-    FIELD_FAULTS,       /* of the mask, the faults that follow from the record */
-    FIELD_IMAGE,        /* names the image: compared when it is the same */
+    FIELD_PLAIN,   /* equal, or within the tolerance of its unit */
+    FIELD_BLOCK,   /* a block index, minus the shift */
+    FIELD_BLOCK16, /* its low 16 bits */
+    FIELD_TICK,    /* a tick of TIM2 */
+    /* frames since reset including dropped ones; counted from the landing's first */
+    FIELD_QUEUED,
+    FIELD_FAULTS,       /* a mask of faults: only those that follow from the record */
+    FIELD_IMAGE,        /* identifies the image: compared if the image is the same */
     FIELD_CIRCUMSTANCE, /* does not follow from the record */
 };
 
@@ -36,10 +37,10 @@ enum field_rule {
 #define RECORD_FAULTS         (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
 #define FIELD_TOLERANCES_TEXT 200
 
-/* The rows of the catalogue; what is not there is compared by the name that times have everywhere,
- * or as it stands. */
+/* Rules of the catalogue. Other fields follow the rule of their name, if it is a common name for
+ * times, or else FIELD_PLAIN. */
 static const struct {
-    uint16_t id; /* 0: of every message */
+    uint16_t id; /* 0: in every message */
     const char *field;
     enum field_rule rule;
 } rules[] = {
@@ -51,14 +52,14 @@ static const struct {
     {0, "tick", FIELD_TICK},
 };
 
-/* A row of a field that is not there would say nothing. */
+/* Fails to compile if a rule names a missing field. */
 #define REPLAY(name, NAME, field, rule) \
     _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
 #include "common/catalogue.def"
 
-/* An image that computes a little otherwise: ten times the resolution of the message, or what the
- * estimate's own error allows. Counts, states, names of switches and ticks must be equal whatever
- * the image. */
+/* Tolerances for an image that computes slightly differently: ten times the resolution of the
+ * message, or more if the estimate's own error is larger. Counts, states, names of switches and
+ * ticks must be equal with every image. */
 static const struct {
     const char *unit;
     double tolerance;
@@ -67,7 +68,7 @@ static const struct {
     {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
-/* The whole message is none that follows from the record. */
+/* Whether the whole message does not follow from the record. */
 static bool field_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
@@ -76,7 +77,7 @@ static bool field_circumstance(uint16_t id)
         ;
 }
 
-/* It is told in turn, when the bus has room. */
+/* Whether the message is sent in turn, when the bus has room. */
 static bool field_in_turn(uint16_t id)
 {
 #define IN_TURN(name, NAME) || id == MR_ID_##NAME
@@ -96,7 +97,7 @@ static enum field_rule field_rule(const struct mr_message_info *info,
     return FIELD_PLAIN;
 }
 
-/* How far apart values in a unit may be when another image ran; 0: equal. */
+/* Tolerance of a unit if another image ran; 0: equal. */
 static double field_tolerance(const char *unit)
 {
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
@@ -106,7 +107,7 @@ static double field_tolerance(const char *unit)
     return 0.0;
 }
 
-/* One line that states them all; with `si` lengths, speeds and forces in SI units. */
+/* One line with all tolerances; `si`: lengths, speeds and forces in SI units. */
 static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
 {
     size_t used = 0;
@@ -134,12 +135,12 @@ struct comparing {
     const struct diff_options *options;
     struct diff *diff;
     struct diff_row *row;
-    /* of the record; messages beyond it have nothing to be compared with */
+    /* range of the record; messages outside have no counterpart */
     int64_t first_block, end_block;
-    double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
+    double queued_recorded, queued_replayed; /* at the first message; NaN: none yet */
     bool links_faultless;
     int64_t late_blocks; /* see struct diff */
-    /* the record ends before its landing does: one link may have gone on without the other */
+    /* the record ends before its landing: one link may have continued without the other */
     bool broken_off;
 };
 
@@ -178,14 +179,14 @@ static bool near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Rows of the slow log come when their minute is full, nonces where a key is set, which no replay
- * has: no function of the record. */
+/* Messages that do not follow from the record: rows of the slow log, which are sent when their
+ * minute is full, and nonces, which need a key that a replay does not have. */
 static bool is_apart(uint16_t id)
 {
     return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
 
-/* Frames queued so far, those dropped included: they were made all the same. */
+/* Frames queued so far, including dropped ones, because the firmware made those too. */
 static double queued(const struct board_messages *answers, int link,
                      const struct board_message *answer)
 {
@@ -195,7 +196,7 @@ static double queued(const struct board_messages *answers, int link,
     return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
-/* The two values of a field brought to one footing; false: it is not compared. */
+/* Convert the two values of a field to a common base. False: the field is not compared. */
 static bool footing(struct comparing *c, const struct mr_field_info *field,
                     const struct board_message *a, const struct board_message *b, double *recorded,
                     double *replayed, double *tolerance)
@@ -247,15 +248,15 @@ static void compare_pair(struct comparing *c, const struct board_message *a,
     }
 }
 
-/* Faults of links, clocks and converters come and go with the circumstances; answers to commands
- * before arming may still have been on their way. */
+/* False for faults of links, clocks and converters, which depend on circumstances, and for answers
+ * to commands before arming, which may still have been in transit. */
 static bool follows_from_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
         (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
          value_of(answer, "code") == (double)MR_COMMAND_NONE ||
          mr_command_giver_refused((int)value_of(answer, "status"))))
-        return false; /* the replay's own, or another in its place */
+        return false; /* the replay's own command, or a replacement for another one */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
@@ -264,7 +265,7 @@ static bool follows_from_record(const struct board_message *answer, int64_t firs
     return code < MR_FAULT_COUNT && (RECORD_FAULTS >> (unsigned)code & 1u);
 }
 
-/* Blocks before its own that a message is the mean of. */
+/* Number of earlier blocks that a message averages. */
 static int64_t reaches_back(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
@@ -277,11 +278,11 @@ static bool has_own_block(const struct mr_message_info *info)
            strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
 }
 
-/* Walks over the messages of one kind in one list. */
+/* An iterator over the messages of one kind in one list. */
 struct walk {
     const struct board_message *at, *end;
     int64_t shift;
-    int64_t first_block; /* of the list's own count */
+    int64_t first_block; /* in the block count of this list */
 };
 
 static void begin_walks(const struct comparing *c, int link, struct walk *old, struct walk *new)
@@ -305,16 +306,16 @@ static const struct board_message *next(struct walk *walk, const struct mr_messa
 static void only_one(struct comparing *c, const struct board_message *answer, int64_t block,
                      bool recorded)
 {
-    /* The record may end between two messages of its last block. */
+    /* The record can end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
     if (!recorded && c->broken_off && block == c->end_block)
-        return; /* what was said of the last block may not have got out */
+        return; /* messages about the last block may not have been sent any more */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
-        return; /* the end itself may be that much earlier or later */
+        return; /* the end itself may differ by this much */
     if (field_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
-        return; /* the other's turn comes after the end */
+        return; /* the counterpart would be sent after the end */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
         return;
@@ -327,8 +328,8 @@ static void only_one(struct comparing *c, const struct board_message *answer, in
         c->row->only_replayed++;
 }
 
-/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and
- * of what is said of it. */
+/* Whether two messages of one kind have the same subject: the number of a channel, switch, edge or
+ * command, and the item if there is one. */
 static bool same_subject(const struct board_message *a, const struct board_message *b)
 {
     static const char *const subjects[] = {"index", "position", "segment", "count",
@@ -367,7 +368,7 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             only_one(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
-            /* CAN told of it when its record was still on its way on serial */
+            /* CAN sent the message while its record was still in transit on serial */
             if (has_own_block(info) && at > c->end_block)
                 c->diff->after_record++;
             else if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
@@ -386,8 +387,8 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
     }
 }
 
-/* How far apart one message of the one and its counterpart in the other are at most, where they are
- * told in turn and their order is the same. */
+/* Largest shift in blocks between a message and its counterpart, for messages that are sent in
+ * turn, while their order is the same. */
 static int64_t late_by(const struct comparing *c, int link, const struct mr_message_info *info)
 {
     int64_t most = 0;
@@ -405,7 +406,8 @@ static int64_t late_by(const struct comparing *c, int link, const struct mr_mess
     return most;
 }
 
-/* The bus was full in one of them: other boards, or other instruments, spoke on it. */
+/* The shift is large if the bus was full in one of the two, because of other boards or
+ * instruments. */
 static int64_t late_blocks(const struct comparing *c)
 {
     size_t count;
@@ -420,7 +422,7 @@ static int64_t late_blocks(const struct comparing *c)
     return most > PLACE_SLACK_BLOCKS ? most + PLACE_SLACK_BLOCKS : 0;
 }
 
-/* ---- block records: what was given must come back ---- */
+/* ---- block records: the input must be recorded again unchanged ---- */
 
 static void compare_number(struct comparing *c, const char *field, int64_t block, double a,
                            double b)
@@ -466,7 +468,7 @@ static void compare_blocks(struct comparing *c)
     }
 }
 
-/* ---- all ---- */
+/* ---- summary ---- */
 
 static int64_t faults_of_circumstances(const struct board_messages *answers, int link)
 {
@@ -575,7 +577,7 @@ static void difference_answer(const struct difference *d, struct answer *answer)
     answer_close(answer);
 }
 
-/* People see those that differ. */
+/* Print only rows with differences. */
 static void row_answer(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differ + row->only_recorded + row->only_replayed > 0;

@@ -13,29 +13,30 @@
 #include "common/crc32.h"
 #include "host/base/xmalloc.h"
 
-/* A record that is armed later than this is moved back, one that is armed earlier than that forth:
- * zeros, survey and runway go first. By whole seconds: whatever the board does by its block index
- * repeats then. */
+/* A record that is armed later than LATE_BLOCKS is moved back. A record that is armed earlier than
+ * EARLY_BLOCKS is moved forward, because zeros, survey and runway come first. The shift is in whole
+ * seconds, so actions of the board that depend on its block index repeat. */
 #define LATE_BLOCKS        20000
 #define EARLY_BLOCKS       450
 #define BLOCKS_PER_S       1000
-/* Block of the first zero, then one in each; then a segment of the survey every second block; then
- * a word of the runway in each. */
+/* Schedule before arming: from this block on one zero per block, then a segment of the survey every
+ * second block, then a word of the runway per block. */
 #define FIRST_COMMAND      40
 #define COMMANDS_PER_BLOCK 4u
-#define CLOCK_INTERNAL     1 /* of the message hello */
+#define CLOCK_INTERNAL     1 /* value in the message hello */
 #define RUNWAY_TAG         10000u
 #define CHART_TAG          20000u
-#define CHART_BLOCK        415u /* behind the last word of a runway */
+#define CHART_BLOCK        415u /* after the last word of a runway */
 
-/* ---- what the board said ---- */
+/* ---- the board's messages ---- */
 
 struct loading {
     struct board_messages *answers;
     int link;
-    /* block of the newest change of state on the link: while idle, little else tells the time */
+    /* block of the newest state change on the link; while idle, few other messages contain a
+     * time */
     int64_t told;
-    size_t room; /* for blocks */
+    size_t room; /* of `block` */
     int64_t run;
     const char *path;
     struct error *error;
@@ -60,7 +61,7 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
-        return MR_OK; /* somebody else's, or a command */
+        return MR_OK; /* from another program, or a command */
     xlist_grow(&answers->message[loading->link], *count, sizeof(struct board_message));
     struct board_message *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct board_message){
@@ -144,7 +145,7 @@ void answers_free(struct board_messages *answers)
     *answers = (struct board_messages){0};
 }
 
-/* ---- what it is given again ---- */
+/* ---- the input file ---- */
 
 struct writer {
     FILE *file;
@@ -163,11 +164,11 @@ __attribute__((format(printf, 2, 3))) static void put(struct writer *writer, con
     fputs(line, writer->file);
 }
 
-/* ---- can it be replayed? ---- */
+/* ---- checks ---- */
 
 struct holes {
-    int64_t from, to; /* the first */
-    int64_t blocks;   /* of all; 0: none */
+    int64_t from, to; /* the first hole */
+    int64_t blocks;   /* total length of all holes; 0: none */
 };
 
 static void add_hole(struct holes *holes, int64_t from, int64_t to)
@@ -223,7 +224,8 @@ struct command_row {
     struct mr_command message;
 };
 struct commands {
-    struct command_row *row; /* a stranger may have given any number */
+    /* no fixed limit: other programs may have sent any number of commands */
+    struct command_row *row;
     size_t count;
     bool armed, ended;
 };
@@ -237,7 +239,7 @@ static bool add_command(struct commands *commands, int64_t block, struct mr_comm
     return true;
 }
 
-/* The link that brought more answers to commands; serial when both brought as many. */
+/* The link with more answers to commands; serial if both have the same number. */
 static enum link_kind link_of_acks(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
@@ -248,7 +250,7 @@ static enum link_kind link_of_acks(const struct board_messages *recorded)
     return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
 }
 
-/* The argument a command must have had for what the board said to it. A mark's number came just
+/* Argument of a command, from the answers of the board. The number of a mark is in the message
  * before its answer. */
 static int32_t argument_of(const struct board_messages *recorded, const struct mr_ack *ack,
                            const struct mr_mark *mark)
@@ -260,8 +262,8 @@ static int32_t argument_of(const struct board_messages *recorded, const struct m
     return ack->code == MR_COMMAND_MARK ? (int32_t)mark->number : 0;
 }
 
-/* The board says who it is and what it does before it answers, so a landing that a command ends has
- * no answer to it. */
+/* Collect the commands from their answers. If a command ends the landing, its answer comes after
+ * the end, so it is taken from the landing's state instead. */
 static bool take_commands(const struct board_messages *recorded, struct commands *commands)
 {
     enum link_kind link = link_of_acks(recorded);
@@ -290,7 +292,8 @@ static bool take_commands(const struct board_messages *recorded, struct commands
             continue;
         struct mr_command message = {
             .code = ack.code, .tag = ack.tag, .argument = argument_of(recorded, &ack, &mark)};
-        if (mr_command_giver_refused(ack.status)) /* it might be obeyed now */
+        /* the replay would obey it, because it has no key */
+        if (mr_command_giver_refused(ack.status))
             message.code = MR_COMMAND_NONE;
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
@@ -302,8 +305,8 @@ static bool take_commands(const struct board_messages *recorded, struct commands
     return fits;
 }
 
-/* Zeros that were measured before the landing, each given by its very bits; the configured ones are
- * the image's own. */
+/* Write the zeros that were measured before the landing, bit for bit. Configured zeros are in the
+ * image. */
 static void put_zeros(struct writer *writer, const struct board_messages *recorded,
                       struct replay_input *input)
 {
@@ -329,8 +332,8 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
     }
 }
 
-/* The runway that the landing was armed with, whatever the survey made of it. None in the database:
- * the one of a new board, surveyed. */
+/* Write the runway that the landing was armed with. Without one in the database, the board has a
+ * new runway, with the survey. */
 static enum mr_status put_runway(struct writer *writer, struct store *store,
                                  const struct board_messages *recorded, struct replay_input *input,
                                  struct error *error)
@@ -353,7 +356,7 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
     return MR_OK;
 }
 
-/* Chart and plan that the landing was armed with, if any: the last before it. */
+/* Write the chart and plan that the landing was armed with, if any: the last ones before it. */
 static enum mr_status put_chart(struct writer *writer, struct store *store,
                                 const struct board_messages *recorded, struct error *error)
 {
@@ -428,8 +431,8 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
 
 /* ---- edges ---- */
 
-/* Ticks since TIM2 began in the replay. The board time of a capture says which wrap of the counter
- * it was in. */
+/* Ticks since the start of TIM2 in the replay. The board time of a capture determines the number of
+ * wraps of the counter. */
 static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first,
                              int64_t shift_blocks)
 {
@@ -437,11 +440,11 @@ static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_bloc
     uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
     int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) -
                     shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
-    return (uint64_t)(origin + ticks); /* TIM2 is at the origin when block 0 begins */
+    return (uint64_t)(origin + ticks); /* TIM2 is at the origin at the beginning of block 0 */
 }
 
-/* Edges, and film frames: these are numbered from arming on, so their times rise; what was refused
- * as noise is not among them. */
+/* Write edges and film frames. They are numbered from arming on, so their times rise. Captures that
+ * the board rejected as noise are not included. */
 static enum mr_status put_captures(struct writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)
