@@ -15,9 +15,10 @@
 
 /* ---- draw ---- */
 
-/* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
+/* step of the integration of the path, for mats as long as the rig's; it grows with the root of the
+ * scale, */
 #define NODE_S       1e-3
-#define NODE_FT      (2.0 / 7.0) /* so that a scaled series is the same one */
+#define NODE_FT      (2.0 / 7.0) /* so that a scaled series has the same results */
 #define NODE_G_FT_S2 32.174
 #define ROW_NODES    10
 #define MOST_S       600.0
@@ -80,7 +81,7 @@ enum mr_status draw_landing(const struct landing_series *series,
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
         t_s = node_s * (double)k;
         double onset = series->onset_s > 0.0 ? fmin(t_s / series->onset_s, 1.0) : 1.0;
-        /* towed: the speed is kept from outside */
+        /* towed: the tow keeps the speed constant */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
             a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
@@ -150,10 +151,10 @@ int failures_find(const double *rise_ft, size_t nodes, double length_ft, double 
 
 #define CLOSED_FT 1e-12
 
-/* What lies on one side of a joint. */
+/* One side of a joint. */
 struct side {
-    size_t front;     /* the next joint that is open */
-    double resist_lb; /* of the mats up to there, and of closing it */
+    size_t front;     /* next open joint */
+    double resist_lb; /* friction of the mats up to it, and the resistance against closing it */
 };
 
 static struct side side_of(const struct flat_runway *r, size_t joint, int step)
@@ -167,11 +168,11 @@ static struct side side_of(const struct flat_runway *r, size_t joint, int step)
             return side;
         }
     }
-    side.resist_lb = HUGE_VAL; /* the runway's end */
+    side.resist_lb = HUGE_VAL; /* end of the runway */
     return side;
 }
 
-/* Mats between the joints `low` and `high` move by so much. */
+/* Move the mats between the joints `low` and `high`. */
 static void shift(const struct flat_runway *r, size_t low, size_t high, double by_ft)
 {
     for (size_t mat = low + 1; mat <= high; mat++)
@@ -209,7 +210,7 @@ struct work {
     void *ctx;
 };
 
-/* The next that nobody has begun: some take longer than others. */
+/* Take the next seed that no thread has started, because run times differ. */
 static void play_some(void *context, size_t from, size_t every)
 {
     struct work *work = context;
@@ -236,7 +237,7 @@ void series_ensemble(const struct landing_series *series, unsigned jobs,
 #define IN_PER_FT   12.0
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
-#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
+#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* part of a mat's length: 0.001 in on the rig */
 
 /* A runway between landings. */
 struct runway {
@@ -245,9 +246,9 @@ struct runway {
     size_t joints;
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
-    double laid_ft;                          /* mean opening when it was laid */
+    double laid_ft;                          /* mean opening of the joints as laid */
     double *u_ft;                            /* per mat: total movement, [0] unused */
-    struct sim_mods mods;                    /* as the last landing left them; lists are its own */
+    struct sim_mods mods;                    /* state after the last landing; owns its lists */
 };
 
 static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
@@ -283,7 +284,7 @@ static void own_list(struct sim_list *list)
     *list = copy;
 }
 
-/* Modifications as the file has them before a landing; torn joints stay torn. */
+/* Set the modifications from the file before a landing; torn joints stay torn. */
 static void modify(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
@@ -293,7 +294,7 @@ static void modify(struct runway *r, const struct sim_scene *scene)
     struct sim_list *lists[MODS_LISTS];
     mods_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
-        own_list(lists[i]); /* every one, so that none stays the series' */
+        own_list(lists[i]); /* copy every list, because the originals belong to the series */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
@@ -312,10 +313,10 @@ static void carry(struct runway *r, const struct sim_scene *as_landed,
 static void set_scene(const struct runway *r, const struct sim_scene *made, enum sim_model model,
                       const struct sim_path_row *rows, size_t count, struct sim_scene *scene)
 {
-    *scene = *made; /* lists that this one replaces are the series': copies follow */
+    *scene = *made; /* the lists still belong to the series; copies replace them below */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
-    scene->mods = r->mods; /* only read */
+    scene->mods = r->mods; /* shared, because it is only read */
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
@@ -334,8 +335,8 @@ static void drop_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
-/* `first`: what the landing came to in the first play, which this one repeats at its other step;
- * NULL: this is the first. */
+/* `first`: outcome of the same landing in the first play, which this play repeats with another
+ * step; NULL: this is the first play. */
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
                                  enum sim_model model, const struct draw_path *path,
                                  const struct series_outcome *first, struct series_outcome *out,
@@ -358,13 +359,13 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     double longer_s = SERIES_OTHER_STEP * result->dt_s;
     out->other_s[!chain] = longer_s < result->dt_limit_s ? longer_s
                                                          : result->dt_s / SERIES_OTHER_STEP;
-    if (result->status == SIM_FOLDED) /* an outcome, not a failure */
+    if (result->status == SIM_FOLDED) /* this is an outcome, not a failure */
         *error = (struct error){0};
     return error->status;
 }
 
-/* Largest lift of a node by the compression of its joint, in weights of a mat: above 1 a vee of two
- * mats rises, as P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+/* Largest lift of a node by the compression of its joint, in weights of a mat. Above 1 a vee of two
+ * mats rises: P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
 static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
                          const double *push_lb)
 {
@@ -376,8 +377,8 @@ static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
     return most;
 }
 
-/* Mats that a line of stiffeners ties are tipped by a wheel on one end, and their joints rise
- * without any compression. */
+/* A wheel at one end of mats that a line of stiffeners connects tips them, and their joints rise
+ * without compression. */
 static bool tips(const struct sim_scene *scene)
 {
     return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
@@ -405,7 +406,7 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
     }
 }
 
-/* `folded`: a mat stood upright. */
+/* `folded`: a mat has turned upright. */
 static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, bool folded, struct series_outcome *out)
 {
@@ -441,7 +442,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->failure_ft[out->failures++] = out->buckle_ft;
 }
 
-/* A mat that was torn from both neighbours is no part of the runway any more. */
+/* A mat that is torn from both neighbours no longer belongs to the runway. */
 static bool is_loose(const struct sim_result *result, int mat)
 {
     const struct mods_state *s = result->mods;
@@ -481,8 +482,8 @@ static void note_joints(const struct runway *r, const struct sim_result *result,
     }
 }
 
-/* The longest stretch in which any ten joints are open by less than a third of what they were when
- * the runway was laid: what readings of gage points show. */
+/* Find the longest stretch in which any ten joints together are open by less than a third of their
+ * opening as laid. Readings of gage points show such a zone. */
 static void note_zone(const struct runway *r, const struct sim_scene *scene,
                       struct series_outcome *out)
 {
@@ -511,7 +512,7 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene,
     }
 }
 
-/* A slack segment pulls nothing. */
+/* Count slack segments, which have no tension. */
 static void note_bands(const struct sim_scene *scene, const struct mods_state *state,
                        struct series_outcome *out)
 {
@@ -523,15 +524,15 @@ static void note_bands(const struct sim_scene *scene, const struct mods_state *s
     }
 }
 
-/* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed
- * back over it. */
+/* Update the gaps after a movement. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
     for (size_t j = 0; j < r->joints; j++)
         r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
-/* A wave that is left is longer than the joints beside it are open. */
+/* Press remaining waves flat, as if the aircraft was pushed back over them. Their extra length
+ * closes the joints beside them. */
 static void press_flat(struct runway *r, const struct sim_scene *scene)
 {
     const struct flat_runway flat = {
@@ -540,7 +541,7 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
     flatten(&flat);
 }
 
-/* What the mats have come to in a landing. */
+/* Update the runway and the outcome after a landing. */
 static void settle(struct runway *r, const struct sim_scene *scene, const struct sim_result *moved,
                    struct series_outcome *out)
 {

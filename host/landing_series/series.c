@@ -15,8 +15,8 @@
 
 /* ---- keys ---- */
 
-/* An error names the file, the object (`where`, "" at the top) and the key; after the first nothing
- * more is read. An absent key leaves its value as it was. */
+/* Reader of keys. An error names the file, the object (`where`, "" at the top) and the key; after
+ * the first error nothing more is read. An absent key leaves its value unchanged. */
 struct keys {
     const char *path;
     struct error *error;
@@ -34,7 +34,8 @@ static void keys_wrong(const struct keys *keys, const char *where, const char *k
               where[0] ? "." : "", key, wanted);
 }
 
-/* In the unit that the key's name ends with. False: no number, and not text with a unit of it. */
+/* Read a number in the unit at the end of the key's name. False: neither a number nor text with a
+ * matching unit. */
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
     struct quantity_wrong wrong;
@@ -85,10 +86,10 @@ static void wanted_text(const struct series_key *key, char out[300])
     else
         strcpy(out, "one of");
     for (unsigned i = 0; key->kind == SERIES_CHOICE && key->choices[i]; i++)
-        strcat(strcat(out, i > 0 ? ", " : " "), key->choices[i]); /* short words */
+        strcat(strcat(out, i > 0 ? ", " : " "), key->choices[i]); /* fits: the choices are short */
 }
 
-/* An object whose keys are `count` of these, others that are read elsewhere, or comments. */
+/* Read an object with `count` known keys; `others` are read elsewhere, and comments are allowed. */
 static void read_object(const struct keys *r, const char *where, const json_t *object,
                         const struct series_key *keys, size_t count, const char *const *others,
                         void *base)
@@ -234,7 +235,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     const json_t *list = json_object_get(root, "stations_ft");
     struct quantity_wrong wrong;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
-    if (!list) { /* eleven, as the rig's every 10 ft of 120 */
+    if (!list) { /* eleven stations, every 10 ft of the rig's 120 ft */
         for (c->station_count = 0; c->station_count < 11; c->station_count++)
             c->stations_ft[c->station_count] = runway_ft * (double)(c->station_count + 1) / 12.0;
         return;
@@ -272,7 +273,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Puts what the landing applies on the scene's keys. */
+/* Apply the changes of a landing to the keys of the scene. */
 static bool modify(const struct keys *r, const char *where, const json_t *landing, json_t *now)
 {
     json_t *apply = json_object_get(landing, "apply");
@@ -282,7 +283,7 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
     return apply;
 }
 
-/* The runway as a landing finds it. */
+/* Read the scene of the runway before a landing. */
 static void read_scene(const struct keys *r, const char *where, const json_t *now,
                        struct sim_scene *scene)
 {
@@ -316,7 +317,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* The engines set these, landing by landing. */
+/* Refuse keys that the engines set for each landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
@@ -342,7 +343,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
     if (!json_is_array(list) || json_array_size(list) == 0)
         keys_wrong(r, "", "landings", "a list of at least one landing");
-    /* the heights and paths that the engines add make a scene whole */
+    /* the engines add heights and paths later; set enough here for a valid scene */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
     json_array_foreach(list, i, entry)
@@ -419,7 +420,7 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
     return NULL;
 }
 
-/* A key's object, or the one of the file that it names. A new reference. */
+/* The object of a key, or of the file that the key names. A new reference. */
 static json_t *object_or_file(const char *file, const json_t *root, const char *key,
                               struct error *error)
 {
@@ -482,7 +483,7 @@ enum mr_status series_from_json(struct landing_series *c, const char *where, con
                                 struct error *error)
 {
     const struct keys r = {where, error};
-    /* model scale, of the standard series (README.md, "Calibration") */
+    /* defaults in model scale, from the standard series (README.md, "Calibration") */
     *c = (struct landing_series){
         .gap_in = {0.0, 0.036},
         .closing_lb = {0.0, 20.0},

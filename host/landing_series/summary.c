@@ -1,5 +1,5 @@
-/* What an ensemble's runways did: numerical errors of the largest forces, distributions, and the
- * answer of matrig study. */
+/* Summary of an ensemble: numerical errors of the largest forces, distributions, and the answer of
+ * matrig study. */
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,12 +15,13 @@
 
 /* ---- errors ---- */
 
-/* A landing's pairs count for so many of its own, the other landings' for the rest. */
+/* The prior of a landing's error comes from the pairs of all landings, and weighs as much as this
+ * number of its own pairs. */
 #define BORROWED 2
-#define LEAST    1e-3 /* of a value, no error is smaller */
+#define LEAST    1e-3 /* least error, as a part of the value */
 
 static const struct {
-    size_t value, error; /* in an outcome */
+    size_t value, error; /* offsets in an outcome */
 } peaks[] = {
     {offsetof(struct series_outcome, skip_ratio), offsetof(struct series_outcome, skip_error)},
     {offsetof(struct series_outcome, push_lb), offsetof(struct series_outcome, push_error_lb)},
@@ -32,17 +33,17 @@ static double *number(const struct series_outcome *outcome, size_t offset)
     return (double *)((char *)(uintptr_t)outcome + offset);
 }
 
-/* Of two errors; hypot is not the same on every processor. */
+/* Sum of two independent errors. Not hypot, which differs between processors. */
 static double both(double a, double b)
 {
     return sqrt(a * a + b * b);
 }
 
-/* One peak of one landing, over the runways that one engine moved: the chain, the planar one. */
+/* Sums for one peak of one landing, over the runways that one engine (chain or planar) moved. */
 struct tally {
     size_t count, pairs;
     double sum, squares;
-    double apart, apart2; /* sums of pairs' differences and of their squares */
+    double apart, apart2; /* sums of the pairs' differences and of their squares */
 };
 
 static struct tally tally_of(const struct landing_series *c, const struct series_run *runs,
@@ -69,8 +70,9 @@ static struct tally tally_of(const struct landing_series *c, const struct series
     return t;
 }
 
-/* r: what the pairs differ by (root mean square), s: the spread over the runways, with which a rare
- * impact comes that few pairs show. sqrt(r (r + s)): README.md has how that was measured. */
+/* Error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences; s: the spread
+ * over the runways, because few pairs include a rare impact. README.md describes how this was
+ * measured. */
 static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
@@ -110,7 +112,7 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
 {
     for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
         set_errors(series, runs, peaks[peak].value, peaks[peak].error);
-    /* a joint that no run hit may be hit as the hardest was */
+    /* a node whose joint was hit weakly in this run may be hit as hard as the most loaded one */
     for (size_t i = 0; i < series->seeds; i++) {
         for (size_t k = 0; k < runs[i].played; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
@@ -152,7 +154,7 @@ static const struct series_outcome *outcome_at(const struct gather *g, size_t ru
     return &g->runs[run].outcomes[g->landing];
 }
 
-/* Spread of one number at `offset` in the outcomes of a landing. */
+/* Spread over the runways of the number at `offset` in the outcomes of a landing. */
 static struct series_spread spread_at(const struct gather *g, size_t offset)
 {
     size_t count = 0;
@@ -175,15 +177,16 @@ static struct series_spread zones(const struct gather *g)
 
 #define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
 
-/* What all runways have alike, more of them do not make less: a share of the step, which pairs see
- * over the difference of their steps; no more than the error of one. */
+/* Spread and mean of a peak. The part of the error that is common to all runways does not shrink
+ * with their number. It is estimated from the mean difference of the pairs, which grows with the
+ * difference of their steps, and is at most the error of one run. */
 static struct series_peak peak_of(const struct gather *g, size_t peak)
 {
     struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
     double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
     for (int by_planar = 0; by_planar < 2; by_planar++) {
         struct tally t = tally_of(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
-        p.mean += t.sum / count; /* NaN without a runway */
+        p.mean += t.sum / count; /* NaN without runways */
         apart += t.apart;
         pairs += (double)t.pairs;
     }
@@ -194,7 +197,7 @@ static struct series_peak peak_of(const struct gather *g, size_t peak)
         errors2 += isnan(error) ? 0.0 : error * error;
         known += !isnan(error);
     }
-    p.error = sqrt(errors2 / known); /* NaN when no runway has one */
+    p.error = sqrt(errors2 / known); /* NaN if no runway has an error */
     double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_OTHER_STEP - 1.0);
     p.mean_error = fmin(both(p.error / sqrt(count), alike), p.error);
     return p;
@@ -281,8 +284,8 @@ static json_t *spreads_json(const struct series_spread *list, size_t count)
     return array;
 }
 
-/* As many as show two digits of half the interval, and at most `most`: the median is known no
- * better. */
+/* Decimals that show two digits of half the interval, at most `most`: more digits of the median
+ * would not be significant. */
 static int decimals_of(const struct series_spread *s, double factor, int most)
 {
     double half = factor * (s->high - s->low) / 2.0;
@@ -290,7 +293,7 @@ static int decimals_of(const struct series_spread *s, double factor, int most)
     return decimals < 0 ? 0 : decimals > most ? most : decimals;
 }
 
-/* People read the median and, in brackets, the 5th and 95th percentiles. */
+/* Printed output shows the median and, in brackets, the 5th and 95th percentiles. */
 static void add_spread(struct answer *answer, const char *name, const char *label,
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
@@ -308,7 +311,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
                  unit->factor * s->high);
 }
 
-/* Of the JSON; people see them in a table of their own. */
+/* Only in the JSON; printed output has a table of its own. */
 static void add_peak(struct answer *answer, const char *name, const char *mean, enum unit_kind kind,
                      const struct series_peak *p)
 {
@@ -442,8 +445,7 @@ static json_t *run_json(const struct series_run *run)
     return object;
 }
 
-/* Medians over runways: of the largest value that a runway had in the landings before the one that
- * it buckled in. */
+/* Median over runways of the largest value in the landings before a runway buckled. */
 static double largest(const struct landing_series *c, const struct series_run *runs,
                       double (*value)(const struct series_outcome *))
 {
@@ -473,11 +475,11 @@ static double zone_mats(const struct series_outcome *outcome)
     return outcome->zone_mats;
 }
 
-/* One number each, for tables and sweeps. */
+/* Single numbers, for tables and sweeps. */
 static void add_medians(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {
-    /* NaN without a runway: null */
+    /* NaN without runways: becomes null */
     double share = (double)(s->runways - s->survived) / (double)s->runways;
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
     answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
@@ -513,7 +515,7 @@ static void add_reported(struct answer *answer, const char *label, const char *t
         answer_words(answer, NULL, label, "%s", text);
 }
 
-/* What came out of it, and what the answer is worth. */
+/* Add the outcome of the series and its uncertainty. */
 static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
                                   const struct series_run *runs, const struct series_summary *s)
 {
@@ -540,7 +542,7 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     add_reported(answer, "added afterwards, so not a prediction", c->afterwards);
 }
 
-/* Landing by landing. */
+/* Add the results of each landing. */
 static void series_answer_landings(struct answer *answer, const struct landing_series *c,
                                    const struct series_run *runs, const struct series_summary *s)
 {
