@@ -1,4 +1,4 @@
-/* matrig: collects, simulates, compares and shows landings on a model landing-mat runway. */
+/* matrig: record, simulate, compare and display landings on a model landing-mat runway. */
 #include <string.h>
 
 #include "host/commands/commands.h"
@@ -36,7 +36,8 @@ static int run(int argc, char **argv)
         help_unknown(&command_table, argv[i], &error);
         return cli_fail(&error);
     }
-    /* not an older one: matrig-study knows the names of today; nobody writes into it */
+    /* replace an older name: matrig-study knows only the present ones; the cast is safe because
+     * argv[i] is only read */
     argv[i] = (char *)command->name;
     for (int k = i + 1; k < argc; k++) {
         if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0) {
