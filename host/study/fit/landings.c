@@ -22,8 +22,7 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-/* times the chain's longest step: a margin, because the chain checks it in float */
-#define CLEAR    0.98
+#define CLEAR    0.98 /* times the chain's longest step, which the chain checks in float */
 
 bool parallel_can(const struct sim_scene *scene)
 {
@@ -151,8 +150,7 @@ static unsigned march(struct playing *p, size_t samples, unsigned each)
     return away;
 }
 
-/* Run the lanes in parallel. False: a parameter is invalid. sample_dt_s is a whole number of
- * milliseconds. */
+/* Run the lanes in parallel. sample_dt_s: whole milliseconds. False: invalid parameter. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
 {
@@ -261,8 +259,7 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
     }
 }
 
-/* Joints of a segment, counted from 0. A joint belongs to the segment that contains it or begins at
- * it (as in host/compare/). */
+/* Joints of a segment, from 0: those inside it or at its beginning (as in host/compare/). */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -330,8 +327,7 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draw new gaps with the mean of the survey, and compute the sums that a survey would read. NaN
- * where `landing` has no sum. */
+/* Draw new gaps with the survey's mean; compute the sums that a survey reads (NaN: not surveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -358,8 +354,7 @@ static double fit_bent(double u_in)
 
 /* Result of one landing of a data set. */
 struct outcome {
-    /* `samples` rows with one value per channel of the landing, SAMPLE_S apart */
-    double *sample_u_ft;
+    double *sample_u_ft; /* `samples` rows, SAMPLE_S apart, with one value per channel */
     size_t samples;
     const double *gap_ft; /* joints 0..mats, at the end */
 };
@@ -570,8 +565,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Positions of the wheel relative to a transducer, ft, ahead positive. There is a window between
- * each pair of neighbours. */
+/* Distances of the wheel ahead of a transducer, ft; a window lies between two neighbours. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -739,8 +733,7 @@ static void add_residuals(const struct fit_answer *answer, size_t rows, double *
     gsl_matrix_free(covariance);
 }
 
-/* Logarithm of the standard deviation of the sums between segments. False: too few segments have a
- * survey. */
+/* Logarithm of the spread between the segments' sums. False: too few segments have a survey. */
 static bool spread_of(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -838,8 +831,7 @@ enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_
     return MR_OK;
 }
 
-/* common relative error of all sums: the gauge, and which joints count as closed */
-#define SURVEY_SPREAD 0.03
+#define SURVEY_SPREAD 0.03 /* common relative error of all sums of a survey, from the gauge */
 #define MANY_SAMPLES  1e9
 
 /* Relative error of a movement: the part of its error at 1 in that samples do not average out. */
@@ -901,8 +893,7 @@ static bool follows(struct store *store, const struct store_landing *landing, in
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
-/* Load the survey after a landing. The survey of the next landing counts only if no landing is
- * missing between the two. */
+/* Load the survey after a landing: that of the next landing only if no landing is missing. */
 static enum mr_status load_after(struct store *store, const struct store_landing *now,
                                  struct fit_landing *landing, struct error *error)
 {
