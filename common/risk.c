@@ -319,7 +319,7 @@ static float over(unsigned mats)
     return x < 0.0f ? 0.0f : x > 1.0f ? 1.0f : x;
 }
 
-static float up_to_one(unsigned mats)
+static float zone_share(unsigned mats)
 {
     float x = (float)mats / ZONE_MATS;
     return x < 1.0f ? x : 1.0f;
@@ -417,7 +417,7 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
         look_ahead_as_now(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_ONE] = 1.0f;
-    x[MR_RISK_COMING] = up_to_one(zone->coming_mats);
+    x[MR_RISK_COMING] = zone_share(zone->coming_mats);
     x[MR_RISK_KINEMATIC] = blind ? 0.0f : zones(closed.mats);
     x[MR_RISK_OVER] = over(zone->coming_mats);
     x[MR_RISK_BRAKING] = (risk->hard_ft_s2 < 20.0f ? risk->hard_ft_s2 : 20.0f) / 6.0f;
@@ -427,8 +427,9 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
     x[MR_RISK_COUNT] = ((float)p->landings < MOST_COUNT ? (float)p->landings : MOST_COUNT) / 3.0f;
     x[MR_RISK_OPEN] = open_in(risk, wheel_ft, left_in) / 0.015f;
-    x[MR_RISK_PLANNED] = planned ? 0.5f * (up_to_one(risk->planned_mats) + over(risk->planned_mats))
-                                 : 0.0f;
+    x[MR_RISK_PLANNED] = planned
+                           ? 0.5f * (zone_share(risk->planned_mats) + over(risk->planned_mats))
+                           : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
         x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_log_odds,

@@ -812,7 +812,7 @@ static struct {
     uint32_t stage, complement;
 } kept __attribute__((section(".noinit")));
 
-static void keep_stage(enum stage stage)
+static void store_stage(enum stage stage)
 {
     kept.stage = stage;
     kept.complement = ~(uint32_t)stage;
@@ -823,7 +823,7 @@ static enum stage take_stage(void)
     enum stage stage = kept.complement == ~kept.stage && kept.stage <= STAGE_WATCHDOG
                          ? (enum stage)kept.stage
                          : STAGE_NONE;
-    keep_stage(STAGE_NONE);
+    store_stage(STAGE_NONE);
     return stage;
 }
 
@@ -843,7 +843,7 @@ static void continue_with_watchdog(void)
 {
     print_overflow();
     print_flush();
-    keep_stage(STAGE_WATCHDOG);
+    store_stage(STAGE_WATCHDOG);
     starve_watchdog();
     print_watchdog(); /* reached only if the watchdog did not reset */
     end_report();
@@ -860,7 +860,7 @@ static void report(void)
     print_can();
     print_memory();
     print_flush();
-    keep_stage(STAGE_STACK);
+    store_stage(STAGE_STACK);
     overflow_stack();
 }
 

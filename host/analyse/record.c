@@ -62,7 +62,7 @@ static void take_plan(const struct measured *measured, struct record_row *row)
 
 /* ---- outcome ---- */
 
-static void judge_warned(struct record_row *row)
+static void judge_warned_landing(struct record_row *row)
 {
     const struct outcome *outcome = &row->outcome;
     if (outcome->came == OUTCOME_DID_NOT)
@@ -87,7 +87,7 @@ static void judge(struct record_row *row)
     else if (row->warned == RECORD_UNHEARD)
         row->why = "no warning was received, but one may have been sent";
     else if (row->warned == RECORD_WARNED)
-        judge_warned(row);
+        judge_warned_landing(row);
     else
         row->verdict = row->outcome.came == OUTCOME_CAME ? RECORD_MISS : RECORD_SILENCE;
 }

@@ -202,7 +202,7 @@ static void summary_mean_answer(const struct store_mean *mean, struct answer *an
     }
 }
 
-static bool lacks(const struct measured_channel *channel, enum mr_channel_kind kind)
+static bool is_missing_samples(const struct measured_channel *channel, enum mr_channel_kind kind)
 {
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
@@ -215,7 +215,8 @@ static bool numbers_text(const struct measured *measured, unsigned c, char *out,
     size_t used = 0;
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
-        if (!lacks(channel, first->config.kind) || channel->missing_from != first->missing_from ||
+        if (!is_missing_samples(channel, first->config.kind) ||
+            channel->missing_from != first->missing_from ||
             channel->missing_to != first->missing_to)
             continue;
         if (i < c)
@@ -240,7 +241,8 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
                         measured_moves_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        if (!lacks(channel, kind) || !numbers_text(measured, c, numbers, sizeof numbers))
+        if (!is_missing_samples(channel, kind) ||
+            !numbers_text(measured, c, numbers, sizeof numbers))
             continue;
         answer_sentence(answer, NULL,
                         "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "

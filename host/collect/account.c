@@ -25,7 +25,7 @@ void account_start(struct account *account, enum link_kind kind)
     account_break(account);
 }
 
-void account_from_first(struct account *account)
+void account_complete_from_start(struct account *account)
 {
     account->whole = account->seq_known = true;
     account->seq_next = 0;

@@ -95,7 +95,7 @@ void account_start(struct account *account, enum link_kind kind);
 void account_restart(struct account *account, bool whole);
 /* Call after account_restart if the first serial frames of this start, from number 0 on, may be
  * lost: they are then counted. */
-void account_from_first(struct account *account);
+void account_complete_from_start(struct account *account);
 /* Call when a landing begins or ends on this link: steps and block numbers are not compared across
  * this moment. */
 void account_break(struct account *account);

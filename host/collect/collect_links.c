@@ -459,7 +459,7 @@ static enum mr_status release(struct collector *collector, struct side *side, en
         status = restart(collector, side, count ? first->frame.host_us : host_us,
                          heard ? &hello.as.hello : NULL, error);
         if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAME)
-            account_from_first(&side->account);
+            account_complete_from_start(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
         status = take_held(collector, side, &side->held[i], error);

@@ -239,7 +239,7 @@ static enum mr_status gather(void *context, const struct dialogue_message *messa
     return MR_OK;
 }
 
-static bool gathered(const void *context)
+static bool is_gathered(const void *context)
 {
     const struct gathering *g = context;
     return g->count == POINT_BLOCKS || g->bad == POINT_BLOCKS;
@@ -251,7 +251,7 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
 {
     *g = (struct gathering){.reference = g->reference, .channel = g->channel};
     config_client_live(dialogue, LIVE_S, fatal);
-    dialogue_until(dialogue, gathered, g, POINT_S, fatal);
+    dialogue_until(dialogue, is_gathered, g, POINT_S, fatal);
     if (g->count < POINT_BLOCKS)
         error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
                   g->bad ? "its readings are not valid" : "no readings received within 10 s",

@@ -619,7 +619,7 @@ static bool have_links(struct day *day)
 }
 
 /* Asks for the operator once a day. Commands that the day starts read the name from USER. */
-static bool know_operator(struct day *day)
+static bool find_operator(struct day *day)
 {
     char question[140], name[64];
     struct store_series *rows = NULL;
@@ -642,7 +642,7 @@ static bool know_operator(struct day *day)
 }
 
 /* Takes the weight from an earlier landing of the day; otherwise asks for the weight once. */
-static bool know_weight(struct day *day)
+static bool find_weight(struct day *day)
 {
     struct store_landing landing;
     char weight[STORE_JOURNAL_TEXT] = "", run_text[24], correction[STORE_JOURNAL_TEXT + 20];
@@ -706,7 +706,7 @@ static void look(struct day *day)
         return;
     line_of_step(day, DAY_LOOK, &line);
     run(day, &line);
-    if (!know_operator(day) || !know_weight(day) || !note_waves(day) ||
+    if (!find_operator(day) || !find_weight(day) || !note_waves(day) ||
         !ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
         !note.value[0])
         return;
@@ -723,7 +723,7 @@ static void series(struct day *day)
         !ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
              sizeof row.runway) ||
         !ask("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
-        !know_operator(day))
+        !find_operator(day))
         return;
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     if (store_series_add(day->store, &row, &day->error) == MR_OK)

@@ -42,7 +42,7 @@ LAW_INLINE void tensions(const struct motion *m, int k, int first, int count)
 }
 
 /* tanh of speed over veps, y, with argument w: y' = (1 - y^2) w'. */
-static void rub_smoothly(const struct motion *m, int k, int first, int last)
+static void expand_tanh_friction(const struct motion *m, int k, int first, int last)
 {
     double per = 1.0 / m->scene->veps_ft_s;
     for (int n = first; n <= last; n++) {
@@ -93,7 +93,7 @@ VECTOR void motion_expand(const struct motion *m, int first, int last, int order
                                            : 0.0);
         }
         if (m->friction == SIM_TANH) {
-            rub_smoothly(m, k, first, last);
+            expand_tanh_friction(m, k, first, last);
             for (int n = 0; n < count; n++)
                 next[n] -= m->limit_lb[first + n] * m->smooth[k][first + n];
         }
