@@ -66,7 +66,7 @@ static double first_root(const double *s, double *b, int degree, double low, dou
 }
 
 /* First root in (0, wide] of a polynomial that is positive at 0; INFINITY: none. */
-static double first_root(const double *s, int degree, double wide)
+static double root_from_positive(const double *s, int degree, double wide)
 {
     double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;
     power[0] = 1.0;
@@ -99,5 +99,5 @@ double polynomial_falls_s(double *s, int degree, double wide, double edge)
         skip++;
     if (skip > degree)
         return (double)INFINITY;
-    return s[skip] < 0.0 ? 0.0 : first_root(s + skip, degree - skip, wide);
+    return s[skip] < 0.0 ? 0.0 : root_from_positive(s + skip, degree - skip, wide);
 }
