@@ -18,7 +18,7 @@
 /* step of the integration of the path, for mats as long as the rig's; it grows with the root of the
  * scale, */
 #define NODE_S       1e-3
-#define NODE_FT      (2.0 / 7.0) /* so that a scaled series has the same results */
+#define NODE_FT      (2.0 / 7.0) /* so that a scaled series has the same steps */
 #define NODE_G_FT_S2 32.174
 #define ROW_NODES    10
 #define MOST_S       600.0
@@ -406,7 +406,7 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
     }
 }
 
-/* `folded`: a mat has turned upright. */
+/* Record the outcome of the planar engine. `folded`: a mat has turned upright. */
 static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, bool folded, struct series_outcome *out)
 {

@@ -420,7 +420,7 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
     return NULL;
 }
 
-/* The object of a key, or of the file that the key names. A new reference. */
+/* The object of a key, or of the file that the key names. The caller owns the reference. */
 static json_t *object_or_file(const char *file, const json_t *root, const char *key,
                               struct error *error)
 {

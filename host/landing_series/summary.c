@@ -112,7 +112,7 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
 {
     for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
         set_errors(series, runs, peaks[peak].value, peaks[peak].error);
-    /* a node whose joint was hit weakly in this run may be hit as hard as the most loaded one */
+    /* a joint that was hit weakly in this run may be hit as hard as the most loaded joint */
     for (size_t i = 0; i < series->seeds; i++) {
         for (size_t k = 0; k < runs[i].played; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
@@ -311,7 +311,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
                  unit->factor * s->high);
 }
 
-/* Only in the JSON; printed output has a table of its own. */
+/* Add a peak, only to the JSON; printed output has a table of its own. */
 static void add_peak(struct answer *answer, const char *name, const char *mean, enum unit_kind kind,
                      const struct series_peak *p)
 {
