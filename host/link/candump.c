@@ -28,7 +28,7 @@ static bool take(struct cursor *at, char c)
     return true;
 }
 
-/* Programs pad their fields to align them. */
+/* Skip blanks: programs pad their fields to align them. */
 static bool take_blanks(struct cursor *at)
 {
     const char *from = at->p;
@@ -181,7 +181,7 @@ bool candump_is_of(const struct candump_line *line, const char *interface)
 bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
                       struct candump_line *line)
 {
-    /* skip a byte order mark, or candump's "Warning: console output active while logging!" */
+    /* skip a UTF-8 byte order mark, or candump's "Warning: console output active while logging!" */
     const char *begin = log->line++ == 0 ? memchr(text, '(', length) : NULL;
     size_t before = begin ? (size_t)(begin - text) : 0;
     text += before;

@@ -143,7 +143,7 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
 #define STRANGE_LINES 1000u /* this many without a frame: not a log */
 
 /* Take the next line out of the buffer; `*length` excludes the newline. `*whole` is false if the
- * file ends first. A line longer than any log line is cut off. */
+ * file ends first. A very long line is cut off. */
 static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
@@ -185,7 +185,7 @@ static void see(const char *text, size_t length, char seen[SEEN + 1])
     seen[i] = '\0';
 }
 
-/* A complete log is searched first. */
+/* Choose the bus of a log. A complete log is searched for boards first. */
 static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
 {
     struct buses *buses = calloc(1, sizeof *buses);

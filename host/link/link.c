@@ -20,8 +20,8 @@
 #define RETRY_US       250000u
 #define AWAY_MAX_US    10000000u
 #define SERVICE_US     1000000u
-#define SEND_WAIT_MS   1000 /* while the device is being opened or queried */
-#define AHEAD_WIDTH_US 50   /* of a reading of both clocks; a longer one was interrupted */
+#define SEND_WAIT_MS   1000 /* most wait while the device is being opened or queried */
+#define AHEAD_WIDTH_US 50   /* width of a reading of both clocks; a wider one was interrupted */
 #define AHEAD_LOOKS    10
 
 static const struct kind {
@@ -133,7 +133,7 @@ static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
     }
 }
 
-/* The part behind the name of the kind. */
+/* Path of a link: the text behind the name of the kind. */
 static const char *path_of(const char *spec)
 {
     return strchr(spec, ':') + 1;

@@ -24,7 +24,7 @@ struct sum {
 
 struct piece {
     struct piece *next;
-    size_t used; /* part of `bytes` */
+    size_t used; /* used part of `bytes` */
     struct sum before;
     uint8_t bytes[PIECE_BYTES - 48];
 };
@@ -51,9 +51,9 @@ struct link_queue {
     size_t capacity;
     int news;
     bool listened, stopped, tight;
-    /* items taken at most; those before it are taken again after a rewind */
+    /* most items taken so far; items before this place are taken again after a rewind */
     uint64_t most_taken;
-    struct piece *spare, *oldest; /* oldest: the first piece that is kept */
+    struct piece *spare, *oldest; /* oldest: first piece that is kept */
     size_t history;
     struct place put, taken, released;
 };

@@ -94,7 +94,7 @@ static void slopes(const struct point *hull, size_t count, double mean_s, double
         else if (x_s < 0.0)
             *low_ppm = fmax(*low_ppm, (hull[i].y_us - c_us) / x_s);
     }
-    /* on the hull itself both are equal except for rounding */
+    /* on the hull itself the two slopes are equal except for rounding */
     *high_ppm = fmax(*high_ppm, *low_ppm);
 }
 

@@ -60,7 +60,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
-/* not a serial port, but one in use: socat, or the emulation of an adapter */
+/* no serial port, but used like one: socat, or the emulation of an adapter */
 #define PTS_FOLDER             "/dev/pts/"
 /* With a larger error of the rate a UART loses bytes. */
 #define BAUD_TOLERANCE_PERCENT 2
@@ -141,8 +141,8 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
     return same || count == 1;
 }
 
-/* Remember the adapter of the port, unless several ports are alike (adapters without serial numbers,
- * or with several ports): only the name of the port distinguishes them. */
+/* Remember the adapter of the port, unless several ports are alike (adapters without serial
+ * numbers, or with several ports): then only the name distinguishes them. */
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
@@ -382,7 +382,7 @@ const struct link_ops link_serial_ops = {
 /* ---- pty: ---- */
 
 #define OPEN_TRIES    250
-#define OPEN_PAUSE_MS 20 /* 5 s in all, like unix: the board may be starting */
+#define OPEN_PAUSE_MS 20 /* 5 s in all, like the link unix: the board may be starting */
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
