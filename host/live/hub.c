@@ -27,7 +27,7 @@
 
 /* one minute: 50 events of messages, 20 of readings and 5 of state per second */
 #define EVENTS           4500u
-#define EVENT_BYTES      0x400000u /* of all events together */
+#define EVENT_BYTES      0x400000u /* bytes of all events together */
 /* least time between two events of messages, but a warning is sent at once */
 #define MESSAGES_MS      20
 #define READINGS_MS      50
@@ -56,7 +56,8 @@ struct live_hub {
     pthread_cond_t news;
     const struct live_source *source;
     struct live_buckets buckets;
-    uint32_t run; /* random; readings with another number are from another time */
+    /* random number of this hub; readings with another number belong to an earlier hub */
+    uint32_t run;
 
     struct slot slot[SLOTS]; /* in order of arrival */
     unsigned slots;
