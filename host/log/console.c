@@ -484,7 +484,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         else
             cli_note(logger->cli, "the board sends again: %s", state);
     }
-    /* the links return one after the other: give each the full time again */
+    /* the links return one after the other: give each link the full time again */
     for (unsigned link = 0; link < LINK_KINDS && logger->silent && !now_silent; link++)
         logger->heard_us[link] = logger->heard_us[link] ? now_us : 0;
     logger->silent = now_silent;

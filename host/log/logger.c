@@ -24,7 +24,7 @@
  * for a slow disk. */
 #define COMMIT_US       40000u
 #define COMMIT_MOST_US  1000000u
-#define MUCH_PERMILLE   10u /* of a queue: 0.6 s of data */
+#define MUCH_PERMILLE   10u /* part of a queue's capacity: 0.6 s of data */
 /* for a summary: another program that closes the campaign holds it for a moment */
 #define READ_WAIT_MS    5000
 /* time to the next try: another program may hold the campaign for a moment only, */
@@ -156,7 +156,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* ---- from the queues into the collector ---- */
+/* ---- data from the queues into the collector ---- */
 
 #define FRAMES_PER_TURN 64u /* less than any board sends in a second, so the links stay in step */
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
@@ -323,7 +323,7 @@ void logger_ask_for_configuration(struct logger *logger)
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
         collector_progress(logger->collector, &p);
-        if (p.run) /* arming ended the board's answer: ask again as soon as the landing is done */
+        if (p.run) /* arming ended the board's answer: ask again when the landing is done */
             logger->asked_us = logger->asks = 0;
         return;
     }
@@ -390,7 +390,7 @@ static void stem_of(const char *path, char *out, size_t size)
     snprintf(out, size, "%.*s", (int)length, name);
 }
 
-/* An unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
+/* Find an unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
  * False: none was found. */
 static bool name_beside(const char *folder, const char *path, const char *what, const char *ending,
                         char *out, size_t size)
@@ -583,7 +583,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     if (place == STORE_OVERWRITTEN)
         leave_to_others(logger->store, original, kept);
     else
-        store_close(logger->store); /* the file itself is not damaged: only SQLite wrote to it */
+        store_close(logger->store); /* the file itself is intact: only SQLite wrote to it */
     continue_in(logger, store, saved);
     if (again)
         discard_landings(logger);
@@ -802,7 +802,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
                 status = settle(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
-                continue; /* write all kept data into the new campaign */
+                continue; /* the loop writes all kept data into the new campaign */
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);

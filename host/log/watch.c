@@ -69,7 +69,7 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
     pthread_mutex_unlock(&watch->lock);
 }
 
-/* The present cause of a delay, and its begin. */
+/* Present cause of a delay, and its beginning. */
 static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
@@ -169,7 +169,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
-    /* of the process: the writing thread, which handles signals, is inside a call */
+    /* signals of the process: the writing thread, which handles them, is inside a call */
     sigpending(&pending);
     cli_end_signals(&ends);
     sigandset(&both, &pending, &ends);
@@ -345,7 +345,7 @@ void watch_written(struct watch *watch)
 {
     char line[400] = "";
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
-    enum watch_cause cause = WATCH_NONE; /* of the delay that has just ended */
+    enum watch_cause cause = WATCH_NONE; /* cause of the delay that has just ended */
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
     watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
