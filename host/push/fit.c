@@ -278,7 +278,7 @@ struct push_path {
     double falls[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
-/* Two readings of the same force differ by more than this once in 40,000. */
+/* Two readings of the same force differ by more than this only once in 40,000. */
 #define TURNS 4.2 /* 3 sqrt 2, times the gage's standard error */
 
 /* Direction of the force on its way to each reading: 1 or -1. */
