@@ -68,7 +68,7 @@ static const struct {
     {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
-/* Whether the whole message does not follow from the record. */
+/* Whether a message as a whole does not follow from the record. */
 static bool field_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
@@ -282,7 +282,7 @@ static bool has_own_block(const struct mr_message_info *info)
 struct walk {
     const struct board_message *at, *end;
     int64_t shift;
-    int64_t first_block; /* in the block count of this list */
+    int64_t first_block; /* armed block in the block count of this list */
 };
 
 static void begin_walks(const struct comparing *c, int link, struct walk *old, struct walk *new)
@@ -313,7 +313,7 @@ static void only_one(struct comparing *c, const struct board_message *answer, in
     if (!recorded && c->broken_off && block == c->end_block)
         return; /* messages about the last block may not have been sent any more */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
-        return; /* the end itself may differ by this much */
+        return; /* the end itself may be earlier or later by this much */
     if (field_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end */
     if (!recorded && c->options->lossy[c->row->link]) {

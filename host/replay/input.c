@@ -36,7 +36,7 @@ struct loading {
     /* block of the newest state change on the link; while idle, few other messages contain a
      * time */
     int64_t told;
-    size_t room; /* of `block` */
+    size_t room; /* capacity of `block` */
     int64_t run;
     const char *path;
     struct error *error;
@@ -61,7 +61,7 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
-        return MR_OK; /* from another program, or a command */
+        return MR_OK; /* a message of another program, or a command */
     xlist_grow(&answers->message[loading->link], *count, sizeof(struct board_message));
     struct board_message *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct board_message){
@@ -167,7 +167,7 @@ __attribute__((format(printf, 2, 3))) static void put(struct writer *writer, con
 /* ---- checks ---- */
 
 struct holes {
-    int64_t from, to; /* the first hole */
+    int64_t from, to; /* first hole */
     int64_t blocks;   /* total length of all holes; 0: none */
 };
 
