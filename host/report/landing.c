@@ -114,7 +114,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
     draw_online(figure, landing, true, most);
 }
 
-/* Deceleration of the fit, only between its first and last switch. */
+/* Deceleration of the fit, only between its first and its last switch. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
                               struct chart_axes axes)
 {
@@ -287,7 +287,7 @@ static void movement(const struct report *report, const struct report_landing *l
                "downfield is positive. Compare report fig. 2.13.");
 }
 
-/* Only while the gear rolls: the distance does not change after the stop. */
+/* Draw the distances to the wheel, only while the gear rolls: they do not change after the stop. */
 static void wheel(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;

@@ -738,7 +738,7 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
                 (long long)report->row[i].board_landing);
 }
 
-/* The front: all of <main> ahead of the landings. The caller frees it. */
+/* Make the front: all of <main> ahead of the landings. The caller frees it. */
 static void make_front(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
