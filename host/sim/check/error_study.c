@@ -192,7 +192,7 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
-        /* the tighter pair, unless it agrees clearly worse */
+        /* keep the tighter pair, unless it agrees much worse */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
@@ -389,7 +389,7 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
                                        .single = true,
                                        .dt_s = study->dt_limit_s * FIRST *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
-        struct error_run *row = add_run(study); /* there is room for it */
+        struct error_run *row = add_run(study); /* there is room: checked above */
         chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_apart_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {

@@ -111,7 +111,7 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 {
     double t_from = b->lb[from], t_to = b->lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
-    double to_limit_ft = (t_from - grip) / k_from; /* if the other segment stays slack */
+    double to_limit_ft = (t_from - grip) / k_from; /* valid if the other segment stays slack */
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
                                             : (t_from - t_to - grip) / (k_from + k_to);
 }
@@ -362,7 +362,7 @@ static int lines_across(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
-        /* position in the line of the mat on the joint's left */
+        /* position of the mat on the joint's left, within its line */
         int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
         lines += at >= 0 && at % period < s->stiff_span - 1;
     }
@@ -498,7 +498,7 @@ static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
                    &m->turn_rad[joint]);
 }
 
-/* --- the whole --- */
+/* --- all modifications --- */
 
 double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {

@@ -148,8 +148,8 @@ KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, c
                                      : kernel_mat(p, v, n, inverse_length);
 }
 
-/* A mat outside the window lies on the ground, with the tilt of the ground. Where tensions are
- * given, only its slope is used. */
+/* A mat outside the window lies on the ground, with the tilt of the ground. If tensions are given,
+ * only its slope is used. */
 KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
                                         const struct kernel_parts parts)
 {
@@ -480,7 +480,8 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
     put(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
     put(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
     put(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
-    double change = a_y * (accel[2 * n + 2] - accel[2 * n]); /* of the mass matrix times accel */
+    /* derivative of the mass matrix, times accel */
+    double change = a_y * (accel[2 * n + 2] - accel[2 * n]);
     put(r, r->by_p, 2 * n, 2 * n + 2, change);
     put(r, r->by_p, 2 * n, 2 * n, -change);
     put(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);

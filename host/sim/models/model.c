@@ -504,7 +504,7 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
         if (m->slide[m->first - 1] != 0 || (exact_shape(m) && m->torsion[m->first] != 0))
             *first = m->first - 1 < *first ? m->first - 1 : *first;
         if (!m->consistent && !m->contact[m->first])
-            *first = 0; /* the apex may be any of the nodes ahead of it */
+            *first = 0; /* the apex may be at any node below m->first */
     }
     if (m->last < m->mats - 1) {
         if (m->slide[m->last + 1] != 0 || (exact_shape(m) && m->torsion[m->last + 1] != 0))

@@ -49,11 +49,11 @@ struct chain {
     double *thrust_lb;
     double *limit_lb;   /* Coulomb limit */
     double *give_ft;    /* grit/KL: compression of the grit before it yields */
-    double *tension_lb; /* of the last kick */
+    double *tension_lb; /* from the last kick */
     double *last_lb;    /* of the last kick and the kick before that */
     double *before_last_lb;
     double *before_ft_s; /* speeds before the last kick */
-    double *push_lb;     /* largest compression and tension so far */
+    double *push_lb;     /* per joint: largest compression and tension so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL when the scene has none */
@@ -62,7 +62,7 @@ struct chain {
 };
 
 #define ARRAYS    14
-#define PADDING   8 /* at both ends: the widest block (chain_kernel.h) */
+#define PADDING   8 /* entries at both ends: the widest block (chain_kernel.h) */
 #define ALIGNMENT 64
 
 #define LANES_FILE "host/sim/solvers/chain_kernel.h"
@@ -432,7 +432,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define LEAST_STEPS          1000
 #define MOST_STEPS           400000000u
 #define MOST_HALVINGS        8
-/* of the steps of two passes; with 2 their switches would coincide */
+/* ratio of the steps of two passes; with 2 their switches would coincide */
 #define RATIO                1.9
 /* times the difference of two passes: error estimate; order 1 needs 1.11 */
 #define CAUTION              2.0
@@ -791,8 +791,8 @@ static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
     return THIRD_CAUTION * most_ft;
 }
 
-/* Run at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). Repeat
- * with shorter steps while the two differ and no step is given. The result is one of the two
+/* Run at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). While the
+ * two differ, repeat with shorter steps, unless the step is fixed. The result is one of the two
  * passes. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, bool coarser_answers,
@@ -873,7 +873,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     sim_wheel_start(&wheel, scene);
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double hop_s =
-        /* INFINITY for an aircraft at rest */
+        /* INFINITY if the aircraft is at rest */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;

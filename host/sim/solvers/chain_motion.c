@@ -589,7 +589,7 @@ static void add_break(struct motion *m, double t_s)
     m->breaks_s[m->breaks++] = t_s;
 }
 
-/* Add breaks where a point `ahead_ft` of the path crosses from one mat to the next. */
+/* Add breaks where a point `ahead_ft` ahead of the path crosses from one mat to the next. */
 static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
@@ -697,7 +697,7 @@ static void near_mat(struct motion *m, int n)
     m->near_high = n > m->near_high ? n : m->near_high;
 }
 
-/* Restart the elastic ground under a loaded mat, from its state before. */
+/* Restart the elastic ground under a loaded mat; `before`: its last state, or NULL. */
 static void renew_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
@@ -774,7 +774,7 @@ void motion_press(struct motion *m)
     shrink(m);
 }
 
-/* The wheel's thrust from the present time on. */
+/* Set the wheel's thrust from the present time on. */
 void motion_touch(struct motion *m)
 {
     double dt = m->t_s - m->from_s;

@@ -90,7 +90,7 @@ static const double rkgs_gill_c[4] = {0.5, 1.0 - RKGS_ROOT_HALF, 1.0 + RKGS_ROOT
 static const double rkgs_gill_time[4] = {0.0, 0.5, 0.5, 1.0};
 
 struct rkgs_work {
-    double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size each */
+    double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size values each */
 };
 
 static void rkgs_restart(struct stepper *s)
@@ -120,7 +120,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
     size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
     memcpy(w->q_start, w->q, bytes);
     for (;;) {
-        double h = s->h_s; /* of one step; a pair ends at t + 2 h */
+        double h = s->h_s; /* step size; a pair of steps ends at t + 2 h */
         bool last = s->t_s + 2.0 * h * (1.0 + 1e-9) >= limit_s;
         if (last)
             h = 0.5 * (limit_s - s->t_s);

@@ -23,7 +23,7 @@
 #include "host/sim/solvers/stepper.h"
 
 struct work {
-    double *z, *rate, *part; /* 2 size each */
+    double *z, *rate, *part; /* 2 size values each */
     double *mass, *by_p, *by_v, *drift;
     struct stepper *stepper;
     SUNContext context;

@@ -125,7 +125,7 @@ struct work {
     double *terms[TERMS]; /* of the dense output */
     bool begun;           /* rate[0] is of (t, z) */
     bool dense;           /* terms are of the last step */
-    double h_s;           /* of the last step */
+    double h_s;           /* size of the last step */
 };
 
 static void restart(struct stepper *s)
@@ -314,8 +314,8 @@ struct order5_work {
     double *rate[ORDER5_STAGES]; /* 2 size values each */
     double *at;                  /* state of a stage */
     bool begun;                  /* rate[6] is at the start of the next step */
-    double error_before;         /* of the last accepted step */
-    double h_s;                  /* of the last step */
+    double error_before;         /* error of the last accepted step */
+    double h_s;                  /* size of the last step */
 };
 
 static void order5_restart(struct stepper *s)

@@ -40,8 +40,8 @@ struct work {
     double *k[STAGES];
     double *rate, *at, *mix; /* 2 size values each */
     double *mass, *by_p, *by_v, *lu;
-    double *drift; /* size values: dR/dt, later M^-1 dR/dt */
-    double *right; /* size values */
+    double *drift; /* `size` values: dR/dt, later M^-1 dR/dt */
+    double *right; /* `size` values */
     int *pivot;
     double *mass_lu;
     int *mass_pivot;

@@ -38,7 +38,7 @@ static void drop(struct march *march)
     *march = (struct march){0};
 }
 
-/* Clear a march whose arrays have another owner now. */
+/* Clear a march whose arrays now belong to another march. */
 static void leave(struct march *march)
 {
     march->record = (struct sim_record){0};
@@ -133,7 +133,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
                         struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
-    /* a node is seen to land up to one step late; this error is in all marches */
+    /* a landing is noticed up to one step late, with the same error in all marches */
     result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!complete(rough))
         return;
@@ -317,7 +317,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
-    /* INFINITY for an aircraft at rest */
+    /* INFINITY if the aircraft is at rest */
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0

@@ -71,7 +71,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 /* Ratio of two fixed steps. Not 2: every second short step would end together with a long one, and
  * both runs would sample these switches at the same moment. */
 #define ESTIMATE_GRID_RATIO     1.9
-/* of the usual first step, for solvers that halve and double it */
+/* factor on the first step, for solvers that halve and double it */
 #define ESTIMATE_FIRST_PART     0.72
 #define ESTIMATE_SPAN_PART      0.5 /* step over span, for the longer of two fixed steps */
 #define ESTIMATE_LEAST_RTOL     1e-13
@@ -79,7 +79,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * (approximately) of the order 8 method. */
 #define ESTIMATE_RK4_REAL       2.785
 #define ESTIMATE_EXPLICIT_REACH 6.0
-#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* if stability requires more steps: implicit */
+#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* implicit if stability alone requires more steps */
 #define ESTIMATE_STEP_RATIO     4.0     /* cost of a step of implicit, in steps of event */
 
 /* The runs of one scene with one solver. `coarse` and `fine` are complete; `third` is optional. */
@@ -569,7 +569,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
-        /* positions have at least the error of event */
+        /* positions have at least the error of the solver event */
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_FLOOR * stepper_event.rtol * m.length_ft);

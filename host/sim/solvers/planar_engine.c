@@ -89,7 +89,8 @@ static bool mat_rests(const struct planar_engine *l, int n)
     return node_rests(l, n) && node_rests(l, n + 1);
 }
 
-/* On uneven ground every joint whose force changes lifts or presses its mats. */
+/* On uneven ground a joint whose force changes lifts or presses its mats, so its mats join the
+ * heaving part. */
 static void heave_what_slides(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.size;
@@ -211,7 +212,8 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
-            pulled.lb = joint.cl_lb_s_ft * rate; /* of the last step, before the joint opened */
+            /* from the part of the last step with the joint closed */
+            pulled.lb = joint.cl_lb_s_ft * rate;
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
             t_lb = fmin(0.0, t_lb);
@@ -574,8 +576,8 @@ void engine_free(struct planar_engine *l)
 
 #define FOLDED_DEG           85.0
 #define DEGREES              (180.0 / 3.14159265358979323846)
-/* share of an overrun's lift; below it the wheel has left the wave, and the next wave counts
- * anew */
+/* part of an overrun's lift; below it the wheel has left the wave, and the next wave is a new
+ * one */
 #define OFF_WAVE_SHARE       0.5
 #define SLIGHT_TURN          0.01 /* sine of a rotation; smaller ones need no arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
@@ -799,7 +801,7 @@ struct under_way {
     struct sim_touch touch[SIM_TOUCH_MAX];
     int count;
     bool prunes, divides, heaves;
-    double before_s; /* the last step of the heights */
+    double before_s; /* size of the last step of the heights */
 };
 
 static void begin_march(struct under_way *way)
@@ -869,7 +871,8 @@ static void step_vertical(struct under_way *way, uint64_t i)
         double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
         march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, way->before_s < h, first_s, h));
         way->before_s = part_s;
-        l->rub_share = 0.5 * (part_s + h) / h; /* share in the mean of the next step */
+        /* share of the present force in the next step's mean */
+        l->rub_share = 0.5 * (part_s + h) / h;
     } else if (way->heaves) {
         /* after a divided step the speeds are only half a part behind */
         double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
