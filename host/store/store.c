@@ -463,7 +463,7 @@ enum store_place store_find(const char *path, const struct store_identity *ident
 /* Offsets in the file's header (https://sqlite.org/fileformat2.html, 1.3). */
 enum { HEADER = 100, AT_PAGE_SIZE = 16, AT_COUNTER = 24, AT_PAGES = 28, AT_COOKIE = 40 };
 enum { AT_VERSION = 60, AT_APPLICATION = 68 };
-#define COOKIES 1000u /* largest plausible change; a VACUUM adds 1 */
+#define COOKIES 1000u /* a larger change is not plausible; a VACUUM adds 1 */
 
 static uint32_t big_endian(const uint8_t *at)
 {

@@ -148,7 +148,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
     if (sqlite3_prepare_v2(
             store->database,
             "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
-            /* without the user's own tables */
+            /* leave out the user's own tables */
             " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')"
             " AND name<>'bundles' ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)

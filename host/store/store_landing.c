@@ -371,7 +371,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
 
 /* ---- slow ----
  *
- * The board's messages of each second of a landing, and rows of the slow log. */
+ * Messages that the board sends each second of a landing, and rows of the slow log. */
 
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error)

@@ -10,8 +10,8 @@
 #include "host/base/xmalloc.h"
 
 /* A statement is stopped after many more steps than a file of this size can need, because pages of
- * a damaged file can form circles. A scan takes below 2 steps per byte; sorting and look-ups for
- * each row take less than ten times as many. */
+ * a damaged file can form circles. A scan takes less than 2 steps per byte; sorting and look-ups
+ * for each row take less than ten times as many. */
 #define STEPS_ALWAYS 20000000
 #define STEPS_A_BYTE 32
 #define STEPS_EACH   10000
@@ -244,7 +244,7 @@ int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, con
         const void *field = (const char *)row + column->offset;
         if (!is_put(column, rules))
             continue;
-        if (column->kind == STORE_INT64) /* fast path: most columns are */
+        if (column->kind == STORE_INT64) /* fast path: most columns are integers */
             code = bind_integer(statement, place++, *(const int64_t *)field);
         else if (column->kind == STORE_OWNER)
             code = bind_integer(statement, place++, *owners++);
@@ -304,7 +304,7 @@ static void take_field(sqlite3_stmt *statement, int at, const struct store_colum
         *(const char **)field = (const char *)sqlite3_column_text(statement, at);
         break;
     case STORE_CHARACTERS: store_text(statement, at, field, column->size); break;
-    case STORE_BLOB: /* pointer before length: SQLite may convert the value */
+    case STORE_BLOB: /* get the pointer before the length: SQLite may convert the value */
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
         break;
@@ -319,7 +319,7 @@ void store_take_row(sqlite3_stmt *statement, const struct store_table *table, vo
     int at = 0;
     for (const struct store_column *column = table->columns; column < end; column++) {
         void *field = (char *)row + column->offset;
-        if (column->kind == STORE_INT64) /* fast path: most columns are */
+        if (column->kind == STORE_INT64) /* fast path: most columns are integers */
             *(int64_t *)field = store_integer(statement, at++);
         else if (column->kind != STORE_OWNER)
             take_field(statement, at++, column, field);
@@ -483,7 +483,7 @@ static const struct {
 #include "host/store/queries.def"
 };
 
-/* The statement does not match its declaration, so none of its results could be trusted. */
+/* Abort: the statement does not match its declaration, so none of its results can be trusted. */
 static void refuse(const char *name, const char *why)
 {
     fprintf(stderr, "matrig: statement %s of host/store: %s\n", name, why);
@@ -667,7 +667,7 @@ enum mr_status store_next(struct store *store, struct error *error, enum store_s
     return status;
 }
 
-/* Rows outlive the step of their statement, so a row with pointers would point to freed memory. */
+/* A row outlives the step of its statement, so its pointers would point to freed memory. */
 static void refuse_pointers(enum store_statement which)
 {
     const struct store_table *table = store_table(statements[which].row);
