@@ -808,8 +808,8 @@ static bool leave(const struct fitting *fitting, const struct solve *fitted,
 
 /* Make replicas: parameters from the posterior (normal in z, from the estimate and its covariance),
  * everything else drawn anew as in any ensemble. Each replica is then fitted like the measured data
- * set, so a fit takes the same part from both. If the model is right, the measured data set is one
- * more replica, and its rank is uniform for any function of the rows. If the posterior reaches
+ * set, so a fit removes the same part from both. If the model is right, the measured data set is
+ * one more replica, and its rank is uniform for any function of the rows. If the posterior reaches
  * values where simulations fail, there are no replicas; this is not an error. */
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)

@@ -327,7 +327,7 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draw new gaps with the survey's mean; compute the sums that a survey reads (NaN: not surveyed). */
+/* Draw new gaps with the survey's mean; compute the sums that a survey reads (NaN: unsurveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -565,7 +565,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of the wheel ahead of a transducer, ft; a window lies between two neighbours. */
+/* Distances of a transducer ahead of the wheel, ft; a window lies between two neighbours. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -831,10 +831,10 @@ enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_
     return MR_OK;
 }
 
-#define SURVEY_SPREAD 0.03 /* common relative error of all sums of a survey, from the gauge */
+#define SURVEY_SPREAD 0.03 /* common relative error of all sums: gauge, joints taken as closed */
 #define MANY_SAMPLES  1e9
 
-/* Relative error of a movement: the part of its error at 1 in that samples do not average out. */
+/* Relative error of a movement of 1 in: the part that samples do not average out. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
