@@ -280,7 +280,7 @@ static enum survey_outcome take_number(struct survey_desk *desk, double value_in
 
 static enum survey_outcome undo(struct survey_desk *desk, size_t *item)
 {
-    if (desk->doubted) { /* the doubtful reading is not stored yet, so just forget it */
+    if (desk->doubted) { /* the doubtful reading is not stored yet: forget it */
         desk->doubted = false;
         return SURVEY_MOVED;
     }
@@ -730,7 +730,7 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     return status;
 }
 
-/* Refuse: no valid survey has this number. id 0: there is no survey at all. */
+/* Refuse a survey: no valid survey has this number. id 0: there is no survey at all. */
 static enum mr_status refuse_missing(struct store *store, int64_t id,
                                      const struct store_gage_survey *rows, size_t count,
                                      struct error *error)
