@@ -225,7 +225,8 @@ json_t *design_level(const struct design_range *range, size_t i)
     return design_json(design_number(range, (double)i / (double)(range->count - 1)));
 }
 
-/* Value at the part u of the range, 0 to 1; for a list, the level at u. A new reference. */
+/* Value at the part u of the range, 0 to 1; for a list, the level at u. The caller owns the
+ * reference. */
 static json_t *design_at(const struct design_range *range, double u)
 {
     if (!range->levels)

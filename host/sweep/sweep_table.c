@@ -112,7 +112,8 @@ static json_t *no_field(const struct sweep *sweep, const char *what, const char 
                                   sweep->study ? "study FILE" : "sim SCENE"));
 }
 
-/* status, reason and result of a finished simulation. If a field is missing, the case fails. */
+/* Reduce a finished simulation to status, reason and result. If a field is missing, the case
+ * fails. */
 static json_t *kept(const struct sweep *sweep, const json_t *result)
 {
     const json_t *outputs = sweep_outputs(sweep);
@@ -144,7 +145,7 @@ struct search {
     int runs;
     json_t *failed; /* outcome of the failed run that ended the search */
     json_t *first;  /* result of the lowest value so far that is beyond the level */
-    /* the field at that value, and at the highest value that is not beyond */
+    /* the field at the lowest value that is beyond, and at the highest value that is not */
     json_t *first_field, *last_field;
 };
 
