@@ -52,7 +52,7 @@ static void take_control(struct msghdr *message, struct control *control)
 
 /* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700
  * bytes of queue. So the queue holds more than half a second, even if the kernel counts each
- * byte twice. */
+ * frame twice. */
 #define QUEUE_BYTES  (8 * 1024 * 1024)
 #define SEND_WAIT_MS 1000
 

@@ -20,7 +20,7 @@
 #define RETRY_US       250000u
 #define AWAY_MAX_US    10000000u
 #define SERVICE_US     1000000u
-#define SEND_WAIT_MS   1000 /* most wait while the device is being opened or queried */
+#define SEND_WAIT_MS   1000 /* longest wait while the device is being opened or queried */
 #define AHEAD_WIDTH_US 50   /* width of a reading of both clocks; a wider one was interrupted */
 #define AHEAD_LOOKS    10
 

@@ -537,7 +537,7 @@ bool logger_close_store(struct logger *logger)
     return false;
 }
 
-/* their data is written again, with new numbers */
+/* The data of these landings is written again, with new numbers. */
 static void discard_landings(struct logger *logger)
 {
     json_array_clear(logger->landings);

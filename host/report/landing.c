@@ -287,7 +287,8 @@ static void movement(const struct report *report, const struct report_landing *l
                "downfield is positive. Compare report fig. 2.13.");
 }
 
-/* Draw the distances to the wheel, only while the gear rolls: they do not change after the stop. */
+/* Draw displacement against distance from the wheel, only while the gear rolls: the distance is
+ * constant after the stop. */
 static void wheel(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;

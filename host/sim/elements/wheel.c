@@ -57,7 +57,7 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
     if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->count - 1].t_s)
-        low_lb = high_lb = 0.0; /* for part of the time there is no force */
+        low_lb = high_lb = 0.0; /* no force during a part of the time */
     for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_most(t0_s, row[0].t_s);

@@ -197,7 +197,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     const struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
-        left = right; /* also beyond an end without tension */
+        left = right; /* before the test for free ends: the next joint needs it too */
         right = shortening_of(l, j);
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -242,7 +242,7 @@ static void stretch_joints(struct planar_engine *l)
 
 /* ---- speeds ---- */
 
-/* repetitions of a step in which the soil releases or catches nodes */
+/* most repetitions of a step in which the soil releases or catches nodes */
 #define MOST_CONTACTS 8
 
 /* Apply bands and cleats before a kick. A riveted mat that its band moves joins the sliding
