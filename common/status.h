@@ -42,6 +42,15 @@ enum mr_status {
 #undef MR_STATUS_ENUM
 };
 
+/* Exit codes of the programs, and what each means. */
+#define MR_EXIT_TABLE(X)                               \
+    X(0, "success")                                    \
+    X(1, "a comparison failed or a limit was not met") \
+    X(2, "wrong usage")                                \
+    X(3, "input, output or a device failed")           \
+    X(4, "malformed or truncated input")               \
+    X(5, "a calculation was refused or failed")
+
 /* Text of a status, without capital or full stop; "unknown status" for a value not in the table.
  * Static storage. */
 const char *mr_status_text(enum mr_status status);

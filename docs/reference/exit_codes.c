@@ -5,7 +5,8 @@
 #include "common/status.h"
 #include "docs/reference/reference.h"
 
-#define EXIT_CODE_MAX 5
+#define EXIT_CODE_MAX         5
+#define EXIT_CODE(code, text) "- " #code ": " text "\n"
 
 struct status {
     const char *name, *text;
@@ -32,15 +33,15 @@ void reference_exit_codes(FILE *out)
 #undef ROW
     };
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
-    fputs(
-        "Every `matrig` command ends with one of these exit codes: 0 success, 1 comparison failed "
-        "or limit not met, 2 wrong usage, 3 input, output or device failed, 4 malformed or "
-        "truncated input, 5 numerical failure.\n\n"
-        "An error is one line on standard error, with cause and remedy. With `--json`, the "
-        "object on standard output also contains `error` (the line), `kind` and `exit` (the exit "
-        "code). A message of the board contains the status code.\n\n"
-        "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
-        out);
+    fputs("Every `matrig` command ends with one of these exit codes:\n\n" MR_EXIT_TABLE(
+              EXIT_CODE) "\n"
+                         "An error is one line on standard error, with cause and remedy. With "
+                         "`--json`, the "
+                         "object on standard output also contains `error` (the line), `kind` and "
+                         "`exit` (the exit "
+                         "code). A message of the board contains the status code.\n\n"
+                         "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
+          out);
     for (int code = 0; code <= EXIT_CODE_MAX; code++) {
         bool is_first = true;
         for (size_t i = 0; i < sizeof statuses / sizeof statuses[0]; i++) {

@@ -2,10 +2,9 @@
  * the options of commands.
  *
  * A command receives only its part of the command line: argv[0] is its name, argv[1..argc-1] are
- * the words after it. It returns the exit code of the process (common/status.h: 0 ok, 1 a limit
- * failed, 2 usage, 3 input or output, 4 malformed input, 5 numerics). Results go to stdout (with
- * --json exactly one object), everything else to stderr. `matrig COMMAND --help` is handled before
- * a command is called. */
+ * the words after it. It returns the exit code of the process (MR_EXIT_TABLE in common/status.h).
+ * Results go to stdout (with --json exactly one object), everything else to stderr. `matrig COMMAND
+ * --help` is handled before a command is called. */
 #ifndef MATRIG_HOST_BASE_CLI_H
 #define MATRIG_HOST_BASE_CLI_H
 

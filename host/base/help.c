@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/status.h"
 #include "common/version.h"
 #include "host/base/xmalloc.h"
 #include "host/base/quantity.h"
@@ -48,15 +49,18 @@ void help_overview(const struct command_table *table)
     }
     puts("  --version\n"
          "\n"
-         "matrig COMMAND --help describes a command, with an example; man matrig describes all "
-         "commands.\n"
-         "A number may have any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
-         "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
-         "4 malformed or truncated input, 5 numerics refused or failed.\n"
-         "NO_COLOR=1 turns off colours.\n"
-         "\n"
-         "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db && "
-         "matrig report campaign.db");
+         "Exit codes");
+#define EXIT_ROW(code, text) "  " #code "         " text "\n"
+    puts(MR_EXIT_TABLE(EXIT_ROW) "\n"
+                                 "matrig COMMAND --help describes a command, with an example; man "
+                                 "matrig describes all "
+                                 "commands.\n"
+                                 "A number may have any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
+                                 "NO_COLOR=1 turns off colours.\n"
+                                 "\n"
+                                 "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 "
+                                 "--db campaign.db && "
+                                 "matrig report campaign.db");
 }
 
 void help_command(const struct command *command)
