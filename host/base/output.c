@@ -289,6 +289,25 @@ enum mr_status output_bytes(const char *path, const void *bytes, size_t length, 
     return output_end(&output, error);
 }
 
+FILE *output_temporary(const char *what, struct error *error)
+{
+    FILE *file = tmpfile();
+    if (!file)
+        error_set(error, MR_IO,
+                  "cannot create a temporary file (%s): /tmp, for %s; make room there",
+                  strerror(errno), what);
+    return file;
+}
+
+void output_copy(FILE *temporary, FILE *to)
+{
+    char bytes[65536];
+    size_t count;
+    rewind(temporary);
+    while ((count = fread(bytes, 1, sizeof bytes, temporary)) > 0)
+        fwrite(bytes, 1, count, to);
+}
+
 enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
                            struct error *error)
 {

@@ -33,6 +33,12 @@ enum mr_status output_end(struct output *output, struct error *error);
 enum mr_status output_bytes(const char *path, const void *bytes, size_t length,
                             struct error *error);
 
+/* A temporary file for `what` ("the plot"), to be written and read; fclose removes it. NULL: it
+ * cannot be created, and `error` is set (MR_IO). */
+FILE *output_temporary(const char *what, struct error *error);
+/* Copies all of a temporary file. */
+void output_copy(FILE *temporary, FILE *to);
+
 /* Writes a JSON value to a file, indented; numbers have `digits` digits. */
 enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
                            struct error *error);

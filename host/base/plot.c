@@ -1,6 +1,5 @@
 #include "host/base/plot.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +11,7 @@
 #include "host/base/xmalloc.h"
 
 #define LIMIT_S 120.0
-#define NO_FILE "cannot create a temporary file (%s): /tmp, for the plot; make room there"
+#define WHAT    "the plot" /* that a temporary file is for */
 #define COLUMNS 1000 /* a longer line is reduced to the smallest and largest value of each column */
 
 struct plot {
@@ -234,12 +233,12 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
 static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
 {
     static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};
-    FILE *errors = tmpfile();
+    FILE *errors = output_temporary(WHAT, error);
     char line[200] = "", next[200];
     pid_t child;
     int status = 0;
     if (!errors)
-        return error_set(error, MR_IO, NO_FILE, strerror(errno));
+        return error->status;
     const int streams[3] = {fileno(script), fileno(picture), fileno(errors)};
     if (process_start(words, streams, &child, error) != MR_OK) {
         fclose(errors);
@@ -263,15 +262,6 @@ static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
     return status == 0 ? MR_OK : error_set(error, MR_IO, "gnuplot failed: %s", line);
 }
 
-static void copy(FILE *from, FILE *to)
-{
-    char bytes[65536];
-    size_t count;
-    rewind(from);
-    while ((count = fread(bytes, 1, sizeof bytes, from)) > 0)
-        fwrite(bytes, 1, count, to);
-}
-
 static void plot_free(struct plot *plot)
 {
     free(plot->title);
@@ -291,17 +281,16 @@ static enum mr_status check_ending(const char *path, struct error *error)
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
 {
     struct output output;
-    FILE *script = tmpfile(), *picture = tmpfile();
+    FILE *script = output_temporary(WHAT, error),
+         *picture = script ? output_temporary(WHAT, error) : NULL;
     end_panel(plot);
     fclose(plot->script);
-    if (!script || !picture)
-        error_set(error, MR_IO, NO_FILE, strerror(errno));
-    else if (check_ending(path, error) == MR_OK) {
+    if (picture && check_ending(path, error) == MR_OK) {
         print_script(script, plot, terminal_of(path));
         rewind(script);
         if (gnuplot(script, picture, error) == MR_OK &&
             output_begin(&output, path, error) == MR_OK) {
-            copy(picture, output.file);
+            output_copy(picture, output.file);
             output_end(&output, error);
         }
     }
@@ -318,8 +307,9 @@ enum mr_status plot_check(const char *path, const char *input, struct error *err
     if (!path)
         return MR_OK;
     if (check_ending(path, error) == MR_OK && output_check(path, input, error) == MR_OK) {
-        FILE *nothing = tmpfile(), *picture = tmpfile();
-        if (nothing && picture)
+        FILE *nothing = output_temporary(WHAT, error),
+             *picture = nothing ? output_temporary(WHAT, error) : NULL;
+        if (picture)
             gnuplot(nothing, picture, error);
         if (nothing)
             fclose(nothing);

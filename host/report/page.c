@@ -1,6 +1,5 @@
 #include "host/report/report.h"
 
-#include <errno.h>
 #include <math.h>
 #include <sha2.h>
 #include <stddef.h>
@@ -12,14 +11,14 @@
 #include "common/version.h"
 #include "host/base/assets.h"
 #include "host/base/html.h"
+#include "host/base/output.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MOST   3u /* most texts that a fact lists */
-#define RUNS_MOST    6u /* most RUNs that a line lists before "and 12 more" */
-#define DAY_S        86400
-#define COPIED_BYTES 65536u
+#define NAMED_MOST 3u /* most texts that a fact lists */
+#define RUNS_MOST  6u /* most RUNs that a line lists before "and 12 more" */
+#define DAY_S      86400
 
 /* ---- all pages ---- */
 
@@ -763,15 +762,12 @@ static void make_front(const struct report *report, char **text, size_t *length)
 
 enum mr_status page_write(struct report *report, FILE *out, struct error *error)
 {
-    char *front = NULL, *bytes = xmalloc(COPIED_BYTES);
+    char *front = NULL;
     size_t length = 0;
     /* written first, because the front, which precedes them, shows facts of the landings */
-    FILE *landings = tmpfile();
+    FILE *landings = output_temporary("the report", error);
     if (!landings)
-        return error_set(
-            error, MR_IO,
-            "cannot create a temporary file (%s): /tmp, for the report; make room there",
-            strerror(errno));
+        return error->status;
     report->error = error;
     report->calibrations = answer_new(report->si);
     write_landings(report, landings);
@@ -782,9 +778,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK) {
         page_head(out, report);
         fwrite(front, 1, length, out);
-        rewind(landings);
-        for (size_t count; (count = fread(bytes, 1, COPIED_BYTES, landings)) > 0;)
-            fwrite(bytes, 1, count, out);
+        output_copy(landings, out);
         fputs("<p>Plots are thinned: each pixel column shows its smallest and its largest "
               "reading.</p>\n</main>",
               out);
@@ -795,6 +789,5 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     report->calibrations = NULL;
     fclose(landings);
     free(front);
-    free(bytes);
     return error->status;
 }
