@@ -279,12 +279,26 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
 }
 
 /* After an option with a text, an extra word probably belongs to an unquoted text. */
-static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
+static bool follows_text(const struct parsing *p, char **argv, int i)
 {
     const char *attached;
     size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
                                                 : p->command->count;
-    if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_TEXT)
+    return row < p->command->count && p->command->parts[row].option.kind == OPTION_IS_TEXT;
+}
+
+/* A second word that takes the place of the RUN: --runway as laid. */
+static bool is_second_word(const struct parsing *p, char **argv, int i, size_t count)
+{
+    int64_t run;
+    struct error ignored = {0};
+    return count == 1 && strstr(p->command->operands.names, "RUN") && follows_text(p, argv, i) &&
+           run_parse(argv[i], &run, &ignored) != MR_OK;
+}
+
+static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
+{
+    if (!follows_text(p, argv, i))
         return error_set(error, MR_USAGE, "unexpected argument: '%s' of %s; see matrig %s --help",
                          argv[i], p->name, p->name);
     return error_set(
@@ -307,7 +321,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         bool is_option = argv[i][0] == '-' && argv[i][1] != '\0';
         if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
-        if (!is_option && count == operands->most)
+        if (!is_option && (count == operands->most || is_second_word(&p, argv, i, count)))
             return one_too_many(&p, argv, i, error);
         if (!is_option)
             words[count++] = argv[i];

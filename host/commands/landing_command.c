@@ -343,11 +343,6 @@ static void check(struct request *r)
                (r->withdraw != 0) + (r->note && !r->observe);
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
-    if (r->words[1] && r->series)
-        error_set(fatal, MR_USAGE,
-                  "unexpected argument: '%s' with --series; put a name of several words in quotes: "
-                  "--series '%s %s'",
-                  r->words[1], r->series, r->words[1]);
     if (r->words[1])
         run_parse(r->words[1], &r->run, fatal);
     if ((r->runway || r->pattern || r->modification) && !r->series)
