@@ -1,11 +1,13 @@
 #include "hil/core/file_place.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status status,
                                const char *format, ...)
@@ -25,6 +27,36 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
     return status;
 }
 
+/* The file of this name that was built or installed with the program; NULL: none. The caller frees
+ * it. */
+static char *own_file(const char *path)
+{
+    static const char *const places[] = {"..", "../share/matrig/runs", "../share/matrig"};
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    char program[PATH_MAX], place[2 * PATH_MAX + 80], *found = NULL;
+    ssize_t length = readlink("/proc/self/exe", program, sizeof program);
+    while (length > 0 && program[length - 1] != '/')
+        length--;
+    for (size_t i = path[0] == '/'; i < sizeof places / sizeof places[0] && !found; i++) {
+        snprintf(place, sizeof place, "%.*s%s/%s", (int)length, program, places[i],
+                 i == 0 ? path : name);
+        found = *name ? realpath(place, NULL) : NULL;
+    }
+    return found;
+}
+
+/* A relative path may be given in the wrong folder. */
+static enum mr_status refuse_missing(const struct hil_file_place *at, const char *advice)
+{
+    char folder[PATH_MAX] = "", *own = own_file(at->path);
+    bool relative = at->path[0] != '/' && getcwd(folder, sizeof folder);
+    enum mr_status status = hil_file_refuse(
+        at, MR_IO, "%s%s%s; %s%s", strerror(ENOENT), relative ? " in the folder " : "", folder,
+        own ? "the file of matrig is " : advice, own ? own : "");
+    free(own);
+    return status;
+}
+
 enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice,
                              char **bytes, size_t *size)
 {
@@ -32,6 +64,8 @@ enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const
     size_t room = 0;
     *bytes = NULL;
     *size = 0;
+    if (!file && errno == ENOENT)
+        return refuse_missing(at, advice);
     if (!file)
         return hil_file_refuse(at, MR_IO, "%s; %s", strerror(errno), advice);
     while (*size == room && room <= most) {

@@ -62,6 +62,11 @@ mistakes() { # one line, and the right exit code
         bad 2 '--lsi cannot be' --elf $elf --lsi 5 && bad 2 'not a link' --elf $elf --can vcan0 && bad 3 'cannot write' --elf $elf --serial "file:$tmp/no/file" &&
         bad 3 'no-such.run' --elf $elf --rig no-such.run && bad 4 'does not begin with' --elf $elf --rig $elf
 }
+wrong_folder() { # where it was looked for, and where the file of that name is
+    fails_with 3 "No such file or directory in the folder $(realpath "$tmp"); the file of matrig is $PWD/tests/runs/landing1.run" \
+        env -C "$tmp" "$PWD/$board" --elf "$PWD/$elf" --rig tests/runs/landing1.run &&
+        fails_with 3 "No such file or directory in the folder $PWD; give a file that matrig wrote" $board --elf $elf --rig no-such.run
+}
 given_twice() {
     fails_with 2 '--for is given twice; give it once' $board --elf $elf --for 1 --for 1 &&
         fails_with 2 '--trace is given twice' $board --trace --elf $elf --trace
@@ -133,6 +138,7 @@ check "a host that does not read ends with a message" host_does_not_read
 check "paced by the wall clock, never ahead of it" paced
 check "any speed, same bytes" any_speed_same_bytes
 check "mistakes are told in a line" mistakes
+check "a file that is not there: which folder was searched, and where the one of matrig is" wrong_folder
 check "an option given twice is refused" given_twice
 check "one path for two things is refused" same_path
 check "one file under two names, or a campaign, is not overwritten" same_file
