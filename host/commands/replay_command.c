@@ -182,9 +182,10 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
         " measured before the landing, loaded again";
     answer_flag(answer, "runway", NULL, input->runway);
-    if (input->runway)
-        answer_words(answer, NULL, "runway",
-                     "the runway with which the landing was armed, loaded again");
+    answer_words(answer, NULL, "runway", "%s",
+                 input->runway ? "the runway with which the landing was armed, loaded again"
+                               : "not recorded completely: the replay starts with an unmeasured "
+                                 "runway, so warnings may differ");
     answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
         answer_words(answer, NULL, "moved",

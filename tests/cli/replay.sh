@@ -127,6 +127,10 @@ without_zeros() { # the messages say that the zeros were the configured ones
         $matrig --json --quiet replay "$tmp/unzeroed.db" 14 >"$tmp/unzeroed.json"
     [ $? = 1 ] && sqlite3 :memory: "select json_extract(value, '\$.differ') from json_each(json_extract(cast(readfile('$tmp/unzeroed.json') as text), '\$.by_message')) where json_extract(value, '\$.message') = 'displacement_1_3'" | grep -q '^[1-9]'
 }
+without_a_runway() { # the replay starts with an unmeasured one, and says so
+    broken nowhere 'delete from runways where landing = 3'
+    $matrig --quiet replay "$tmp/nowhere.db" 3 | grep 'runway  *not recorded completely: the replay starts with an unmeasured runway'
+}
 record_begins_at_arming() {
     broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
         $matrig --json --quiet replay "$tmp/older.db" 6 >"$tmp/older.json" || return 1
