@@ -456,9 +456,9 @@ const char *measured_marks(const struct measured *measured)
     return marks[!measured->dates_known ? 2 : measured->uncalibrated][measured->torn];
 }
 
-bool measured_is_emulated(const struct measured *measured)
+bool measured_is_emulated(const struct store_landing *landing)
 {
-    const char *uid = measured->landing.board_uid;
+    const char *uid = landing->board_uid;
     return strlen(uid) == 24 && strncmp(uid + 8, MR_EMULATED_LOT_TEXT, 6) == 0;
 }
 

@@ -139,7 +139,7 @@ void measured_free(struct measured *measured);
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
 /* True if the landing's board was an emulated one: its readings are synthetic
  * (common/emulated.h). */
-bool measured_is_emulated(const struct measured *measured);
+bool measured_is_emulated(const struct store_landing *landing);
 /* Marks to print after any number of the landing: "", ", torn", ", UNCALIBRATED" or ", calibration
  * unknown" (its configuration was not read), or ", torn" and one of the calibration marks. Static
  * storage. */

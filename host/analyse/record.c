@@ -54,10 +54,14 @@ static void take_plan(const struct measured *measured, struct record_row *row)
         return;
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
            stopping_distance_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
-           braking = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft) /
-                     row->advice.deceleration_ft_s2;
-    row->off_plan = (stopping_distance_ft > 0.0 && fabs(braking - 1.0) > RECORD_OFF_BRAKING) ||
-                    fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
+           braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
+    bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
+    row->flown = true;
+    row->off_plan = off_speed || (stopping_distance_ft > 0.0 &&
+                                  fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
+                                      RECORD_OFF_BRAKING);
+    row->followed = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
+                    stopping_distance_ft > 0.0 && braking_ft_s2 <= row->advice.hardest_ft_s2;
 }
 
 /* ---- outcome ---- */
@@ -95,6 +99,7 @@ static void judge(struct record_row *row)
 /* The landings before and after, of the same board; NULL: none. */
 struct outcome_between {
     const struct store_landing *before, *after;
+    bool restored; /* the one after began on a runway from before this one */
 };
 
 #define STEP_SAMPLES  20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
@@ -324,7 +329,7 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
         board_survey(store, landing->id, between->before ? between->before->id : 0, &before, error)
             ?: gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
                            landing->armed_us, &before, error);
-    if (status == MR_OK && between->after)
+    if (status == MR_OK && between->after && !between->restored)
         status = board_survey(store, between->after->id, landing->id, &after, error);
     if (status == MR_OK)
         status = gage_survey(store, landing->armed_us,
@@ -350,6 +355,39 @@ static void take_advice(const struct store_advice *advice, size_t count, int64_t
             continue;
         row->advised = true;
         row->advice = advice[i];
+    }
+}
+
+/* What landings have made of the runway that a landing of an emulated board began on, apart from
+ * surveys; 0: none, or not known. */
+static uint64_t emulated_history(struct store *store, const struct store_landing *landing)
+{
+    struct mr_predictor_state state;
+    struct error ignored = {0};
+    int64_t source;
+    uint32_t scale;
+    bool there = false;
+    if (!measured_is_emulated(landing) ||
+        store_runway_get(store, landing->id, &state, &source, &there, &ignored) != MR_OK ||
+        !there || state.landings == 0)
+        return 0;
+    memcpy(&scale, &state.scale, sizeof scale);
+    return (uint64_t)state.landings << 32 | scale;
+}
+
+/* A runway that was restored, and with it the advice that was kept for it. */
+static void take_same_runway(const struct record *record, const uint64_t *history,
+                             struct record_row *row)
+{
+    const size_t at = (size_t)(row - record->row);
+    for (size_t i = 0; i < at && row->same_runway_run == STORE_NONE && history[at]; i++) {
+        if (history[i] != history[at])
+            continue;
+        row->same_runway_run = record->row[i].run;
+        if (!row->advised) {
+            row->advised = record->row[i].advised;
+            row->advice = record->row[i].advice;
+        }
     }
 }
 
@@ -422,7 +460,7 @@ static void add_row(struct record *record, const struct record_row *row)
         return;
     record->landings++;
     record->verdict[row->verdict]++;
-    if (row->advised && row->off_plan)
+    if (row->advised && (row->off_plan || row->followed))
         record->off_plan++;
     else if (row->advised)
         record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
@@ -449,8 +487,10 @@ struct record_row *record_find(struct record *record, int64_t run)
 static struct outcome_between between_of(const struct record *record, const struct record_row *row)
 {
     size_t at = (size_t)(row - record->row);
-    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1),
-                                    neighbour(record->landing, record->rows, at, 1)};
+    const struct store_landing *after = neighbour(record->landing, record->rows, at, 1);
+    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1), after,
+                                    after && record->row[after - record->landing].same_runway_run !=
+                                                 STORE_NONE};
 }
 
 enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
@@ -460,15 +500,20 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
     *record = (struct record){0};
     enum mr_status status = store_landings(store, &record->landing, &count, error)
                               ?: store_advices(store, &advice, &advices, error);
+    uint64_t *history = xcalloc(count + 1, sizeof *history);
     if (status == MR_OK)
         record->row = xcalloc(count, sizeof *record->row);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         struct record_row *row = &record->row[record->rows++];
         row->run = record->landing[i].id;
+        row->same_runway_run = STORE_NONE;
+        history[i] = emulated_history(store, &record->landing[i]);
         take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
+        take_same_runway(record, history, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
     free(advice);
+    free(history);
     return status;
 }
 
@@ -521,6 +566,17 @@ const char *record_verdict_text(enum record_verdict verdict)
         [RECORD_SILENCE] = "rightly quiet",
     };
     return text[verdict];
+}
+
+const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE])
+{
+    bool against = row->advised && strcmp(row->advice.verdict, "against") == 0;
+    snprintf(out, RECORD_ADVICE, "%s%s", row->advised ? row->advice.verdict : "none",
+             row->followed                   ? ", followed"
+             : row->advised && row->off_plan ? ", not flown as planned"
+             : against && row->flown         ? ", not followed"
+                                             : "");
+    return out;
 }
 
 static void warnings_answer(const struct record *record, struct answer *answer)

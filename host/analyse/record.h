@@ -92,9 +92,14 @@ struct record_row {
     /* time from the warning until the wheel reached a zone; NaN: no warning, or no zone */
     double lead_s;
     double risk_most; /* largest risk reported during the landing; NaN: none */
+    /* First landing that began on the same runway, which was restored; STORE_NONE: none. Only the
+     * runway of an emulated board can be: its memory is a file. */
+    int64_t same_runway_run;
     bool advised;
-    struct store_advice advice; /* newest advice before the landing */
+    struct store_advice advice; /* newest advice before the landing, on its runway */
+    bool flown;                 /* its motion is known: the next two are, too */
     bool off_plan;
+    bool followed; /* advised against the plan: it braked no harder than advised */
     struct outcome outcome;
     enum record_verdict verdict;
     const char *why; /* reason for RECORD_NOT_KNOWN; static */
@@ -108,7 +113,9 @@ struct record {
     size_t landings, voided;
     size_t verdict[RECORD_VERDICTS];
     size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_came */
-    size_t off_plan; /* landings that differed from their plan; not counted in `advice` */
+    /* landings that differed from their plan, or followed the advice against it; not counted in
+     * `advice` */
+    size_t off_plan;
 };
 
 /* A loaded landing, with its samples. */
@@ -132,6 +139,9 @@ enum mr_status record_load(struct store *store, struct record *record, struct er
 void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);
+/* The advice before a landing and whether it was followed: "against, followed"; "none". */
+#define RECORD_ADVICE 48
+const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE]);
 /* Adds the totals as JSON. Text output has one line with `brief` (for `matrig show`), otherwise all
  * totals. */
 void record_answer(const struct record *record, bool brief, struct answer *answer);

@@ -174,6 +174,32 @@ static size_t in_series(const struct report *report, size_t first)
     return count;
 }
 
+/* How many landings of a series a landing adds to: those before it, or those before the landing
+ * that began on the same runway. */
+static size_t landings_before(const struct report_facts *series, size_t at)
+{
+    for (size_t i = 0; i < at; i++) {
+        if (series[i].landing.id == series[at].record.same_runway_run)
+            return landings_before(series, i);
+    }
+    return at;
+}
+
+static void restored_words(FILE *out, const struct report_facts *series, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        size_t before = landings_before(series, i);
+        if (before == i)
+            continue;
+        fprintf(out, "<p class=\"say\">RUN %lld started on the same runway as RUN %lld, restored",
+                (long long)series[i].landing.id, (long long)series[i].record.same_runway_run);
+        if (before)
+            fprintf(out, ": its sum continues from RUN %lld",
+                    (long long)series[before - 1].landing.id);
+        fputs(".</p>\n", out);
+    }
+}
+
 static void cumulative(const struct report *report, FILE *out)
 {
     const bool si = report->si;
@@ -182,8 +208,11 @@ static void cumulative(const struct report *report, FILE *out)
     size_t series = 0;
     for (size_t first = 0, count; first < report->landings; first += count, series++) {
         count = in_series(report, first);
-        for (size_t i = 0; i < count; i++)
-            profile_of(&report->facts[first + i], i ? &profile[i - 1] : NULL, false, &profile[i]);
+        for (size_t i = 0; i < count; i++) {
+            size_t before = landings_before(&report->facts[first], i);
+            profile_of(&report->facts[first + i], before ? &profile[before - 1] : NULL, false,
+                       &profile[i]);
+        }
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
             html_text(out, series_name(&report->facts[first]));
@@ -196,6 +225,7 @@ static void cumulative(const struct report *report, FILE *out)
                       "Compare report figs. 4.5 and 4.6.",
                       si);
         profile_table(out, profile, count, si);
+        restored_words(out, &report->facts[first], count);
         last[series] = profile[count - 1];
         snprintf(last[series].name, sizeof last[series].name, "%.15s",
                  series_name(&report->facts[first]));
@@ -517,11 +547,11 @@ static void record_row(const struct record_row *row, struct answer *answer)
                                          [RECORD_UNHEARD] = "not known"};
     static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
+    char advice[RECORD_ADVICE];
     answer_row(answer);
     answer_count(answer, NULL, "RUN", row->run);
     answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
-    answer_words(answer, NULL, "advice", "%s%s", row->advised ? row->advice.verdict : "none",
-                 row->advised && row->off_plan ? ", not flown as planned" : "");
+    answer_words(answer, NULL, "advice", "%s", record_advice_text(row, advice));
     answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
                  row->advised ? 100.0 * row->advice.zone : none, 0);
     answer_words(answer, NULL, "warning", "%s", warned[row->warned])->warn = row->warned ==
@@ -574,10 +604,10 @@ static const struct report_facts *landing_after(const struct report *report,
     return NULL;
 }
 
-static void advice_row(const struct report *report, const struct store_advice *advice,
+/* `facts`: the landing; NULL: none yet. */
+static void advice_row(const struct store_advice *advice, const struct report_facts *facts,
                        size_t number, struct answer *answer)
 {
-    const struct report_facts *facts = landing_after(report, advice);
     answer_row(answer);
     answer_count(answer, NULL, "advice", (int64_t)number);
     answer_words(answer, NULL, "recommendation", "%s", advice->verdict)->warn =
@@ -594,6 +624,12 @@ static void advice_row(const struct report *report, const struct store_advice *a
     answer_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : none, 1);
     answer_value(answer, NULL, "braking", UNIT_DECELERATION,
                  facts ? facts->deceleration_ft_s2.value : none, 2);
+    answer_words(answer, NULL, "followed", "%s",
+                 !facts || facts->record.advice.id != advice->id ? "\xe2\x80\x93"
+                 : facts->record.followed                        ? "yes"
+                 : facts->record.off_plan                        ? "not flown as planned"
+                 : strcmp(advice->verdict, "against") == 0       ? "no"
+                                                                 : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",
                  !facts                      ? "no landing yet"
                  : !facts->warning.warned    ? "none"
@@ -601,6 +637,19 @@ static void advice_row(const struct report *report, const struct store_advice *a
                  : facts->warning.path_known ? "yes, wheel stopped before the zone"
                                              : "yes");
     answer_words(answer, NULL, "reason", "%s", advice->reason);
+}
+
+/* A row for each landing on the runway of the advice. */
+static void advice_rows(const struct report *report, const struct store_advice *advice,
+                        size_t number, struct answer *answer)
+{
+    const struct report_facts *first = landing_after(report, advice);
+    advice_row(advice, first, number, answer);
+    for (size_t i = 0; first && i < report->landings; i++) {
+        const struct report_facts *facts = &report->facts[i];
+        if (facts != first && facts->record.advised && facts->record.advice.id == advice->id)
+            advice_row(advice, facts, number, answer);
+    }
 }
 
 static void advice(const struct report *report, FILE *out)
@@ -611,11 +660,13 @@ static void advice(const struct report *report, FILE *out)
     store_advices(report->store, &advice, &count, report->error);
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++)
-        advice_row(report, &advice[i], i + 1, answer);
+        advice_rows(report, &advice[i], i + 1, answer);
     answer_close(answer);
     if (count)
         answer_sentence(answer, NULL,
-                        "Recommendations of matrig advise, each with the landing that followed it. "
+                        "Recommendations of matrig advise, each with the landing that followed it "
+                        "and those that started on the same runway, restored. Followed: advised "
+                        "against, it braked no harder than advised. "
                         "Zone probability: of a zone of 50 closed mats, with its sampling "
                         "interval; matrig advises against a landing from the limit on.");
     report_answer(answer, out);

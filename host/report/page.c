@@ -426,6 +426,7 @@ static void warning_words(const struct report_facts *facts, FILE *out)
 static void outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     const struct outcome *outcome = &facts->record.outcome;
+    char advice[RECORD_ADVICE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
     html_text(out, record_verdict_text(facts->record.verdict));
     fputs(".</strong> ", out);
@@ -446,7 +447,10 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
         html_text(out, facts->why);
         fputc(')', out);
     }
-    fputs(".</p>\n", out);
+    fputc('.', out);
+    if (facts->record.advised)
+        fprintf(out, " Advice before it: %s.", record_advice_text(&facts->record, advice));
+    fputs("</p>\n", out);
 }
 
 /* Emulated boards replay synthetic landings. The banner keeps readers from taking them for a

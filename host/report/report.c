@@ -185,7 +185,7 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->series = landing->series;
     facts->source = measured->source;
     facts->torn = measured->torn;
-    facts->emulated = measured_is_emulated(measured);
+    facts->emulated = measured_is_emulated(&measured->landing);
     facts->marks = measured_marks(measured);
     facts->recalibrated = measured->recalibrated;
     facts->fitted = measured->fit_status == MR_OK;

@@ -35,6 +35,20 @@ assert float(sys.argv[2]) - touchdown_s - zone[4]["t_s"] >= 0.5, "the early one"
 assert 2.751 - zone[2]["t_s"] < 0.1, "the late one (tests/runs/README.md)"' "$tmp" "$(truth 7 wheel_at_50_mats_t_s)" && [ "$(truth 6 wheel_at_50_mats_t_s)" = -1.000 ]
 }
 sums() { tail -n 3 "$work/told.txt" | tr '\n' ' ' | grep 'In 2 landings the wheel reached a zone: 1 warned in time, 1 too late, 0 missed. 0 false warnings, 3 rightly quiet'; }
+restored() { # landings 6 and 7 began on the runway of landing 5 again: each adds to landing 4 alone, and had the same advice
+    [ "$(grep -c 'RUN [45] started on the same runway as RUN 3, restored: its sum continues from RUN 2\.' "$work/first/report.html")" = 2 ] &&
+        python3 -c 'import json, re, sys
+page = open(sys.argv[1]).read()
+end = [[d["end_in"] for d in json.load(open("%s/run%d.json" % (sys.argv[2], run)))["displacements"]] for run in range(1, 6)]
+rows = {int(n): [float(v) for v in re.findall(r">(-?[0-9.]+) ±", row)] for n, row in re.findall(r"<tr><td>RUN (\d)</td>(.*?)</tr>", page)}
+for run, of in ((1, (1,)), (2, (1, 2)), (3, (1, 2, 3)), (4, (1, 2, 4)), (5, (1, 2, 5))):
+    far = [abs(v - sum(end[k - 1][i] for k in of)) for i, v in enumerate(rows[run])]
+    print(run, rows[run], far)
+    assert len(far) == 8 and max(far) < 2e-4
+said = re.findall("Advice before it: (.*?)\\.</p>", page)
+print(said)
+assert said == ["against, not followed", "against, followed", "against, not followed"]' "$work/first/report.html" "$tmp"
+}
 page_of_figures() { # the words exactly; figures within 5 %, as the board is armed at another moment in each demo, with other noise
     python3 tests/browser/played.py "$work/first/campaign.db" >"$tmp/page.md" && python3 -c 'import re, sys
 kept, made = (re.split(r"(\d+(?:\.\d+)?)", open(name).read()) for name in sys.argv[1:])
@@ -77,6 +91,7 @@ check "each touchdown is as fast as the run file says" all_measured
 check "it advises against landing 5, and for landing 6" advises
 check "landing 5 is warned of late, landing 7 early" warns
 check "and that is summed up" sums
+check "landings on a restored runway are not summed, and show the advice" restored
 check "docs/measured/demo.md has its figures (make pictures)" page_of_figures
 check "there is a page" has_page
 check "and nothing but page and campaign" no_more

@@ -1,5 +1,6 @@
 /* The record of warnings: a campaign made by hand, of which it is known by construction what came
  * of each landing. The mats do not move; segments that were surveyed as closed are the zone. */
+#include "common/emulated.h"
 #include "host/analyse/measured_load.h"
 #include "host/analyse/record.h"
 #include "tests/host/session.h"
@@ -232,5 +233,48 @@ TEST(given)
     record_free(&record);
     zones_free(&zones);
     measured_free(&measured);
+    session_end(&session);
+}
+
+static void begin_on(int64_t run, unsigned landings)
+{
+    const struct mr_predictor_state state = {.mats = 420, .landings = (uint16_t)landings};
+    assert_int_equal(store_runway_put(session.store, run, &state, 1, &session.error), MR_OK);
+}
+
+/* RUN 3 begins on the runway of RUN 2 again: the advice is of it too, and it braked at 8 ft/s2, as
+ * RUN 2. The mat of a real board does not go back. */
+TEST(restored_runway)
+{
+    struct record record;
+    char text[RECORD_ADVICE];
+    const struct store_advice advice = {.made_us = 1,
+                                        .speed_ft_s = 35.0,
+                                        .deceleration_ft_s2 = 9.0,
+                                        .hardest_ft_s2 = 8.5,
+                                        .verdict = "against",
+                                        .reason = "by hand",
+                                        .after_run = 1};
+    make("000");
+    for (int run = 1; run <= 3; run++)
+        survey_anew(run);
+    sql("delete from runways");
+    reopen();
+    for (int run = 1; run <= 3; run++)
+        begin_on(run, run > 1);
+    assert_int_equal(store_advice_add(session.store, &advice, &session.error), MR_OK);
+    load(&record);
+    assert_int_equal(record.row[2].same_runway_run, STORE_NONE);
+    assert_string_equal(record_advice_text(&record.row[1], text), "against, followed");
+    assert_string_equal(record_advice_text(&record.row[2], text), "none");
+    record_free(&record);
+    sql("update landings set board_uid = substr(board_uid, 1, 8) || '" MR_EMULATED_LOT_TEXT
+        "' || substr(board_uid, 15)");
+    load(&record);
+    assert_int_equal(record.row[1].same_runway_run, STORE_NONE);
+    assert_int_equal(record.row[2].same_runway_run, 2);
+    assert_string_equal(record_advice_text(&record.row[2], text), "against, followed");
+    assert_int_equal(record.off_plan, 2);
+    record_free(&record);
     session_end(&session);
 }
