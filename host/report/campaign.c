@@ -81,7 +81,7 @@ static void summary(const struct report *report, FILE *out)
             summary_row);
 }
 
-/* ---- cumulative displacement (report figs. 4.5, 4.6, 5.2) ---- */
+/* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
 
 /* most lines of a plot that have a name and a style of their own; the others are thin */
 #define NAMED_MAX 8u
@@ -222,7 +222,7 @@ static void cumulative(const struct report *report, FILE *out)
                       "cumulative displacement against station, after each landing",
                       "Sum of the displacements that remained after each landing, with 95 % "
                       "intervals; downfield is positive. The sum ends where a reading is missing. "
-                      "Compare report figs. 4.5 and 4.6.",
+                      "Compare figs. 4.5 and 4.6 of the 1973 report.",
                       si);
         profile_table(out, profile, count, si);
         restored_words(out, &report->facts[first], count);
@@ -234,7 +234,7 @@ static void cumulative(const struct report *report, FILE *out)
         fputs("<h3>Series against each other</h3>\n", out);
         draw_profiles(out, last, series, "cumulative displacement",
                       "cumulative displacement against station, of each series",
-                      "Sum over each series. Compare report fig. 5.2.", si);
+                      "Sum over each series. Compare fig. 5.2 of the 1973 report.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
         profile_of(&report->facts[i], NULL, true, &profile[i]);
@@ -350,7 +350,7 @@ static void zones(const struct report *report, FILE *out)
     }
 }
 
-/* ---- band tension against deceleration (report fig. 5.3) ---- */
+/* ---- band tension against deceleration (fig. 5.3 of the 1973 report) ---- */
 
 static unsigned bands_of(const struct report *report)
 {
@@ -395,7 +395,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
         &figure, NULL,
         "Change of tension after the first switch, mean over the gages of a band, with 95 %% "
         "intervals: largest fall (below 0) and largest rise (above 0). Marks of the bands "
-        "stand side by side. Compare report fig. 5.3.");
+        "stand side by side. Compare fig. 5.3 of the 1973 report.");
     free(x);
 }
 

@@ -284,7 +284,7 @@ static void movement(const struct report *report, const struct report_landing *l
     }
     figure_end(&figure, keys,
                "Displacement relative to the mean of the 0.5 s before the first switch opened; "
-               "downfield is positive. Compare report fig. 2.13.");
+               "downfield is positive. Compare fig. 2.13 of the 1973 report.");
 }
 
 /* Draw displacement against distance from the wheel, only while the gear rolls: the distance is
