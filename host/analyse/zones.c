@@ -277,7 +277,7 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
         answer_none(answer, "true_lead_s", "wheel in the zone", not_reached(w));
     reason_answer(w, answer);
     lead_answer(w, answer);
-    answer_count(answer, "most_mats", "longest, mats", w->most_mats);
+    answer_count(answer, "most_mats", "zone warned of, mats", w->most_mats);
     answer_value(answer, "most_start", "its start", UNIT_STATION, w->most_start_ft, 1)->digits = 9;
     answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
 }

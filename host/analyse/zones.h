@@ -49,7 +49,7 @@ struct zone_warning {
     double coming_wheel_ft;              /* predicted wheel position at that zone */
     /* time from the warning until the wheel reached coming_wheel_ft; NaN: it stopped before */
     double coming_after_s;
-    /* Longest run reported while the warning was on. */
+    /* The zone warned of: the longest run reported while the warning was on. */
     int64_t most_mats;
     double most_start_ft, most_end_ft;
     /* The wheel and the zone of the first warning, from the final fit. */

@@ -102,8 +102,8 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
                      !zones_received_doubt(&preview->zones.heard, (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->warned)
-        answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->start_ft,
-                     station->factor * w->end_ft)
+        answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->most_start_ft,
+                     station->factor * w->most_end_ft)
             ->warn = true;
     else
         answer_words(answer, NULL, label, "%s",

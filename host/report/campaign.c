@@ -18,14 +18,14 @@ static const double none = (double)NAN;
 
 /* ---- one row per landing ---- */
 
-/* Two columns, "zone start" and "zone end"; dashes if unknown. */
+/* Two columns, "start of zone" and "end of zone"; dashes if unknown. */
 static void span(struct answer *answer, const char *label, bool known, double start_ft,
                  double end_ft)
 {
     char head[CHART_LABEL];
-    snprintf(head, sizeof head, "%s start", label);
+    snprintf(head, sizeof head, "start of %s", label);
     answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : none, 1);
-    snprintf(head, sizeof head, "%s end", label);
+    snprintf(head, sizeof head, "end of %s", label);
     answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : none, 1);
 }
 
@@ -55,7 +55,7 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
                  : facts->unheard                   ? "not known"
                                                     : "none")
         ->warn = warning->warned;
-    span(answer, "zone", warning->warned, warning->most_start_ft, warning->most_end_ft);
+    span(answer, "zone warned of", warning->warned, warning->most_start_ft, warning->most_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
@@ -75,10 +75,11 @@ static void landings_table(const struct report *report, FILE *out, const char *n
 static void summary(const struct report *report, FILE *out)
 {
     if (report->landings)
-        landings_table(
-            report, out,
-            "\xc2\xb1 is one standard error. Zone: the longest zone of which the board warned.",
-            summary_row);
+        landings_table(report, out,
+                       "\xc2\xb1 is one standard error. Zone warned of: the longest zone that the "
+                       "board reported "
+                       "while its warning was on.",
+                       summary_row);
 }
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
@@ -318,7 +319,7 @@ static void zone_row(const struct zone_rows *rows, size_t row, const struct repo
 
 static void zones(const struct report *report, FILE *out)
 {
-    static const char *const keys[] = {"warned",   "longest zone warned of",
+    static const char *const keys[] = {"warned",   "zone warned of",
                                        "reported", "longest zone reported, no warning",
                                        "closed",   "measured closed at the end",
                                        "behind",   "last zone reported",
@@ -517,10 +518,12 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
     span(answer, "first zone", w->warned, w->start_ft, w->end_ft);
     answer_value(answer, NULL, "wheel at it after", UNIT_TIME,
                  w->warned && w->reached ? w->true_lead_s : none, 3);
-    answer_value(answer, NULL, "predicted lead", UNIT_TIME, w->warned ? w->lead_s : none, 3);
-    answer_value(answer, NULL, "actual lead", UNIT_TIME, w->warned ? w->lead_became_s : none, 3);
-    answer_count(answer, NULL, "longest zone (mats)", w->warned ? w->most_mats : ANSWER_UNKNOWN);
-    span(answer, "longest zone", w->warned, w->most_start_ft, w->most_end_ft);
+    answer_value(answer, NULL, "predicted time to zone", UNIT_TIME, w->warned ? w->lead_s : none,
+                 3);
+    answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
+                 w->warned ? w->lead_became_s : none, 3);
+    answer_count(answer, NULL, "zone warned of (mats)", w->warned ? w->most_mats : ANSWER_UNKNOWN);
+    span(answer, "zone warned of", w->warned, w->most_start_ft, w->most_end_ft);
     span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
@@ -532,8 +535,9 @@ static void predictor(const struct report *report, FILE *out)
     if (statements)
         landings_table(report, out,
                        "Times count from touchdown, by the board's clock, at the start of the "
-                       "block (1 ms) in which the board decided. Predicted lead: the first lead "
-                       "time that the board reported. A dash: no value, or the wheel did not reach "
+                       "block (1 ms) in which the board decided. First zone: the zone at that "
+                       "time. Predicted time to zone: the first that the board reported. A dash: "
+                       "no value, or the wheel did not reach "
                        "the zone. The absence of a warning is not a clearance.",
                        predictor_row);
 }
@@ -586,7 +590,8 @@ static void warnings(const struct report *report, FILE *out)
         "survey and transducers or by observation, never by the predictor. Measured "
         "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
         "by the survey after the landing. Times count from touchdown. The survey's segments "
-        "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time.");
+        "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time, which "
+        "is the time from the first warning to 50 mats.");
     report_answer(answer, out);
 }
 

@@ -397,7 +397,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_earlier_text(zones, doubt) ? " received" : "";
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning%s: %lld mats, lead %.3f s", heard,
+        snprintf(text, sizeof text, "first warning%s: %lld mats, wheel at it %.3f s later", heard,
                  (long long)warning->mats, warning->true_lead_s);
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
@@ -408,11 +408,10 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
 
 static void zone_map(const struct report *report, const struct report_landing *landing, FILE *out)
 {
-    static const char *const keys[] = {"closed", "closed segments ahead of the wheel",
-                                       "behind", "closed segments behind it",
-                                       "warned", "zone warned of",
-                                       "sensor", "transducers",
-                                       NULL};
+    static const char *const keys[] = {
+        "closed", "closed segments ahead of the wheel", "behind", "closed segments behind it",
+        "warned", "zone reported, warning on",          "sensor", "transducers",
+        NULL};
     const struct measured *measured = &landing->summary.measured;
     const double last_s = measured->summary.stop_t_s.value + AFTER_STOP_S;
     double x[PATH_POINTS + 1], t_s[PATH_POINTS + 1], gate_ft[MR_GATES_MAX], gate_s[MR_GATES_MAX];
@@ -450,8 +449,8 @@ static void zone_map(const struct report *report, const struct report_landing *l
             figure_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
     figure_end(&figure, keys,
-               "Closed segments: computed here from survey and transducers. Zone warned of: as the "
-               "board reported it.");
+               "Closed segments: computed here from survey and transducers. Zone reported: by the "
+               "board.");
 }
 
 /* ---- the predictor ---- */

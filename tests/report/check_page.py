@@ -221,11 +221,11 @@ def predictor():
     row = dict(zip(heads, cells[0]))
     warned_s = block / 1000 - t0_s
     near("first warning, s", number(row["first warning (s)"]), warned_s, 0.0011)
-    check("the first zone", (row["first zone start (ft)"], row["first zone end (ft)"]) == ("%.1f" % start, "%.1f" % end), row)
+    check("the first zone", (row["start of first zone (ft)"], row["end of first zone (ft)"]) == ("%.1f" % start, "%.1f" % end), row)
     longest = db.execute("select start_ft, end_ft from zones where landing = 1 and warning = 1 order by mats desc, block limit 1").fetchone()
     summed = dict(zip(*(r[0] if n else r for n, r in enumerate(table(section("summary"), "RUN")))))
-    told = [(of["%s start (ft)" % name], of["%s end (ft)" % name]) for of, name in ((row, "longest zone"), (summed, "zone"))]
-    check("summary and predictions have the same longest zone", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
+    told = [(of["start of zone warned of (ft)"], of["end of zone warned of (ft)"]) for of in (row, summed)]
+    check("summary and predictions have the same zone warned of", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
     check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
     if number(row["wheel at it after (s)"]) > 0:
         k = next(k for k, g in enumerate(gear_ft) if g is not None and g >= start)

@@ -302,7 +302,7 @@
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
       say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
-      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : 'first warning in block ' + w.first_decided_block + '; longest zone: ' + zoneWords(w.zone, false));
+      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : 'first warning in block ' + w.first_decided_block + '; zone warned of: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
