@@ -74,12 +74,19 @@ static void landings_table(const struct report *report, FILE *out, const char *n
 
 static void summary(const struct report *report, FILE *out)
 {
+    bool uncalibrated = false;
+    for (size_t i = 0; i < report->landings; i++)
+        uncalibrated |= strstr(report->facts[i].marks, "UNCALIBRATED") != NULL;
     if (report->landings)
         landings_table(report, out,
                        "\xc2\xb1 is one standard error. Zone warned of: the longest zone that the "
-                       "board reported "
-                       "while its warning was on.",
+                       "board reported while its warning was on.",
                        summary_row);
+    if (uncalibrated)
+        fputs("<p>UNCALIBRATED: a sensor has no calibration date. Then \xc2\xb1 contains the error "
+              "of "
+              "the scale that its configuration states, and nobody has measured that error.</p>\n",
+              out);
 }
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
@@ -587,7 +594,9 @@ static void warnings(const struct report *report, FILE *out)
     answer_sentence(
         answer, NULL,
         "Zone reached: the wheel reached at least 50 closed mats before it stopped, by "
-        "survey and transducers or by observation, never by the predictor. Measured "
+        "survey and transducers or by observation, never by the predictor. Hit: the warning came "
+        "before that; too late: after it; missed: a zone without a warning; false: a warning "
+        "without a zone; rightly quiet: neither. Measured "
         "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
         "by the survey after the landing. Times count from touchdown. The survey's segments "
         "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time, which "

@@ -1,5 +1,6 @@
 #include "host/report/report.h"
 
+#include <limits.h>
 #include <math.h>
 #include <sha2.h>
 #include <stddef.h>
@@ -166,6 +167,19 @@ static void day_text(int64_t us, char out[20])
         strftime(out, 20, "%Y-%m-%d", &utc);
 }
 
+/* By the clock of this computer, as the laboratory's book has it. */
+static void local_time(int64_t first_us, int64_t last_us, FILE *out)
+{
+    const time_t first_s = (time_t)(first_us / 1000000), last_s = (time_t)(last_us / 1000000);
+    struct tm local;
+    char from[20] = "", to[60] = "";
+    if (localtime_r(&first_s, &local))
+        strftime(from, sizeof from, "%H:%M", &local);
+    if (localtime_r(&last_s, &local))
+        strftime(to, sizeof to, "%H:%M (UTC%z)", &local);
+    fprintf(out, " <small>armed, local time: %s to %s</small>", from, to);
+}
+
 static void date_fact(const struct report *report, FILE *out)
 {
     int64_t first_us = INT64_MAX, last_us = INT64_MIN;
@@ -186,6 +200,7 @@ static void date_fact(const struct report *report, FILE *out)
             fputs(" to ", out);
             html_text(out, last);
         }
+        local_time(first_us, last_us, out);
     } else if (report->landings) {
         missing(out, "not known", "read from a recording that has no times of day");
     } else {
@@ -489,6 +504,18 @@ static void lead(const struct report *report, struct report_facts *facts, FILE *
     fputs("</dl>\n", out);
 }
 
+static void sensors_fact(const struct report *report, FILE *out)
+{
+    const struct report_facts *facts = &report->facts[report->landings ? report->landings - 1 : 0];
+    begin_fact(out, "sensor serial numbers");
+    if (report->landings && facts->serials)
+        fprintf(out, "%zu of %zu: <a href=\"#provenance\">Provenance</a>", facts->serials,
+                facts->sensors);
+    else
+        missing(out, "not entered", "serial of each channel in the configuration");
+    end_fact(out);
+}
+
 static void facts(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
@@ -518,6 +545,7 @@ static void facts(const struct report *report, bool *of, FILE *out)
     five_numbers(report, of, out);
     verdicts_fact(report, out);
     wrong_fact(report, of, out);
+    sensors_fact(report, out);
     fputs("</dl>\n", out);
 }
 
@@ -551,12 +579,16 @@ static void general(const struct report *report, struct answer *answer)
 {
     char when[40];
     struct stat file;
+    char hash[SHA256_DIGEST_STRING_LENGTH], log[PATH_MAX];
     survey_time_text(now_us(), when, sizeof when);
     answer_words(answer, NULL, "made by", "matrig " VERSION_TEXT);
     answer_words(answer, NULL, "made", "%s", when);
     answer_words(answer, NULL, "database", "%s, version %d", report_name(report), STORE_VERSION);
     if (stat(report->path, &file) == 0)
         answer_words(answer, NULL, "its size", "%lld bytes", (long long)file.st_size);
+    snprintf(log, sizeof log, "%s-wal", report->path); /* with the newest writes, not in the file */
+    if (!(stat(log, &file) == 0 && file.st_size) && SHA256File(report->path, hash))
+        answer_words(answer, NULL, "its SHA-256", "%s", hash);
 }
 
 static void landing_row(const struct report_facts *facts, struct answer *answer)
@@ -783,9 +815,13 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
         page_head(out, report);
         fwrite(front, 1, length, out);
         output_copy(landings, out);
-        fputs("<p>Plots are thinned: each pixel column shows its smallest and its largest "
-              "reading.</p>\n</main>",
-              out);
+        fprintf(out,
+                "<p>Plots are thinned: each pixel column shows its smallest and its largest "
+                "reading. &plusmn; is one standard error (coverage factor k = 1); 95 %% intervals "
+                "have k = %.2f. Units: %s.</p>\n</main>",
+                SUMMARY_95,
+                report->si ? "SI; without --si, feet, inches and pounds"
+                           : "feet, inches and pounds; matrig --si report writes the page in SI");
         provenance_write(report, out);
         page_foot(out);
     }

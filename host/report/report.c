@@ -171,6 +171,11 @@ static void take_site(const struct report_landing *landing, struct report_facts 
     snprintf(facts->can_link, sizeof facts->can_link, "%s", summary->session.can_link);
     snprintf(facts->serial_link, sizeof facts->serial_link, "%s", summary->session.serial_link);
     facts->config_read = landing->config != NULL;
+    for (unsigned i = 0; landing->config && i < MR_CHANNELS; i++) {
+        const struct mr_channel_config *channel = &landing->config->channel[i];
+        facts->sensors += mr_channel_measures(channel);
+        facts->serials += mr_channel_measures(channel) && channel->serial[0];
+    }
     if (landing->config)
         snprintf(facts->site, sizeof facts->site, "%.*s", (int)sizeof landing->config->site[0].name,
                  landing->config->site[0].name);

@@ -60,6 +60,7 @@ struct report_facts {
     const char *marks;  /* marks of the landing, from measured_marks */
     int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
+    size_t sensors, serials; /* channels that measure, and those with a serial number */
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_moved {
         double station_ft, peak, error, end, end_error;

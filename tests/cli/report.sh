@@ -48,7 +48,7 @@ cover() {
         sqlite3 "$tmp/said.db" "insert into series(made_us, who, name, runway, pattern, modification) select min(armed_us) - 1, 'J. Kay', 'standard', 'relaid <1973>', 'herringbone', 'cleats' from landings;
             update landings set armed_us = armed_us + 172800000000 where id = 3; update landings set armed_us = armed_us + 1772600000000000; update series set made_us = made_us + 1772600000000000" &&
         $matrig landing "$tmp/said.db" 1 --correct weight_lb=935 --reason weighed >/dev/null && $matrig landing "$tmp/said.db" 2 --correct weight_lb=1010 --reason weighed >/dev/null &&
-        $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --panels 2 >/dev/null && fails_with 2 'out of range: 50 s for --at; the record of RUN 2 ends [0-9.]+ s after touchdown' $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --at 50 && $matrig --quiet report "$tmp/said.db" -o "$tmp/said.html" &&
+        $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --panels 2 >/dev/null && fails_with 2 'out of range: 50 s for --at; the record of RUN 2 ends [0-9.]+ s after touchdown' $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --at 50 && TZ=Asia/Kathmandu $matrig --quiet report "$tmp/said.db" -o "$tmp/said.html" &&
         $matrig --quiet --si report "$tmp/said.db" --run 2 -o "$tmp/two.html" && $matrig --json show "$tmp/said.db" 2 >"$tmp/two.json" &&
         python3 - "$tmp" "$tmp/said.db" <<'EOP'
 import html, json, re, sqlite3, sys
@@ -60,12 +60,13 @@ def cover(name):
 unsaid, said, two = cover("unsaid"), cover("said"), cover("two")
 print(unsaid, said, two, sep="\n")
 first, last = db.execute("select date(min(armed_us) / 1e6, 'unixepoch'), date(max(armed_us) / 1e6, 'unixepoch') from landings").fetchone()
-assert said["date (UTC)"] == first + " to " + last and two["date (UTC)"] == first == "2026-03-04" != last and unsaid["date (UTC)"].startswith("not known")
+assert said["date (UTC)"].startswith(first + " to " + last + "  armed, local time: ") and two["date (UTC)"].startswith(first + "  armed") and first == "2026-03-04" != last and unsaid["date (UTC)"].startswith("not known")
 for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matrig landing DB --series NAME", "standard"), ("pattern", "--pattern", "herringbone"),
                        ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
     assert unsaid[term].startswith("not entered") and how in unsaid[term] and said[term] == two[term] == is_, term
 assert unsaid["gear weight"].startswith("not entered") and "weight_lb" in unsaid["gear weight"]
 assert said["gear weight"].startswith("935.0 to 1010.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "4492.7 N" # 1010 lbf
+assert unsaid["sensor serial numbers"].startswith("not entered") and "(UTC+0545)" in said["date (UTC)"]
 assert unsaid["place"].startswith("not entered") # the configuration was not read: played over files
 assert said["landings"] == "3: RUN 1 to 3" and two["landings"] == "1: RUN 2"
 show = json.load(open(tmp + "/two.json"))
@@ -105,7 +106,8 @@ silly() {
 made_again() {
     local at
     for at in 1 2; do SOURCE_DATE_EPOCH=1000000000 $matrig --quiet report "$db" -o "$tmp/again$at.html" || return 1; done
-    cmp "$tmp/again1.html" "$tmp/again2.html" && grep -q '2001-09-09' "$tmp/again1.html"
+    cmp "$tmp/again1.html" "$tmp/again2.html" && grep -q '2001-09-09' "$tmp/again1.html" && grep -q "$(sha256sum <"$db" | cut -c 1-64)" "$tmp/again1.html" &&
+        grep -q 'coverage factor k = 1); 95 % intervals have k = 1\.96\. Units: feet' "$tmp/again1.html"
 }
 
 check "a campaign of three landings" campaign
