@@ -55,7 +55,7 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
                  : facts->unheard                   ? "not known"
                                                     : "none")
         ->warn = warning->warned;
-    span(answer, "zone warned of", warning->warned, warning->most_start_ft, warning->most_end_ft);
+    span(answer, "zone", warning->warned, warning->most_start_ft, warning->most_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
@@ -78,10 +78,11 @@ static void summary(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++)
         uncalibrated |= strstr(report->facts[i].marks, "UNCALIBRATED") != NULL;
     if (report->landings)
-        landings_table(report, out,
-                       "\xc2\xb1 is one standard error. Zone warned of: the longest zone that the "
-                       "board reported while its warning was on.",
-                       summary_row);
+        landings_table(
+            report, out,
+            "\xc2\xb1 is one standard error. Zone: the zone warned of, the longest that the "
+            "board reported while its warning was on.",
+            summary_row);
     if (uncalibrated)
         fputs("<p>UNCALIBRATED: a sensor has no calibration date. Then \xc2\xb1 contains the error "
               "of "
@@ -620,7 +621,7 @@ static const struct report_facts *landing_after(const struct report *report,
 
 /* `facts`: the landing; NULL: none yet. */
 static void advice_row(const struct store_advice *advice, const struct report_facts *facts,
-                       size_t number, struct answer *answer)
+                       size_t number, const char *reason, struct answer *answer)
 {
     answer_row(answer);
     answer_count(answer, NULL, "advice", (int64_t)number);
@@ -650,7 +651,7 @@ static void advice_row(const struct store_advice *advice, const struct report_fa
                  : facts->warning.reached    ? "yes, wheel reached the zone"
                  : facts->warning.path_known ? "yes, wheel stopped before the zone"
                                              : "yes");
-    answer_words(answer, NULL, "reason", "%s", advice->reason);
+    answer_words(answer, NULL, "reason", "%s", reason);
 }
 
 /* A row for each landing on the runway of the advice. */
@@ -658,11 +659,11 @@ static void advice_rows(const struct report *report, const struct store_advice *
                         size_t number, struct answer *answer)
 {
     const struct report_facts *first = landing_after(report, advice);
-    advice_row(advice, first, number, answer);
+    advice_row(advice, first, number, advice->reason, answer);
     for (size_t i = 0; first && i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
         if (facts != first && facts->record.advised && facts->record.advice.id == advice->id)
-            advice_row(advice, facts, number, answer);
+            advice_row(advice, facts, number, "as above", answer);
     }
 }
 

@@ -224,7 +224,7 @@ def predictor():
     check("the first zone", (row["start of first zone (ft)"], row["end of first zone (ft)"]) == ("%.1f" % start, "%.1f" % end), row)
     longest = db.execute("select start_ft, end_ft from zones where landing = 1 and warning = 1 order by mats desc, block limit 1").fetchone()
     summed = dict(zip(*(r[0] if n else r for n, r in enumerate(table(section("summary"), "RUN")))))
-    told = [(of["start of zone warned of (ft)"], of["end of zone warned of (ft)"]) for of in (row, summed)]
+    told = [(of["start of %s (ft)" % name], of["end of %s (ft)" % name]) for of, name in ((row, "zone warned of"), (summed, "zone"))]
     check("summary and predictions have the same zone warned of", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
     check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
     if number(row["wheel at it after (s)"]) > 0:
