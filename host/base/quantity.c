@@ -99,6 +99,7 @@ static const struct {
     const char *ending, *unit;
 } endings[] = {
     {"_lb_in_in", ""},
+    {"_lb_in3", "lb/in3"},
     {"_lb_in", "lb/in"},
     {"_lb_s_ft", "lb s/ft"},
     {"_ft_lb_rad", "ft lb/rad"},
@@ -116,6 +117,9 @@ static const struct {
     {"_ms", "ms"},
     {"_s", "s"},
     {"_deg", "deg"},
+    {"_psi", "psi"},
+    {"_percent", "%"},
+    {"_f", "F"},
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))

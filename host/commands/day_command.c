@@ -13,6 +13,7 @@
 #include <time.h>
 
 #include "common/catalogue.h"
+#include "host/analyse/inspection.h"
 #include "host/base/answer.h"
 #include "host/base/data_dir.h"
 #include "host/base/process.h"
@@ -405,7 +406,7 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
 
 /* ---- the command ---- */
 
-#define WORDS    24
+#define WORDS    (INSPECTION_FIELDS_MAX + 8)
 #define NO_CAN   "none"
 #define STANDARD "standard"
 
@@ -698,6 +699,62 @@ static bool note_waves(struct day *day)
     }
 }
 
+/* A record of the landing, a question for each field. Enter keeps the last value, and ends records
+ * of a kind that a landing may have several of. False: the end of the input, or of the records. */
+static bool ask_record(struct day *day, const struct inspection_kind *kind,
+                       const struct inspection *last)
+{
+    static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT + 80];
+    char run_text[24], was[INSPECTION_TEXT], value[INSPECTION_TEXT];
+    struct line line = line_of("record", day->r.db);
+    json_t *values = json_object();
+    bool goes_on = true;
+    snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
+    add(&line, kind->name);
+    add(&line, run_text);
+    for (size_t f = 0; f < kind->fields && goes_on; f++) {
+        const struct inspection_field *field = &kind->field[f];
+        const char *unit = inspection_unit(field, false);
+        bool ends = f == 0 && !inspection_is_single(kind);
+        inspection_text(field, field->from_last ? last->values : NULL, was);
+        char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
+                                   kind->words, field->words, unit,
+                                   was[0] ? was
+                                   : ends ? "none, or no more"
+                                          : "none");
+        do {
+            print_error(day);
+            goes_on = ask(question, value, sizeof value);
+            snprintf(word[f], sizeof word[f], "%s=%s", field->name, value[0] ? value : was);
+        } while (goes_on && inspection_read(kind, word[f], values, &day->error) != MR_OK);
+        free(question);
+        goes_on &= !(ends && !value[0]);
+        if (value[0] || was[0])
+            add(&line, word[f]);
+    }
+    json_decref(values);
+    if (goes_on)
+        run(day, &line);
+    return goes_on;
+}
+
+/* Of the kinds that the campaign has records of. */
+static void note_records(struct day *day)
+{
+    struct inspections all;
+    inspection_load(day->store, &all, fatal);
+    for (size_t k = 0; k < inspection_kind_count; k++) {
+        const struct inspection_kind *kind = &inspection_kinds[k];
+        const struct inspection *last = inspection_newest(&all, kind, 0);
+        if (kind->place != INSPECTION_LANDING || !last ||
+            (inspection_is_single(kind) && inspection_newest(&all, kind, day->facts.run)))
+            continue;
+        while (ask_record(day, kind, last) && !inspection_is_single(kind))
+            ;
+    }
+    inspection_free(&all);
+}
+
 static void look(struct day *day)
 {
     struct line line;
@@ -706,8 +763,10 @@ static void look(struct day *day)
         return;
     line_of_step(day, DAY_LOOK, &line);
     run(day, &line);
-    if (!find_operator(day) || !find_weight(day) || !note_waves(day) ||
-        !ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
+    if (!find_operator(day) || !find_weight(day) || !note_waves(day))
+        return;
+    note_records(day);
+    if (!ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
         !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();

@@ -16,6 +16,7 @@
 #define STORE_NONE         INT64_MIN
 #define STORE_TEXT         200
 #define STORE_JOURNAL_TEXT 400
+#define STORE_RECORD_TEXT  2000
 
 struct store_bytes {
     const void *data;

@@ -63,7 +63,7 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
     if (status == MR_OK && tables == 0)
-        status = store_tables_make(store->database) == SQLITE_OK
+        status = store_tables_make(store->database, false) == SQLITE_OK
                    ? MR_OK
                    : store_failed(store, "set up", error);
     if (status == MR_OK && tables == 0)
@@ -94,7 +94,9 @@ static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
 {
     sqlite3 *fresh = NULL;
     sqlite3_stmt *row = NULL;
-    int code = sqlite3_open(":memory:", &fresh) | store_tables_make(fresh);
+    int code = sqlite3_open(":memory:", &fresh) | store_tables_make(fresh, false);
+    if (store_has_late(database))
+        code |= store_tables_make(fresh, true);
     code |= sqlite3_exec(fresh, "ANALYZE; CREATE TEMP TABLE known AS " OBJECTS, NULL, NULL, NULL) |
             sqlite3_prepare_v2(database, OBJECTS " ORDER BY type DESC", -1, &row, NULL);
     bool same = code == SQLITE_OK;

@@ -129,7 +129,8 @@ STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
     X(store_series_all, series, SERIES)              \
     X(store_advices, advice, ADVICES)                \
     X(store_gage_surveys, gage_survey, GAGE_SURVEYS) \
-    X(store_withdrawals, withdrawal, WITHDRAWALS)
+    X(store_withdrawals, withdrawal, WITHDRAWALS)    \
+    X(store_records, record, RECORDS)
 #define STORE_ALL_ROWS_DECLARED(function, row, NAME)                                       \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error);
@@ -146,7 +147,8 @@ STORE_ROWS_OF_CAMPAIGN(STORE_ALL_ROWS_DECLARED)
     X(store_slow_put, slow)         \
     X(store_series_add, series)     \
     X(store_advice_add, advice)     \
-    X(store_withdraw, withdrawal)
+    X(store_withdraw, withdrawal)   \
+    X(store_record_add, record)
 #define STORE_ADD_DECLARED(function, row)                                         \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error);

@@ -55,6 +55,8 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
         0) /* the last one recorded between the previous landing and this one */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
+    if (strcmp(table, "records") == 0) /* those of the runway too */
+        return "landing=?1 OR landing IS NULL";
     if (strcmp(table, "certificates") == 0) /* of the board, including those entered later */
         return "board_uid=" BOARD_UID;
     if (strcmp(table, "gage_surveys") == 0)
@@ -226,6 +228,9 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
     enum mr_status status = store_landing_get(store, run, &landing, error);
     if (status == MR_OK)
         status = store_open(path, STORE_CREATE, &empty, error);
+    if (status == MR_OK && store_has_late(store->database) &&
+        store_tables_make(empty->database, true) != SQLITE_OK)
+        status = store_failed(empty, "set up", error);
     store_close(empty);
     if (status == MR_OK)
         status = fill(store, &landing, path, error);

@@ -538,9 +538,12 @@ static enum mr_status prepare_named(struct store *store, struct error *error,
 static enum mr_status prepare_insert(struct store *store, struct error *error,
                                      enum store_table_number which)
 {
-    return store->insert[which] ? MR_OK
-                                : prepare(store, store_insert_text(store_table(which), 1),
-                                          &store->insert[which], error);
+    if (store->insert[which])
+        return MR_OK;
+    if (STORE_IS_LATE(which) && !store_has_late(store->database) &&
+        store_tables_make(store->database, true) != SQLITE_OK)
+        return store_failed(store, "set up", error);
+    return prepare(store, store_insert_text(store_table(which), 1), &store->insert[which], error);
 }
 
 static enum mr_status prepare_update(struct store *store, struct error *error,
@@ -554,12 +557,12 @@ static enum mr_status prepare_update(struct store *store, struct error *error,
 enum mr_status store_prepare_all(struct store *store, struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (int i = 0; i < STORE_STATEMENT_COUNT && status == MR_OK; i++)
-        status = prepare_named(store, error, (enum store_statement)i);
     for (int i = 0; i < STORE_TABLE_COUNT && status == MR_OK; i++) {
         if (store_table((enum store_table_number)i)->name)
             status = prepare_insert(store, error, (enum store_table_number)i);
     }
+    for (int i = 0; i < STORE_STATEMENT_COUNT && status == MR_OK; i++)
+        status = prepare_named(store, error, (enum store_statement)i);
     return status == MR_OK ? prepare_update(store, error, STORE_TABLE_landing) : status;
 }
 
@@ -642,6 +645,8 @@ enum mr_status store_query(struct store *store, struct error *error, enum store_
                            sqlite3_stmt **statement, const struct store_value *values, size_t count)
 {
     enum mr_status status = store_frames_flush(store, error);
+    if (status == MR_OK && STORE_IS_LATE(statements[which].row) && !store_has_late(store->database))
+        status = MR_TOO_FEW;
     if (status == MR_OK)
         status = bind_named(store, error, which, values, count);
     *statement = store->statement[which];
@@ -763,16 +768,28 @@ static int make_table(sqlite3 *database, enum store_table_number which)
     return code;
 }
 
-int store_tables_make(sqlite3 *database)
+int store_tables_make(sqlite3 *database, bool late)
 {
     int code = SQLITE_OK;
-#define TABLE(row, table)  \
-    if (code == SQLITE_OK) \
+    bool wanted = false; /* what a table has besides it follows it */
+#define TABLE(row, table)                              \
+    wanted = STORE_IS_LATE(STORE_TABLE_##row) == late; \
+    if (wanted && code == SQLITE_OK)                   \
         code = make_table(database, STORE_TABLE_##row);
 #define NO_VIEWS
-#define ALSO(sql)          \
-    if (code == SQLITE_OK) \
+#define ALSO(sql)                    \
+    if (wanted && code == SQLITE_OK) \
         code = sqlite3_exec(database, sql, NULL, NULL, NULL);
 #include "host/store/tables.def"
     return code;
+}
+
+bool store_has_late(sqlite3 *database)
+{
+    sqlite3_stmt *s = NULL;
+    sqlite3_prepare_v2(database, "SELECT 1 FROM main.sqlite_schema WHERE name='records'", -1, &s,
+                       NULL);
+    bool has = sqlite3_step(s) == SQLITE_ROW;
+    sqlite3_finalize(s);
+    return has;
 }

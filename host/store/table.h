@@ -68,8 +68,12 @@ struct store_table {
 
 const struct store_table *store_table(enum store_table_number which);
 
-/* Makes all tables, indexes and triggers in an empty database. Returns SQLite's code. */
-int store_tables_make(sqlite3 *database);
+/* A late table is made with its first row; reading it before gives no rows. */
+#define STORE_IS_LATE(which) ((which) == STORE_TABLE_record)
+/* Makes all tables, indexes and triggers in an empty database, or the late ones. Returns SQLite's
+ * code. */
+int store_tables_make(sqlite3 *database, bool late);
+bool store_has_late(sqlite3 *database);
 
 /* SQL text: "INSERT ... VALUES(?,...),(?,...)" for `rows` rows, and the list of columns to read.
  * The caller frees it with sqlite3_free. */

@@ -119,7 +119,7 @@ TEST(every_field_goes_to_its_column_and_comes_back)
             tables++;
         }
     }
-    assert_int_equal(tables, 48);
+    assert_int_equal(tables, 49);
     store_close(store);
 }
 

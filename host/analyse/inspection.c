@@ -1,0 +1,558 @@
+#include "host/analyse/inspection.h"
+
+#include <math.h>
+#include <sha2.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/decimal.h"
+#include "host/base/quantity.h"
+#include "host/base/spell_suggest.h"
+#include "host/base/xmalloc.h"
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+#define DEGREE       "\xc2\xb0"
+
+/* ---- the kinds ---- */
+
+#define LAST     true
+#define NEW      false
+#define NO_LIMIT (double)NAN
+/* clang-format off */
+#define KIND(kind, place, words, source) static const struct inspection_field fields_of_##kind[] = {
+#define LIMITED(kind, field, least, most, from, to, why, last, text) \
+    {.name = #field, .words = text, .type = INSPECTION_NUMBER, .from_last = last, .low = least, \
+     .high = most, .pass_low = from, .pass_high = to, .limit = why},
+#define CHOICE(kind, field, all, last, text) \
+    {.name = #field, .words = text, .type = INSPECTION_CHOICE, .from_last = last, .choices = all},
+#define WORDS(kind, field, last, text) \
+    {.name = #field, .words = text, .type = INSPECTION_WORDS, .from_last = last},
+#define PICTURE(kind, field, text) {.name = #field, .words = text, .type = INSPECTION_PICTURE},
+#define KIND_END(kind) };
+#include "host/store/records.def"
+
+const struct inspection_kind inspection_kinds[] = {
+#define KIND(kind, place, words, source) \
+    {#kind, words, source, INSPECTION_##place, fields_of_##kind, COUNT(fields_of_##kind)},
+#include "host/store/records.def"
+};
+/* clang-format on */
+const size_t inspection_kind_count = COUNT(inspection_kinds);
+#define KIND(kind, place, words, source) \
+    _Static_assert(COUNT(fields_of_##kind) <= INSPECTION_FIELDS_MAX, "too many fields of " #kind);
+#include "host/store/records.def"
+
+static enum mr_status refuse_name(const struct spell_suggest *near, const char *what,
+                                  const char *where, const char *advice, struct error *error)
+{
+    char text[SPELL_SUGGEST_TEXT];
+    spell_suggest_text(near, text);
+    return error_set(error, MR_UNKNOWN, "%s: '%s' for %s%s%s %s", what, near->word, where, text,
+                     text[0] ? "" : ";", advice);
+}
+
+enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
+                                    struct error *error)
+{
+    struct spell_suggest near;
+    spell_suggest_begin(&near, name);
+    for (*kind = inspection_kinds; *kind < inspection_kinds + COUNT(inspection_kinds); ++*kind) {
+        if (strcmp(name, (*kind)->name) == 0)
+            return MR_OK;
+        spell_suggest_try(&near, (*kind)->name);
+    }
+    return refuse_name(&near, "unknown kind", "a record", "matrig record --kinds lists the kinds",
+                       error);
+}
+
+const char *inspection_place_name(const struct inspection_kind *kind)
+{
+    static const char *const names[] = {"", "run", "mat", "joint", "station_ft"};
+    return names[kind->place];
+}
+
+bool inspection_is_single(const struct inspection_kind *kind)
+{
+    return kind->place == INSPECTION_LANDING && kind->field[0].from_last;
+}
+
+static bool is_temperature(const struct inspection_field *field)
+{
+    return strcmp(quantity_unit_of_name(field->name), "F") == 0;
+}
+
+const char *inspection_unit(const struct inspection_field *field, bool si)
+{
+    const char *unit = quantity_unit_of_name(field->name);
+    const struct quantity_kind *kind = quantity_kind_of(unit);
+    if (field->type != INSPECTION_NUMBER || !*unit)
+        return "";
+    if (is_temperature(field))
+        return si ? DEGREE "C" : DEGREE "F";
+    for (enum unit_kind of = 0; si && of < UNIT_ALL; of++)
+        if (strcmp(unit_of(of, false)->text, unit) == 0)
+            return unit_of(of, true)->text;
+    return si && kind && kind->si && strcmp(unit, "deg") != 0 ? kind->si : unit;
+}
+
+/* ---- values ---- */
+
+static void set_value(json_t *values, const struct inspection_field *field, const char *what,
+                      json_t *value)
+{
+    char key[80];
+    snprintf(key, sizeof key, "%s%s", field->name, what);
+    json_object_del(values, key);
+    if (value)
+        json_object_set_new(values, key, value);
+}
+
+static double number_of(const struct inspection_field *field, const char *what,
+                        const json_t *values)
+{
+    char key[80];
+    snprintf(key, sizeof key, "%s%s", field->name, what);
+    const json_t *value = json_object_get(values, key);
+    return json_is_number(value) ? json_number_value(value) : (double)NAN;
+}
+
+void inspection_text(const struct inspection_field *field, const json_t *values,
+                     char out[INSPECTION_TEXT])
+{
+    const char *text = json_string_value(json_object_get(values, field->name));
+    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    snprintf(out, INSPECTION_TEXT, "%s", text ? text : "");
+    if (!isnan(value))
+        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
+}
+
+/* A temperature has a zero that no unit has: 20 degC are 68 F. */
+static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
+                                    double zero, double *value, struct error *error)
+{
+    const char *end;
+    double number = mr_decimal_read(text, &end);
+    end += strspn(end, " ");
+    end += strncmp(end, DEGREE, 2) == 0 ? 2u : strncmp(end, "deg", 3) == 0 ? 3u : 0u;
+    if (!is_temperature(field) || strcmp(end, "C") != 0)
+        return quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
+                             error);
+    *value = 1.8 * number + zero;
+    return MR_OK;
+}
+
+/* "12.3+-0.4 lb/in": a unit after either number is that of both. */
+static enum mr_status read_number(const struct inspection_field *field, const char *text,
+                                  json_t *values, struct error *error)
+{
+    char part[2][120];
+    const char *unit[2];
+    double number[2] = {0.0, 0.0};
+    const char *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
+    size_t length = sign ? (size_t)(sign - text) : strlen(text);
+    while (length > 0 && text[length - 1] == ' ')
+        length--;
+    snprintf(part[0], 60, "%.*s", (int)length, text);
+    snprintf(part[1], 60, "%s", sign ? sign + 2 : "");
+    for (int i = 0; i < 2; i++) {
+        mr_decimal_read(part[i], &unit[i]);
+        unit[i] += strspn(unit[i], " ");
+    }
+    if (sign && !*unit[0])
+        snprintf(strchr(part[0], '\0'), 60, "%s", unit[1]);
+    else if (sign && !*unit[1])
+        snprintf(strchr(part[1], '\0'), 60, "%s", unit[0]);
+    if (read_quantity(field, part[0], 32.0, &number[0], error) != MR_OK ||
+        (sign && read_quantity(field, part[1], 0.0, &number[1], error) != MR_OK))
+        return error->status;
+    if (!(number[0] >= field->low && number[0] <= field->high && number[1] >= 0.0))
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
+                         field->name, field->low, field->high, inspection_unit(field, false));
+    set_value(values, field, "", json_real(number[0]));
+    set_value(values, field, "_error", sign ? json_real(number[1]) : NULL);
+    return MR_OK;
+}
+
+static enum mr_status read_choice(const struct inspection_field *field, const char *text,
+                                  json_t *values, struct error *error)
+{
+    char copy[200], advice[240], *rest = copy;
+    struct spell_suggest near;
+    snprintf(copy, sizeof copy, "%s", field->choices);
+    snprintf(advice, sizeof advice, "give one of %s", field->choices);
+    spell_suggest_begin(&near, text);
+    for (const char *choice; (choice = strsep(&rest, "|"));) {
+        if (strcmp(choice, text) == 0) {
+            set_value(values, field, "", json_string(text));
+            return MR_OK;
+        }
+        spell_suggest_try(&near, choice);
+    }
+    return refuse_name(&near, "not a choice", field->name, advice, error);
+}
+
+static enum mr_status read_text(const struct inspection_field *field, const char *text,
+                                json_t *values, struct error *error)
+{
+    char digest[SHA256_DIGEST_STRING_LENGTH];
+    json_t *value = strlen(text) < INSPECTION_TEXT - 40 ? json_string(text) : NULL;
+    if (!value)
+        return error_set(error, MR_USAGE,
+                         "not a text: the value of %s; give at most %d characters of UTF-8",
+                         field->name, INSPECTION_TEXT - 41);
+    set_value(values, field, "", value);
+    if (field->type != INSPECTION_PICTURE)
+        return MR_OK;
+    if (!SHA256File(text, digest))
+        return error_set(error, MR_IO, "cannot read: %s for %s; check the path", text, field->name);
+    set_value(values, field, "_sha256", json_string(digest));
+    return MR_OK;
+}
+
+enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
+                               struct error *error)
+{
+    char name[80];
+    const char *text = strchr(word, '=');
+    const struct inspection_field *field = NULL;
+    struct spell_suggest near;
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
+    spell_suggest_begin(&near, name);
+    for (size_t i = 0; i < kind->fields; i++) {
+        if (strcmp(name, kind->field[i].name) == 0)
+            field = &kind->field[i];
+        spell_suggest_try(&near, kind->field[i].name);
+    }
+    if (!field || !text)
+        return refuse_name(&near, "unknown field", kind->name,
+                           "matrig record --kinds lists the fields", error);
+    if (!*++text) {
+        set_value(values, field, "", NULL);
+        set_value(values, field, "_error", NULL);
+        set_value(values, field, "_sha256", NULL);
+        return MR_OK;
+    }
+    return field->type == INSPECTION_NUMBER ? read_number(field, text, values, error)
+         : field->type == INSPECTION_CHOICE ? read_choice(field, text, values, error)
+                                            : read_text(field, text, values, error);
+}
+
+/* ---- rows ---- */
+
+enum mr_status inspection_add(struct store *store, const struct store_record *row,
+                              const json_t *values, struct error *error)
+{
+    struct store_record put = *row;
+    char *text = values
+                   ? json_dumps(values, JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(15))
+                   : xstrdup("");
+    bool fits = snprintf(put.fields, sizeof put.fields, "%s", text) < (int)sizeof put.fields;
+    free(text);
+    return fits ? store_record_add(store, &put, error)
+                : error_set(error, MR_TOO_LONG,
+                            "record too long: %s; give at most %zu characters in all", row->kind,
+                            sizeof put.fields - 1);
+}
+
+enum mr_status inspection_load(struct store *store, struct inspections *all, struct error *error)
+{
+    struct store_record *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_records(store, &rows, &count, error);
+    *all = (struct inspections){.entry = xcalloc(count + 1, sizeof *all->entry)};
+    for (size_t i = 0; i < count; i++) {
+        struct inspection *entry = &all->entry[all->count];
+        struct error none = {0};
+        *entry = (struct inspection){.row = rows[i]};
+        if (inspection_kind_find(rows[i].kind, &entry->kind, &none) != MR_OK)
+            continue;
+        if (rows[i].fields[0])
+            entry->values = json_loads(rows[i].fields, 0, NULL) ?: json_object();
+        for (size_t k = 0; k < all->count && rows[i].corrects != STORE_NONE; k++) {
+            if (all->entry[k].row.id != rows[i].corrects)
+                continue;
+            entry->corrected = &all->entry[k];
+            all->entry[k].replaced_by = rows[i].id;
+            all->entry[k].withdrawn = entry->values ? NULL : entry->row.reason;
+        }
+        all->count++;
+    }
+    free(rows);
+    return status;
+}
+
+void inspection_free(struct inspections *all)
+{
+    for (size_t i = 0; i < all->count; i++)
+        json_decref(all->entry[i].values);
+    free(all->entry);
+}
+
+bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
+                         int64_t run)
+{
+    return entry->values && !entry->replaced_by && (!kind || entry->kind == kind) &&
+           (!run || entry->row.run == run);
+}
+
+const struct inspection *inspection_newest(const struct inspections *all,
+                                           const struct inspection_kind *kind, int64_t run)
+{
+    for (size_t i = all->count; i-- > 0;)
+        if (inspection_is_valid(&all->entry[i], kind, run))
+            return &all->entry[i];
+    return NULL;
+}
+
+/* ---- limits ---- */
+
+static enum inspection_verdict judge_field(const struct inspection_field *field,
+                                           const json_t *values, double *margin)
+{
+    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    double above = value - field->pass_low, below = field->pass_high - value;
+    *margin = HUGE_VAL;
+    if (isnan(value) || !field->limit)
+        return INSPECTION_NO_LIMIT;
+    *margin = fmin(above / field->pass_low, below / field->pass_high); /* fmin: a NaN is no limit */
+    if (fabs(above) <= error || fabs(below) <= error)
+        return INSPECTION_NEAR;
+    return *margin < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
+}
+
+enum inspection_verdict inspection_judge(const struct inspection *entry, double *margin)
+{
+    enum inspection_verdict worst = INSPECTION_NO_LIMIT;
+    *margin = HUGE_VAL;
+    for (size_t i = 0; i < entry->kind->fields; i++) {
+        double own;
+        enum inspection_verdict verdict = judge_field(&entry->kind->field[i], entry->values, &own);
+        worst = verdict > worst ? verdict : worst;
+        *margin = fmin(*margin, own);
+    }
+    return worst;
+}
+
+const char *inspection_verdict_text(enum inspection_verdict verdict)
+{
+    static const char *const text[] = {"no limit", "pass", "within its error of the limit", "fail"};
+    return text[verdict];
+}
+
+/* ---- answers ---- */
+
+/* As inspection_text, in the units of the answer. */
+static void shown_text(const struct inspection_field *field, const json_t *values, bool si,
+                       char out[INSPECTION_TEXT])
+{
+    const char *unit = quantity_unit_of_name(field->name);
+    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    double factor = si ? quantity_convert(1.0, unit, inspection_unit(field, si)) : 1.0, zero = 0.0;
+    if (si && is_temperature(field)) {
+        factor = 1.0 / 1.8;
+        zero = 32.0;
+    }
+    inspection_text(field, values, out);
+    const char *digest = json_string_value(json_object_get(values, "file_sha256"));
+    if (!isnan(value))
+        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.6g" : "%.6g \xc2\xb1 %.2g",
+                 factor * (value - zero), factor * error);
+    else if (field->type == INSPECTION_PICTURE && digest)
+        snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
+}
+
+static void label_of(const struct inspection_field *field, bool si, char label[80])
+{
+    const char *unit = inspection_unit(field, si);
+    snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->words, unit);
+}
+
+/* A value, and the one before a correction. */
+static void cell(const struct inspection *entry, const struct inspection_field *field,
+                 struct answer *answer)
+{
+    char is[INSPECTION_TEXT], was[INSPECTION_TEXT], label[80];
+    const bool si = answer_in_si(answer);
+    double margin;
+    shown_text(field, entry->values, si, is);
+    shown_text(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
+    bool changed = strcmp(is, was) != 0;
+    label_of(field, si, label);
+    answer_words(answer, NULL, label, "%s%s%s%s", is[0] ? is : "-", changed ? " (was " : "",
+                 !changed ? ""
+                 : was[0] ? was
+                          : "-",
+                 changed ? ")" : "")
+        ->warn = judge_field(field, entry->values, &margin) == INSPECTION_FAIL;
+}
+
+static void place_answer(const struct inspection *entry, const char *name, const char *label,
+                         struct answer *answer)
+{
+    if (entry->kind->place == INSPECTION_STATION)
+        answer_value(answer, name ? "station" : NULL, label ? "station" : NULL, UNIT_STATION,
+                     entry->row.place, 1);
+    else if (entry->kind->place != INSPECTION_CAMPAIGN)
+        answer_count(answer, name, label,
+                     entry->kind->place == INSPECTION_LANDING ? entry->row.run
+                                                              : (int64_t)entry->row.place);
+}
+
+/* Withdrawn ones last, then by verdict, margin and number. */
+static int compare_rows(const void *a, const void *b)
+{
+    const struct inspection *p = *(const struct inspection *const *)a,
+                            *q = *(const struct inspection *const *)b;
+    double x, y;
+    int worse = (int)inspection_judge(p, &x) - (int)inspection_judge(q, &y);
+    if (!p->withdrawn != !q->withdrawn)
+        return p->withdrawn ? 1 : -1;
+    return worse ? -worse : x < y ? -1 : x > y ? 1 : p->row.id < q->row.id ? -1 : 1;
+}
+
+void inspection_table(const struct inspections *all, const struct inspection_kind *kind,
+                      int64_t run, struct answer *answer)
+{
+    const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
+    size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
+    bool used[INSPECTION_FIELDS_MAX] = {false};
+    double margin;
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (entry->kind != kind || !entry->values || (run && entry->row.run != run) ||
+            (entry->replaced_by && !entry->withdrawn))
+            continue;
+        rows[count++] = entry;
+        for (size_t f = 0; f < kind->fields; f++)
+            used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL;
+    }
+    qsort(rows, count, sizeof(struct inspection *), compare_rows);
+    for (size_t i = 0; i < count; i++)
+        verdicts[inspection_judge(rows[i], &margin)] += !rows[i]->withdrawn;
+    const size_t judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_NEAR] +
+                          verdicts[INSPECTION_FAIL];
+    answer_table(answer, NULL, kind->words);
+    for (size_t i = 0; i < count; i++) {
+        enum inspection_verdict verdict = inspection_judge(rows[i], &margin);
+        answer_row(answer);
+        answer_count(answer, NULL, "record", rows[i]->row.id);
+        if (!run)
+            place_answer(rows[i], NULL,
+                         kind->place == INSPECTION_LANDING ? "RUN" : inspection_place_name(kind),
+                         answer);
+        if (rows[i]->withdrawn)
+            answer_words(answer, NULL, "withdrawn", "%s", rows[i]->withdrawn);
+        if (judged)
+            answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))->warn =
+                verdict == INSPECTION_FAIL;
+        for (size_t f = 0; f < kind->fields; f++)
+            if (used[f])
+                cell(rows[i], &kind->field[f], answer);
+        answer_words_or_none(answer, NULL, "by", rows[i]->row.who, "-");
+        if (rows[i]->row.reason[0])
+            answer_words(answer, NULL, "reason", "%s", rows[i]->row.reason);
+    }
+    answer_close(answer);
+    if (judged)
+        answer_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
+                        verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
+                        verdicts[INSPECTION_NEAR]);
+    free(rows);
+}
+
+void inspection_json(const struct inspections *all, const struct inspection_kind *kind, int64_t run,
+                     struct answer *answer)
+{
+    answer_table(answer, "records", "");
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        const struct store_record *row = &entry->row;
+        double margin;
+        if ((kind && entry->kind != kind) || (run && row->run != run))
+            continue;
+        answer_row(answer);
+        answer_count(answer, "id", NULL, row->id);
+        answer_words(answer, "kind", NULL, "%s", row->kind);
+        place_answer(entry, inspection_place_name(entry->kind), NULL, answer);
+        answer_json_value(answer, "fields",
+                          entry->values ? json_deep_copy(entry->values) : json_null());
+        answer_words_or_none(
+            answer, "result", NULL,
+            entry->values ? inspection_verdict_text(inspection_judge(entry, &margin)) : NULL, NULL);
+        answer_flag(answer, "valid", NULL, inspection_is_valid(entry, NULL, 0));
+        answer_count(answer, entry->values ? "corrects" : "withdraws", NULL, row->corrects);
+        answer_words_or_none(answer, "who", NULL, row->who, NULL);
+        answer_words_or_none(answer, "reason", NULL, row->reason, NULL);
+        answer_count(answer, "made_us", NULL, row->made_us);
+    }
+    answer_close(answer);
+}
+
+/* ---- two landings ---- */
+
+struct difference {
+    struct answer *answer;
+    int64_t run[2];
+    size_t count;
+};
+
+static void differ(struct difference *d, const char *kind, const char *field, const char *label,
+                   const char *from, const char *to)
+{
+    if (strcmp(from, to) == 0)
+        return;
+    d->count++;
+    answer_row(d->answer);
+    answer_words(d->answer, "kind", NULL, "%s", kind);
+    answer_words(d->answer, "field", NULL, "%s", field);
+    answer_words(d->answer, NULL, "difference", "%s", label);
+    for (int i = 0; i < 2; i++) {
+        char run[40];
+        snprintf(run, sizeof run, "RUN %lld", (long long)d->run[i]);
+        answer_words_or_none(d->answer, i ? "to" : "from", run, i ? to : from, "-");
+    }
+}
+
+/* What `matrig landing` has of them. */
+static void journal_differences(struct store *store, struct difference *d, struct error *error)
+{
+    struct store_series series[2];
+    char weight[2][STORE_JOURNAL_TEXT];
+    for (int i = 0; i < 2; i++) {
+        struct store_landing landing;
+        if (store_landing_get(store, d->run[i], &landing, error) != MR_OK ||
+            store_series_of(store, &landing, &series[i], error) != MR_OK ||
+            store_change_get(store, d->run[i], "weight_lb", weight[i], NULL, error) != MR_OK)
+            return;
+    }
+    differ(d, "landing", "series", "series", series[0].name, series[1].name);
+    differ(d, "landing", "pattern", "pattern", series[0].pattern, series[1].pattern);
+    differ(d, "landing", "modification", "modification", series[0].modification,
+           series[1].modification);
+    differ(d, "landing", "runway", "runway", series[0].runway, series[1].runway);
+    differ(d, "landing", "weight_lb", "weight (lb)", weight[0], weight[1]);
+}
+
+size_t inspection_differences(struct store *store, const struct inspections *all, int64_t from,
+                              int64_t to, struct answer *answer, struct error *error)
+{
+    struct difference d = {answer, {from, to}, 0};
+    const bool si = answer_in_si(answer);
+    answer_table(answer, "differences", "");
+    journal_differences(store, &d, error);
+    for (size_t k = 0; k < COUNT(inspection_kinds); k++) {
+        const struct inspection_kind *kind = &inspection_kinds[k];
+        const struct inspection *a = inspection_newest(all, kind, from),
+                                *b = inspection_newest(all, kind, to);
+        for (size_t f = 0; f < kind->fields && inspection_is_single(kind); f++) {
+            char is[2][INSPECTION_TEXT], label[80];
+            shown_text(&kind->field[f], a ? a->values : NULL, si, is[0]);
+            shown_text(&kind->field[f], b ? b->values : NULL, si, is[1]);
+            label_of(&kind->field[f], si, label);
+            differ(&d, kind->name, kind->field[f].name, label, is[0], is[1]);
+        }
+    }
+    answer_close(answer);
+    return d.count;
+}

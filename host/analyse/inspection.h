@@ -1,0 +1,114 @@
+/* Records of what the crew sets, inspects and writes down: run conditions, acceptance, damage,
+ * launch, pictures. host/store/records.def lists the kinds and their fields. A record is a row that
+ * never changes: a correction or a withdrawal is another row.
+ *
+ * A value is a number in the unit that ends the field's name, or a text. A number may have a
+ * standard error ("12.3+-0.4"). In the JSON object of a record the error is NAME_error, and the
+ * digest of a picture NAME_sha256. */
+#ifndef MATRIG_HOST_ANALYSE_INSPECTION_H
+#define MATRIG_HOST_ANALYSE_INSPECTION_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "host/base/answer.h"
+#include "host/store/store_journal.h"
+
+enum inspection_place {
+    INSPECTION_CAMPAIGN,
+    INSPECTION_LANDING,
+    INSPECTION_MAT,
+    INSPECTION_JOINT,
+    INSPECTION_STATION
+};
+enum inspection_type { INSPECTION_NUMBER, INSPECTION_CHOICE, INSPECTION_WORDS, INSPECTION_PICTURE };
+
+struct inspection_field {
+    const char *name, *words; /* "tire_psi", "tire pressure" */
+    enum inspection_type type;
+    bool from_last;
+    double low, high;           /* range of a number, in its unit */
+    double pass_low, pass_high; /* NaN: no limit */
+    const char *limit;          /* source of the limits; NULL: none */
+    const char *choices;        /* "coast|truck" */
+};
+struct inspection_kind {
+    const char *name, *words, *source;
+    enum inspection_place place;
+    const struct inspection_field *field;
+    size_t fields;
+};
+extern const struct inspection_kind inspection_kinds[];
+extern const size_t inspection_kind_count;
+#define INSPECTION_FIELDS_MAX 25
+
+/* MR_UNKNOWN with the nearest name: there is no such kind. */
+enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
+                                    struct error *error);
+/* "", "run", "mat", "joint" or "station_ft". */
+const char *inspection_place_name(const struct inspection_kind *kind);
+/* True for a kind with at most one record for each landing. */
+bool inspection_is_single(const struct inspection_kind *kind);
+/* Unit of a number for people: "psi", "%"; "": none. In SI: "Pa". */
+const char *inspection_unit(const struct inspection_field *field, bool si);
+
+struct inspection {
+    struct store_record row;
+    const struct inspection_kind *kind;
+    json_t *values;      /* NULL: the row withdraws another one */
+    int64_t replaced_by; /* id of the row that corrects or withdraws this one; 0: valid */
+    const struct inspection
+        *corrected;        /* the record that this one corrects or withdraws; NULL: none */
+    const char *withdrawn; /* reason of the row that withdraws this one; NULL: none does */
+};
+struct inspections {
+    struct inspection *entry; /* by id */
+    size_t count;
+};
+/* All records, except those of kinds that this matrig does not have. The caller releases them with
+ * inspection_free, also after an error. */
+enum mr_status inspection_load(struct store *store, struct inspections *all, struct error *error);
+void inspection_free(struct inspections *all);
+/* True for a valid record of this kind (NULL: any) and landing (0: any). */
+bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
+                         int64_t run);
+/* The newest such record; NULL: none. */
+const struct inspection *inspection_newest(const struct inspections *all,
+                                           const struct inspection_kind *kind, int64_t run);
+
+/* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. Fails with MR_UNKNOWN, MR_USAGE, or
+ * MR_IO for a picture that cannot be read. */
+enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
+                               struct error *error);
+/* Writes a row with these values (NULL: a withdrawal), in a transaction of the caller. */
+enum mr_status inspection_add(struct store *store, const struct store_record *row,
+                              const json_t *values, struct error *error);
+/* A value as people type it, "12.3+-0.4"; "": none. */
+#define INSPECTION_TEXT 300
+void inspection_text(const struct inspection_field *field, const json_t *values,
+                     char out[INSPECTION_TEXT]);
+
+enum inspection_verdict {
+    INSPECTION_NO_LIMIT,
+    INSPECTION_PASS,
+    INSPECTION_NEAR, /* a limit is within the standard error of the value */
+    INSPECTION_FAIL
+};
+/* The worst verdict of the fields. *margin: smallest distance to a limit relative to the limit,
+ * negative outside; infinite without limits. */
+enum inspection_verdict inspection_judge(const struct inspection *entry, double *margin);
+const char *inspection_verdict_text(enum inspection_verdict verdict);
+
+/* Adds a table of the records of a kind for people, with counts where it has limits: the worst
+ * first, withdrawn ones last. `run` 0: of all landings. */
+void inspection_table(const struct inspections *all, const struct inspection_kind *kind,
+                      int64_t run, struct answer *answer);
+/* Adds all rows with their history, for programs. `kind` NULL: any. */
+void inspection_json(const struct inspections *all, const struct inspection_kind *kind, int64_t run,
+                     struct answer *answer);
+/* Adds a row for each value in which two landings differ. Returns the number of rows. */
+size_t inspection_differences(struct store *store, const struct inspections *all, int64_t from,
+                              int64_t to, struct answer *answer, struct error *error);
+
+#endif

@@ -1,0 +1,409 @@
+/* matrig record: what the crew sets, inspects and writes down. The kinds are in host/store/records.def. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/analyse/inspection.h"
+#include "host/base/command.h"
+#include "host/base/output.h"
+#include "host/base/quantity.h"
+#include "host/base/xmalloc.h"
+#include "host/commands/annotation.h"
+#include "host/commands/commands.h"
+#include "host/commands/program.h"
+#include "host/link/link.h"
+
+#define WORDS_MAX (INSPECTION_FIELDS_MAX + 3)
+
+struct request {
+    const char *words[WORDS_MAX]; /* DB [KIND] [PLACE] FIELD=VALUE... */
+    const char *who, *reason, *csv, *path;
+    int64_t correct, withdraw, compare; /* 0: not given */
+    bool kinds;
+    /* from the words */
+    const struct inspection_kind *kind; /* NULL: not given */
+    const char *place; /* RUN, number of a mat or joint, or station; NULL: not given */
+    const char *field[WORDS_MAX];
+    size_t fields;
+};
+
+/* ---- kinds ---- */
+
+static int list_kinds(const struct cli *cli)
+{
+    struct answer *answer = answer_new(false);
+    answer_table(answer, "kinds", "");
+    for (size_t k = 0; k < inspection_kind_count; k++) {
+        const struct inspection_kind *kind = &inspection_kinds[k];
+        for (size_t f = 0; f < kind->fields; f++) {
+            const struct inspection_field *field = &kind->field[f];
+            const char *unit = inspection_unit(field, false);
+            answer_row(answer);
+            answer_words(answer, "kind", "kind", "%s", kind->name);
+            answer_words(answer, "of", "of", "%s", inspection_place_name(kind));
+            answer_words(answer, "field", "field", "%s", field->name);
+            answer_words(answer, "words", "what", "%s", field->words);
+            if (field->type == INSPECTION_NUMBER)
+                answer_words(answer, "values", "values", "%g to %g%s%s", field->low, field->high,
+                             *unit ? " " : "", unit);
+            else
+                answer_words(answer, "values", "values", "%s",
+                             field->type == INSPECTION_CHOICE    ? field->choices
+                             : field->type == INSPECTION_PICTURE ? "a file"
+                                                                 : "a text");
+            answer_flag(answer, "from_last", "kept", field->from_last);
+            answer_words_or_none(answer, "limit", "limit", field->limit, "-");
+            answer_words(answer, "source", NULL, "report %s", kind->source);
+        }
+    }
+    answer_close(answer);
+    answer_sentence(answer, NULL,
+                    "A kept field has the value of the last record of its kind if you leave it "
+                    "out.");
+    return answer_show(cli, answer, 0);
+}
+
+/* ---- adding ---- */
+
+/* Whose the record is, as its kind says. */
+static void read_place(const struct request *r, struct store *store, struct store_record *row,
+                       struct error *error)
+{
+    static const char *const needs[] = {"no place", "RUN", "the number of the mat",
+                                        "the number of the joint", "the station in ft"};
+    const char *name = inspection_place_name(r->kind);
+    struct store_landing landing;
+    if (!*name != !r->place)
+        error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
+                  r->kind->name, needs[r->kind->place]);
+    else if (r->place && r->kind->place == INSPECTION_LANDING)
+        (void)(run_parse(r->place, &row->run, error) ?: store_run_find(store, &row->run, error)
+                   ?: store_landing_get(store, row->run, &landing, error));
+    else if (r->place &&
+             quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
+                 MR_OK &&
+             !(row->place >= 0.0 && row->place <= 1e6))
+        error_set(error, MR_USAGE, "out of range: %s for %s", r->place, name);
+}
+
+/* Fields that are left out and keep the value of the last record; says which. */
+static void keep_last(const struct inspections *all, const struct inspection_kind *kind,
+                      json_t *values, struct answer *answer)
+{
+    static const char *const parts_of_value[] = {"", "_error"};
+    const struct inspection *last = inspection_newest(all, kind, 0);
+    char text[INSPECTION_TEXT], key[80];
+    answer_table(answer, "kept", "");
+    for (size_t f = 0; last && f < kind->fields; f++) {
+        const struct inspection_field *field = &kind->field[f];
+        inspection_text(field, last->values, text);
+        if (!field->from_last || !text[0] || json_object_get(values, field->name))
+            continue;
+        for (size_t i = 0; i < 2; i++) {
+            snprintf(key, sizeof key, "%s%s", field->name, parts_of_value[i]);
+            json_t *value = json_object_get(last->values, key);
+            if (value)
+                json_object_set(values, key, value);
+        }
+        answer_row(answer);
+        answer_words(answer, "field", "kept", "%s", field->name);
+        answer_words(answer, "value", "value", "%s", text);
+        answer_count(answer, "record", "from record", last->row.id);
+    }
+    answer_close(answer);
+}
+
+/* The record that is corrected or withdrawn. */
+static const struct inspection *find_old(const struct request *r, const struct inspections *all)
+{
+    const int64_t id = r->correct ? r->correct : r->withdraw;
+    if (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT)
+        error_set(fatal, MR_USAGE,
+                  "no reason: matrig record needs --reason TEXT, of at most %d characters, for a "
+                  "correction or withdrawal",
+                  STORE_JOURNAL_TEXT - 1);
+    for (size_t i = 0; i < all->count; i++)
+        if (all->entry[i].row.id == id && inspection_is_valid(&all->entry[i], NULL, 0))
+            return &all->entry[i];
+    error_set(fatal, MR_UNKNOWN, "no valid record %lld: %s; matrig record DB lists them",
+              (long long)id, r->words[0]);
+    return NULL;
+}
+
+static enum mr_status add_one(const struct request *r, struct store *store,
+                              const struct inspections *all, struct answer *answer,
+                              struct error *error)
+{
+    struct store_record row = store_blank_record;
+    const struct inspection_kind *kind = r->kind;
+    const struct inspection *old = r->correct || r->withdraw ? find_old(r, all) : NULL;
+    json_t *values = json_object();
+    if (old) {
+        kind = old->kind;
+        row.run = old->row.run;
+        row.place = old->row.place;
+        row.corrects = old->row.id;
+        json_object_update(values, old->values);
+    } else
+        read_place(r, store, &row, error);
+    for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
+        inspection_read(kind, r->field[i], values, error);
+    if (!old && !r->csv)
+        keep_last(all, kind, values, answer);
+    row.made_us = (int64_t)link_now_us();
+    annotation_copy(row.kind, sizeof row.kind, kind->name);
+    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.reason, sizeof row.reason, r->reason);
+    if (error->status == MR_OK)
+        inspection_add(store, &row, r->withdraw ? NULL : values, error);
+    json_decref(values);
+    return error->status;
+}
+
+/* ---- CSV: a line for each record that holds; fields as they are typed ---- */
+
+static void write_cell(FILE *out, const char *text, char behind)
+{
+    bool quoted = strpbrk(text, ",\"\n\r") != NULL;
+    fputs(quoted ? "\"" : "", out);
+    for (const char *c = text; *c; c++)
+        fprintf(out, *c == '"' ? "\"\"" : "%c", *c);
+    fprintf(out, quoted ? "\"%c" : "%c", behind);
+}
+
+static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
+{
+    const struct inspection_kind *kind = r->kind;
+    const char *place = inspection_place_name(kind);
+    struct output output;
+    char text[INSPECTION_TEXT];
+    output_check(r->path, r->words[0], fatal);
+    output_begin(&output, r->path, fatal);
+    if (*place)
+        write_cell(output.file, place, ',');
+    for (size_t f = 0; f < kind->fields; f++)
+        write_cell(output.file, kind->field[f].name, f + 1 < kind->fields ? ',' : '\n');
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (!inspection_is_valid(entry, kind, run))
+            continue;
+        if (*place)
+            fprintf(output.file, "%.15g,",
+                    kind->place == INSPECTION_LANDING ? (double)entry->row.run : entry->row.place);
+        for (size_t f = 0; f < kind->fields; f++) {
+            inspection_text(&kind->field[f], entry->values, text);
+            write_cell(output.file, text, f + 1 < kind->fields ? ',' : '\n');
+        }
+    }
+    output_end(&output, fatal);
+}
+
+/* Splits a line into cells in place, quotes removed; returns their number. */
+static size_t split(char *line, char *cell[WORDS_MAX])
+{
+    size_t count = 0;
+    for (char *at = line; at && count < WORDS_MAX;) {
+        char *to = at, *from = at;
+        bool quoted = false;
+        for (; *from && (quoted || *from != ','); from++) {
+            if (*from == '"' && quoted && from[1] == '"')
+                *to++ = *from++;
+            else if (*from == '"')
+                quoted = !quoted;
+            else
+                *to++ = *from;
+        }
+        cell[count++] = at;
+        at = *from ? from + 1 : NULL;
+        *to = '\0';
+    }
+    return count;
+}
+
+/* The first line names the cells of the others, each of which is a request. */
+static void read_csv(const struct request *r, struct store *store, const struct inspections *all,
+                     struct answer *answer)
+{
+    static char text[WORDS_MAX][INSPECTION_TEXT + 80];
+    char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
+    size_t room = 0, columns = 0, number = 0;
+    struct error error = {0};
+    FILE *in = fopen(r->csv, "r");
+    if (!in)
+        error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
+    while (in && error.status == MR_OK && getline(&line, &room, in) >= 0) {
+        struct request one = *r;
+        line[strcspn(line, "\r\n")] = '\0';
+        if (++number == 1) {
+            header = xstrdup(line + output_mark(line, strlen(line)));
+            columns = split(header, head);
+        }
+        if (number == 1 || !line[0])
+            continue;
+        if (split(line, cell) != columns)
+            error_set(&error, MR_MALFORMED,
+                      "the header has %zu cells; quote a text that has commas", columns);
+        for (size_t c = 0; c < columns && error.status == MR_OK; c++) {
+            if (strcmp(head[c], inspection_place_name(r->kind)) == 0)
+                one.place = cell[c];
+            else if (cell[c][0]) {
+                snprintf(text[c], sizeof text[c], "%.60s=%s", head[c], cell[c]);
+                one.field[one.fields++] = text[c];
+            }
+        }
+        if (error.status == MR_OK)
+            add_one(&one, store, all, answer, &error);
+    }
+    if (error.status != MR_OK)
+        error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
+    fclose(in);
+    free(line);
+    free(header);
+}
+
+/* ---- the command ---- */
+
+static void sort_words(struct request *r)
+{
+    for (size_t i = 1; i < WORDS_MAX && r->words[i]; i++) {
+        const char *word = r->words[i];
+        bool number = (word[0] >= '0' && word[0] <= '9') || strncmp(word, "landing", 7) == 0;
+        if (strchr(word, '='))
+            r->field[r->fields++] = word;
+        else if (number && !r->place)
+            r->place = word;
+        else if (!number && !r->kind)
+            inspection_kind_find(word, &r->kind, fatal);
+        else
+            error_set(fatal, MR_USAGE,
+                      "unexpected argument: '%s' of record; see matrig record "
+                      "--help",
+                      word);
+    }
+}
+
+static void check(struct request *r)
+{
+    int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
+               (r->path != NULL);
+    if (!r->words[0])
+        error_set(fatal, MR_USAGE,
+                  "argument missing: matrig record needs DB; see matrig record --help");
+    sort_words(r);
+    if (acts > 1 || (r->fields && acts && !r->correct))
+        error_set(fatal, MR_USAGE,
+                  "more than one action: give fields, --correct, --withdraw, --compare, --csv or "
+                  "-o; see matrig record --help");
+    if (!r->kind && !r->correct && (r->fields || r->csv || r->path))
+        error_set(fatal, MR_USAGE,
+                  "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds");
+    if (r->compare && !r->place)
+        error_set(fatal, MR_USAGE, "one landing only: give matrig record DB --compare RUN RUN");
+    if (r->correct && !r->fields)
+        error_set(fatal, MR_USAGE,
+                  "no field: --correct %lld needs FIELD=VALUE; see matrig record "
+                  "--help",
+                  (long long)r->correct);
+}
+
+static void show(const struct cli *cli, const struct request *r, const struct inspections *all,
+                 int64_t run, struct answer *answer)
+{
+    if (all->count == 0)
+        cli_note(cli, "no records yet: %s; matrig record --kinds lists the kinds", r->words[0]);
+    inspection_json(all, r->kind, run, answer);
+    for (size_t k = 0; k < inspection_kind_count; k++)
+        if (!r->kind || r->kind == &inspection_kinds[k])
+            inspection_table(all, &inspection_kinds[k], run, answer);
+}
+
+static void show_added(const struct inspections *all, size_t before, struct answer *answer)
+{
+    double margin;
+    const struct inspection *last = &all->entry[all->count - 1];
+    answer_count(answer, "added", "records added", (int64_t)(all->count - before));
+    answer_count(answer, "record", "record", last->row.id);
+    if (last->values && inspection_judge(last, &margin) != INSPECTION_NO_LIMIT)
+        answer_words(answer, "result", "result", "%s",
+                     inspection_verdict_text(inspection_judge(last, &margin)));
+}
+
+static int record_command(int argc, char **argv, const struct cli *cli)
+{
+    static struct request r;
+    struct inspections all;
+    int64_t run = 0;
+    command_parse(&command_record, argc, argv, cli, &r, r.words, fatal);
+    if (r.kinds)
+        return list_kinds(cli);
+    check(&r);
+    const bool adds = r.fields || r.withdraw || r.csv;
+    struct answer *answer = answer_new(cli->si);
+    struct store *store = adds ? program_campaign_or_new(cli, r.words[0])
+                               : program_campaign(r.words[0], STORE_READ);
+    if (r.place && !adds)
+        run_parse(r.place, &run, fatal);
+    store_run_find(store, &run, fatal);
+    store_run_find(store, &r.compare, fatal);
+    if (adds)
+        store_begin(store, fatal);
+    inspection_load(store, &all, fatal);
+    const size_t before = all.count;
+    if (r.csv)
+        read_csv(&r, store, &all, answer);
+    else if (adds)
+        add_one(&r, store, &all, answer, fatal);
+    else if (r.path)
+        write_csv(&r, &all, run);
+    else if (!r.compare)
+        show(cli, &r, &all, run, answer);
+    else if (inspection_differences(store, &all, r.compare, run, answer, fatal) == 0)
+        answer_sentence(answer, NULL, "No difference was entered.");
+    if (adds) {
+        store_commit(store, fatal);
+        inspection_free(&all);
+        inspection_load(store, &all, fatal);
+        show_added(&all, before, answer);
+    }
+    inspection_free(&all);
+    return answer_show(cli, answer, 0);
+}
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB [KIND] [PLACE]",
+              "campaign database, kind of record, and whose it is: RUN, number of the mat or "
+              "joint, or station in ft, as\n"
+              "the kind needs. Without fields, the records are listed"),
+    HELP_ITEM("FIELD=VALUE",
+              "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
+              "0.1 mm'. A kept field\n"
+              "has the value of the last record if you leave it out"),
+    OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
+    OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
+                 "change fields of record N; FIELD= removes one. Needs --reason"),
+    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
+                 "withdraw record N; needs --reason. Old values stay in the campaign"),
+    OPTION_RUN("--compare", "RUN", compare,
+               "what was different between two landings: --compare "
+               "4 5"),
+    OPTION_TEXT("--csv", "F.csv", csv,
+                "add a record for each line of a file; its first line names place and fields, as "
+                "-o writes it"),
+    OPTION_TEXT("-o", "F.csv", path, "write the records of KIND to a file"),
+    OPTION_TEXT("--who", "W", who, "author of the entry; default: the user"),
+    HELP_EXAMPLE("matrig record campaign.db mat 12 joint_lb_in=12.5+-0.4 slack_in=0.031"),
+    OPTION_TEXT("--reason", "T", reason, NULL),
+};
+
+const struct command command_record = {
+    "record",
+    record_command,
+    "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W] | DB --correct N FIELD=VALUE ... --reason T |\n"
+    "                        DB --withdraw N --reason T | DB --compare RUN RUN | DB KIND --csv F | "
+    "DB KIND -o F | --kinds",
+    "run conditions, acceptance of subgrade and mats, damage, launch, pictures",
+    COMMAND_PARTS(parts),
+    {0, WORDS_MAX, "DB"},
+};

@@ -1,0 +1,172 @@
+#!/usr/bin/env bash
+# Records of what the crew sets, inspects and writes down. Limits and values are those of the report of 1973: joints of 12 lb/in and 0.036 in
+# (2.5, 2.7.2), separation at 30 degrees (2.5), CBR of 11 to 36 % (4.1), mats of 140 to 160 lb by 7^3 (table 3.1), tires of 5 psi (2.3),
+# a path 1.4 ft left of the center (4.2), 50 to 90 F (2.7.1), 13 panels dislocated (4.1).
+. "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
+matrig=build/matrig
+db=$tmp/campaign.db
+export USER=tester
+campaign_of "$db" 1 4 >/dev/null
+sqlite3 "$db" 'pragma wal_checkpoint(truncate)' >/dev/null
+cp "$db" "$tmp/none.db"
+record() { $matrig --quiet record "$db" "$@"; }
+field() { $matrig --json record "$1" | python3 -c "import json, sys; r = [r for r in json.load(sys.stdin)['records'] if r['id'] == $2][0]; print(r$3)"; }
+bytes() { cat "$1" "$1-wal" 2>/dev/null | wc -c; }
+
+none_cost_nothing() { # no table, no byte, no section; a campaign of before has just that
+    [ "$(sqlite3 "$tmp/none.db" "select count(*) from sqlite_schema where name like 'records%'")" = 0 ] || return 1
+    local was
+    was=$(bytes "$tmp/none.db")
+    $matrig record "$tmp/none.db" 2>"$tmp/err" && grep 'no records yet' "$tmp/err" && $matrig --json record "$tmp/none.db" 2>/dev/null | grep '{"records":\[\]}' || return 1
+    $matrig --json report "$tmp/none.db" -o "$tmp/none.html" >/dev/null && ! grep 'id="records"\|Conditions, damage' "$tmp/none.html" && [ "$(bytes "$tmp/none.db")" = "$was" ]
+}
+adds() { # a value as it is typed, in any unit of its kind
+    record conditions 1 drive=coast touchdown_plywood=yes tire_psi=5 temperature_f=20degC membrane='vinyl, "6 mil"' planned_braking_ft_s2=4 left_of_center_ft='16.8 in' >"$tmp/said" || return 1
+    grep 'records added *1$' "$tmp/said" && $matrig --json record "$db" conditions 1 >"$tmp/said" && python3 - "$tmp/said" <<'PY'
+import json, sys
+r, = json.load(open(sys.argv[1]))["records"]
+assert r["fields"] == {"drive": "coast", "touchdown_plywood": "yes", "tire_psi": 5, "temperature_f": 68, "membrane": 'vinyl, "6 mil"',
+                       "planned_braking_ft_s2": 4, "left_of_center_ft": 1.4}, r
+assert r["kind"] == "conditions" and r["run"] == 1 and r["valid"] and r["who"] == "tester"
+PY
+}
+keeps_the_last() { # what changes with each landing is not kept: the temperature
+    record conditions 2 planned_braking_ft_s2=4.6 --who kl >"$tmp/said" || return 1
+    cat "$tmp/said"
+    grep '^ *tire_psi *5 *1$' "$tmp/said" && grep '^ *left_of_center_ft *1.4 *1$' "$tmp/said" && ! grep 'temperature\|planned' "$tmp/said" &&
+        [ "$(field "$db" 2 "['fields']['drive']")" = coast ] && [ "$(field "$db" 2 "['fields'].get('temperature_f')")" = None ] && [ "$(field "$db" 2 "['who']")" = kl ]
+}
+errors_stay_with_their_value() {
+    record --correct 2 temperature_f='23 degC +- 1 degC' --reason 'thermometer read' >/dev/null && python3 - "$($matrig --json record "$db" conditions 2)" <<'PY'
+import json, sys
+f = json.loads(sys.argv[1])["records"][-1]["fields"]
+assert abs(f["temperature_f"] - (23 * 9 / 5 + 32)) < 1e-12 and abs(f["temperature_f_error"] - 9 / 5) < 1e-12, f
+PY
+}
+judged() { $matrig --json record "$db" "$@" >"$tmp/said" && cat "$tmp/said" >&2 && sed -n 's/.*"result":"\([^"]*\)".*/\1/p' "$tmp/said"; }
+passes_and_fails() {
+    while IFS='|' read -r expected words; do
+        eval "set -- $words"
+        is=$(judged "$@")
+        [ "$is" = "$expected" ] || { echo "$words: $is"; return 1; }
+    done <<'T'
+pass|mat 1 joint_lb_in=12.5 slack_in=0.030 unhinge_deg=31 weight_lb=0.45
+fail|mat 2 joint_lb_in=11.5
+within its error of the limit|mat 3 joint_lb_in=12.3+-0.4
+within its error of the limit|mat 4 'joint_lb_in=2102 N/m ± 5'
+fail|mat 5 slack_in=1mm
+pass|mat 6 slack_in='0.9 mm+-0.01 mm'
+fail|mat 7 weight_lb=0.5 joint_lb_in=30
+fail|mat 8 unhinge_deg=29 weight_lb=0.42
+pass|subgrade 30 cbr_percent=11
+fail|subgrade '40 ft' cbr_percent='10.9 %'
+pass|subgrade 12.192m cbr_percent=36%
+fail|subgrade 50 cbr_percent=37
+within its error of the limit|subgrade 60 cbr_percent=37+-2
+T
+    [ "$(field "$db" 14 "['station_ft']")" = 40.0 ] # 12.192 m
+}
+worst_first() {
+    record mat >"$tmp/said" || return 1
+    cat "$tmp/said"
+    grep '2 pass, 4 fail, 2 within the error of a limit\.$' "$tmp/said" && [ "$(grep -o '^ *[0-9]\+ \+[0-9]\+ *\(fail\|pass\|within\)' "$tmp/said" | awk '{print $3}' | uniq | tr '\n' ' ')" = 'fail within pass ' ] &&
+        grep -m 1 -o '^ *[0-9]* *[0-9]* *fail' "$tmp/said" | grep ' 5  *fail' # 1 mm is 9 % beyond 0.036 in
+}
+corrections_keep_their_history() {
+    local before
+    before=$(sqlite3 "$db" 'select count(*) from records')
+    record --correct 5 joint_lb_in=12.8 --reason 'read again' >/dev/null && record mat >"$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && grep 'read again' "$tmp/said" || return 1
+    [ "$(sqlite3 "$db" 'select count(*) from records')" = $((before + 1)) ] && [ "$(field "$db" 5 "['fields']['joint_lb_in']")" = 11.5 ] && [ "$(field "$db" 5 "['valid']")" = False ] || return 1
+    fails_with 2 'no valid record 5' $matrig record "$db" --correct 5 joint_lb_in=1 --reason again && fails_with 2 'needs --reason' $matrig record "$db" --correct 6 joint_lb_in=1 &&
+        sqlite3 "$db" "update records set fields='{}'" 2>&1 | grep 'history stays' && sqlite3 "$db" 'delete from records' 2>&1 | grep 'history stays'
+}
+withdrawn_ones_stay() {
+    record --withdraw 11 --reason 'wrong mat' >/dev/null && record mat >"$tmp/said" && grep '^ *11 *8 *wrong mat' "$tmp/said" && grep '3 pass, 2 fail, 2 within' "$tmp/said" &&
+        [ "$(field "$db" 11 "['valid']")" = False ] && fails_with 2 'no valid record 11' $matrig record "$db" --withdraw 11 --reason twice
+}
+what_was_different() {
+    $matrig landing "$db" 2 --correct weight_lb=1300 --reason weighed >/dev/null
+    $matrig --json record "$db" --compare 1 2 >"$tmp/said" && python3 - "$tmp/said" <<'PY'
+import json, sys
+d = {r["field"]: (r["from"], r["to"]) for r in json.load(open(sys.argv[1]))["differences"]}
+assert d == {"weight_lb": (None, "1300"), "temperature_f": ("68", "73.4 ± 1.8"), "planned_braking_ft_s2": ("4", "4.6")}, d
+PY
+}
+csv_round_trip() {
+    for kind in conditions mat subgrade; do
+        record $kind -o "$tmp/$kind.csv" && $matrig --quiet record "$tmp/copy.db" launch track_ft=375 drop_ft=20 glide_deg=3 overhang_ft=17 >/dev/null || return 1
+    done
+    for kind in mat subgrade; do
+        $matrig --json record "$tmp/copy.db" $kind --csv "$tmp/$kind.csv" >"$tmp/said" && $matrig --quiet record "$tmp/copy.db" $kind -o "$tmp/copy.csv" && cmp "$tmp/$kind.csv" "$tmp/copy.csv" || return 1
+    done
+    cp "$tmp/none.db" "$tmp/other.db" && $matrig --quiet record "$tmp/other.db" conditions --csv "$tmp/conditions.csv" >/dev/null && $matrig --quiet record "$tmp/other.db" conditions -o "$tmp/copy.csv" &&
+        cmp "$tmp/conditions.csv" "$tmp/copy.csv" && grep 'vinyl, ""6 mil""' "$tmp/copy.csv" || return 1
+    # a line that does not fit adds nothing of its file
+    printf 'mat,joint_lb_in\n20,12.5\n21,-3\n' >"$tmp/bad.csv"
+    fails_with 2 'bad.csv, line 3: out of range: -3 for joint_lb_in' $matrig record "$db" mat --csv "$tmp/bad.csv" && ! record mat | grep '12.5.* 20 ' &&
+        printf 'mat,joint_lb_in\n20\n' >"$tmp/bad.csv" && fails_with 4 'line 2: the header has 2 cells' $matrig record "$db" mat --csv "$tmp/bad.csv" &&
+        [ "$(sqlite3 "$db" "select count(*) from records where place = 20")" = 0 ]
+}
+pictures() { # the digest is the file's
+    printf 'not really a picture' >"$tmp/bow.jpg"
+    record picture 2 file="$tmp/bow.jpg" station_ft=88 shows='two small waves' >/dev/null && [ "$(sqlite3 "$db" "select json_extract(fields, '\$.file_sha256') from records where kind = 'picture'")" = "$(sha256sum "$tmp/bow.jpg" | cut -c 1-64)" ] &&
+        fails_with 3 'cannot read: .*none.jpg' $matrig record "$db" picture 2 file="$tmp/none.jpg"
+}
+in_the_report() {
+    record damage 2 station_ft=85 what=dislocated pieces=13 side=left note='<i>overrun' >/dev/null && $matrig --json report "$db" -o "$tmp/with.html" >/dev/null || return 1
+    grep -q '<section id="records">' "$tmp/with.html" && [ "$(grep -c 'Conditions, damage and pictures' "$tmp/with.html")" = 2 ] && grep -q '3 pass, 2 fail, 2 within' "$tmp/with.html" &&
+        grep -q '&lt;i&gt;overrun' "$tmp/with.html" && ! grep -q '<i>overrun' "$tmp/with.html" && grep -q '12.8 (was 11.5)' "$tmp/with.html" && grep -q 'wrong mat' "$tmp/with.html" &&
+        grep -q "SHA-256 $(sha256sum "$tmp/bow.jpg" | cut -c 1-12)" "$tmp/with.html" && sed 's/<[^>]*>/ /g' "$tmp/with.html" | grep 'braking planned (ft/s.*) *4 *4.6 '
+}
+in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 ± 1 "; }
+with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
+day() { printf "$1" | timeout 600 $matrig day "$2" 2>&1 >"$tmp/said.raw"; tr '\r' '\n' <"$tmp/said.raw" >"$tmp/said"; }
+day_asks_for_what_is_used() { # once a landing, with the last values; Enter keeps them
+    cp "$tmp/none.db" "$tmp/d.db"
+    day '1\njk\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions\|damage' "$tmp/said" || { cat "$tmp/said"; return 1; }
+    $matrig --quiet record "$tmp/d.db" conditions 1 drive=coast tire_psi=5 end_weight_lb=200 >/dev/null && $matrig --quiet record "$tmp/d.db" damage 1 station_ft=12 what=rivet >/dev/null || return 1
+    #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
+    day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\nq\n' "$tmp/d.db"
+    cat "$tmp/said"
+    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 19 ] && grep -q 'drive on the track (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
+    [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
+    [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
+    day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them
+}
+slips() {
+    fails_with 2 "unknown field: 'joint_lb' .*did you mean joint_lb_in" $matrig record "$db" mat 9 joint_lb=12 && fails_with 2 'did you mean mat\?' $matrig record "$db" matt 9 &&
+        fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
+        fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
+        fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
+        fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'one landing only' $matrig record "$db" --compare 1
+}
+kinds() { # every limit has its section of the report; no kind has more than 25 lines
+    $matrig --json record --kinds >"$tmp/said" && python3 - "$tmp/said" <<'PY'
+import collections, json, re, sys
+rows = json.load(open(sys.argv[1]))["kinds"]
+limits = {(r["kind"], r["field"]): r["limit"] for r in rows if r["limit"]}
+assert set(limits) == {("subgrade", "cbr_percent"), ("mat", "joint_lb_in"), ("mat", "unhinge_deg"), ("mat", "slack_in"), ("mat", "weight_lb")}, limits
+assert all(re.match(r"report (\d\.\d|table \d\.\d)", l) for l in limits.values())
+assert max(collections.Counter(r["kind"] for r in rows).values()) <= 23
+PY
+}
+
+check "a campaign without records has nothing of them" none_cost_nothing
+check "a record is added, with units" adds
+check "fields left out keep the last value, and the answer lists them" keeps_the_last
+check "a standard error stays with its value" errors_stay_with_their_value
+check "pass, fail, within the error of a limit" passes_and_fails
+check "acceptance has the worst first, and counts" worst_first
+check "corrections keep their history" corrections_keep_their_history
+check "withdrawn records stay, and do not count" withdrawn_ones_stay
+check "what was different between two landings" what_was_different
+check "CSV out and in is the same" csv_round_trip
+check "a picture has the digest of its file" pictures
+check "the report has them, escaped" in_the_report
+check "in SI" in_si
+check "passed on with a bundle" with_a_bundle
+check "a day asks only for kinds in use" day_asks_for_what_is_used
+check "slips are refused with the near word" slips
+check "limits have their sources" kinds
+finish
