@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "common/gates.h"
+
 #define ROUNDING 1e-9
 
 /* Product of powers: the squares of the relative errors, each multiplied by its power, add up. */
@@ -41,6 +43,13 @@ struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct e
     return product(1.0, factors, powers, 2);
 }
 
+struct estimate params_area(struct estimate length_ft, struct estimate width_ft)
+{
+    const struct estimate factors[] = {length_ft, width_ft};
+    const double powers[] = {1, 1};
+    return product(1.0, factors, powers, 2);
+}
+
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
 {
     const struct estimate factors[] = {pull_lb, weight_lb};
@@ -53,6 +62,20 @@ struct estimate params_soil(struct estimate load_lb, struct estimate deflection_
     const struct estimate factors[] = {load_lb, deflection_ft};
     const double powers[] = {1, -1};
     return product(1.0 / (2.0 * mats), factors, powers, 2);
+}
+
+enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
+                            struct estimate plate_ft, struct estimate mat_ft2,
+                            struct estimate *kv_lb_ft, struct error *error)
+{
+    struct line_fit line;
+    const double powers[] = {1, -2, 1};
+    if (line_fit(settlement_ft, load_lb, count, &line, error) != MR_OK)
+        return error->status;
+    line.slope.error *= mr_gates_student((unsigned)count - 2u);
+    const struct estimate factors[] = {line.slope, plate_ft, mat_ft2};
+    *kv_lb_ft = product(0.5 / (M_PI / 4.0), factors, powers, 3);
+    return MR_OK;
 }
 
 struct estimate params_mean(const double *readings, size_t count, double each)

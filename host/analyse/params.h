@@ -41,6 +41,9 @@ enum mr_status params_spring(const double *x, const double *y, size_t count,
  * width of the strip. */
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);
 
+/* Area of a mat, from its length and width. */
+struct estimate params_area(struct estimate length_ft, struct estimate width_ft);
+
 /* Friction coefficient: the pull at which the mat just slides, divided by the weight on the
  * soil. */
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb);
@@ -49,6 +52,15 @@ struct estimate params_friction(struct estimate pull_lb, struct estimate weight_
  * runway (1 if it stands on one mat) sinks by d: KV = P/(2 mats d). If neighbouring mats carry load
  * too, the true value is smaller. */
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats);
+
+/* Soil stiffness under one mat end from a plate bearing test: pressure under the plate against its
+ * settlement gives the modulus of soil reaction, which model and prototype have in common (2.2),
+ * and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the plate is
+ * seated does not matter. 1.96 errors are a 95 % interval: Student's t is included. MR_TOO_FEW: fewer
+ * than three readings, or one settlement only. */
+enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
+                            struct estimate plate_ft, struct estimate mat_ft2,
+                            struct estimate *kv_lb_ft, struct error *error);
 
 /* Mean of readings with its standard error. `each`: standard error that applies to every reading,
  * and the only error of a single reading. count >= 1. */

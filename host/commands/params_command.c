@@ -53,6 +53,10 @@ static struct found *add(struct reader *r, const char *key, const char *unit, co
     struct found *found = &r->parameters[r->count];
     *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false};
     snprintf(found->from, sizeof found->from, "%s", from);
+    for (size_t i = 0; i < r->count; i++)
+        if (strcmp(r->parameters[i].key, key) == 0)
+            error_set(fatal, MR_MALFORMED, "two tests give %s: %s: %s, %s; leave one out", key,
+                      r->path, r->parameters[i].from, from);
     if (!isfinite(estimate.value) || !isfinite(estimate.error))
         error_set(fatal, MR_NUMERICS, "result out of range: %s: %s (%s); check the readings",
                   r->path, key, from);
@@ -220,15 +224,13 @@ static struct estimate take(struct reader *r, const char *name)
     return (struct estimate){1.0, 0.0};
 }
 
-/* A spring law from two lists that form pairs; values of the first list are multiplied by
- * `factor`. */
-static struct params_spring take_spring(struct reader *r, const char *x_name, double factor,
-                                        const char *y_name, const char *y_unit)
+/* Two lists that form pairs; values of the first list are multiplied by `factor`. Returns their
+ * number. */
+static size_t take_pairs(struct reader *r, const char *x_name, double factor, const char *y_name,
+                         double x[READINGS_MAX], double y[READINGS_MAX])
 {
     const json_t *lists[] = {json_object_get(r->readings, x_name),
                              json_object_get(r->readings, y_name)};
-    double x[READINGS_MAX], y[READINGS_MAX];
-    struct params_spring spring = {.k = {1.0, 0.0}};
     size_t count = json_array_size(lists[0]);
     bool good = count <= READINGS_MAX && json_array_size(lists[1]) == count;
     for (size_t i = 0; i < count && good; i++) {
@@ -241,6 +243,16 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
                   "readings do not form pairs: %s: %s has %zu and %zu; give %s and %s as lists of "
                   "equal length, at most %d numbers",
                   r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
+    return count;
+}
+
+/* A spring law from such lists. */
+static struct params_spring take_spring(struct reader *r, const char *x_name, double factor,
+                                        const char *y_name, const char *y_unit)
+{
+    double x[READINGS_MAX], y[READINGS_MAX];
+    struct params_spring spring = {.k = {1.0, 0.0}};
+    size_t count = take_pairs(r, x_name, factor, y_name, x, y);
     params_spring(x, y, count, &spring, fatal);
     if (spring.within)
         error_set(fatal, MR_MALFORMED,
@@ -319,6 +331,19 @@ static void read_deflection(struct reader *r)
     add(r, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
 }
 
+static void read_plate(struct reader *r)
+{
+    double settlement_ft[READINGS_MAX], load_lb[READINGS_MAX];
+    size_t count = take_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
+                              load_lb);
+    struct estimate plate = take(r, "plate_in"), kv = {1.0, 0.0};
+    plate.value /= IN_PER_FT;
+    plate.error /= IN_PER_FT;
+    params_plate(load_lb, settlement_ft, count, plate,
+                 params_area(take(r, "mat_length_ft"), take(r, "mat_width_ft")), &kv, fatal);
+    add(r, "KV", "lb/ft", "plate bearing test", kv);
+}
+
 static const struct test {
     const char *name;
     void (*read)(struct reader *r);
@@ -329,6 +354,7 @@ static const struct test {
     {"hinge", read_hinge, " angle_deg moment_ft_lb strip_in joint_in "},
     {"pull", read_pull, " pull_lb weight_lb "},
     {"deflection", read_deflection, " load_lb deflection_in mats "},
+    {"plate", read_plate, " load_lb settlement_in plate_in mat_length_ft mat_width_ft "},
 };
 
 /* Refuses unknown names: a misspelt reading would be ignored otherwise. */
@@ -342,7 +368,7 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
     if (!test || !json_is_object(readings))
         error_set(fatal, MR_MALFORMED,
                   "unknown test: %s: \"%s\"; tests are objects: inertia, tension, hinge, pull, "
-                  "deflection",
+                  "deflection, plate",
                   r->path, name);
     json_object_foreach((json_t *)(uintptr_t)readings, key, value)
     {
@@ -498,7 +524,9 @@ static const struct command_part parts[] = {
         "  hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: gives KT and TAD_deg\n"
         "              (leave out readings within the free travel: they are refused)\n"
         "  pull        pull_lb, weight_lb: gives f\n"
-        "  deflection  load_lb, deflection_in [, mats]: gives KV"),
+        "  deflection  load_lb, deflection_in [, mats]: gives KV\n"
+        "  plate       lists load_lb, settlement_in; plate_in (diameter), mat_length_ft, "
+        "mat_width_ft: gives KV"),
     OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the start of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("\n"

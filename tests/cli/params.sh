@@ -39,6 +39,11 @@ echo '{"tension": {"joint_in": 144, "strip_in": 2, "stretch_in": [0.03, 0.04, 0.
 check "a joint's slack is no part of KL" near KL value 16416000 150000
 echo '{"pull": {"weight_lb": 160, "pull_lb": 80}}' >"$tmp/readings.json"
 check "an error that nobody stated is unknown, not 0" eval '$m params "$tmp/readings.json" | grep -q "^f .*0.5 error unknown" && $m --json params "$tmp/readings.json" | grep -q "\"error\":null"'
+# A plate of 11.28379 in has 100 in2: on soil of 200 lb/in3 it takes 20,000 lb/in; half of a mat of 12 x 2 ft has 1728 in2
+echo '{"plate": {"load_lb": [200, 400, 600], "settlement_in": [0.012, 0.022, 0.032], "plate_in": 11.2837917, "mat_length_ft": 12, "mat_width_ft": 2}}' >"$tmp/readings.json"
+check "KV of a plate bearing test, whose seating does not matter" near KV value 4147200 1
+echo '{"plate": {"load_lb": [200, 400, 600], "settlement_in": [0.012, 0.022, 0.032], "plate_in": 11, "mat_length_ft": 12, "mat_width_ft": 2}, "deflection": {"load_lb": 120, "deflection_in": 0.05}}' >"$tmp/readings.json"
+check "two tests of one parameter are refused" fails_with 4 'two tests give KV' $m params "$tmp/readings.json"
 cat >"$tmp/readings.json" <<'J'
 {"tension": {"slope_lb_in_in": {"value": 9500, "error": 300}, "joint_in": 144}, "pull": {"weight_lb": 160, "pull_lb": {"readings": [78, 82, 80]}}}
 J
