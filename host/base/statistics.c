@@ -3,21 +3,33 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/gates.h"
+
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error)
+{
+    return line_fit_weighted(x, y, NULL, count, line, error);
+}
+
+enum mr_status line_fit_weighted(const double *x, const double *y, const double *weight,
+                                 size_t count, struct line_fit *line, struct error *error)
 {
     if (count < 3)
         return error_set(error, MR_TOO_FEW,
                          "too few points for a slope with its error: %zu; give three or more",
                          count);
-    double n = (double)count, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, residual2 = 0.0;
+    double sum = 0.0, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, residual2 = 0.0;
+    for (size_t i = 0; i < count; i++)
+        sum += weight ? weight[i] : 1.0;
     for (size_t i = 0; i < count; i++) {
-        mx += x[i] / n;
-        my += y[i] / n;
+        double w = weight ? weight[i] : 1.0;
+        mx += w * x[i] / sum;
+        my += w * y[i] / sum;
     }
     for (size_t i = 0; i < count; i++) {
-        sxx += (x[i] - mx) * (x[i] - mx);
-        sxy += (x[i] - mx) * (y[i] - my);
+        double w = weight ? weight[i] : 1.0;
+        sxx += w * (x[i] - mx) * (x[i] - mx);
+        sxy += w * (x[i] - mx) * (y[i] - my);
     }
     if (!(sxx > 0.0))
         return error_set(
@@ -27,16 +39,25 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
     double slope = sxy / sxx;
     for (size_t i = 0; i < count; i++) {
         double off = y[i] - my - slope * (x[i] - mx);
-        residual2 += off * off;
+        residual2 += (weight ? weight[i] : 1.0) * off * off;
     }
-    double variance = residual2 / (n - 2.0);
+    double variance = residual2 / ((double)count - 2.0);
     *line = (struct line_fit){
         .slope = {slope, sqrt(variance / sxx)},
-        .intercept = {my - slope * mx, sqrt(variance * (1.0 / n + mx * mx / sxx))},
+        .intercept = {my - slope * mx, sqrt(variance * (1.0 / sum + mx * mx / sxx))},
         .covariance = -variance * mx / sxx,
         .scatter = sqrt(variance),
     };
     return MR_OK;
+}
+
+struct estimate line_predict(const struct line_fit *line, size_t count, double x, double weight)
+{
+    double variance = line->scatter * line->scatter / weight +
+                      line->intercept.error * line->intercept.error + 2.0 * x * line->covariance +
+                      x * x * line->slope.error * line->slope.error;
+    return (struct estimate){line->intercept.value + line->slope.value * x,
+                             sqrt(fmax(variance, 0.0)) * mr_gates_student((unsigned)count - 2u)};
 }
 
 static int ascending(const void *a, const void *b)

@@ -24,6 +24,14 @@ struct line_fit {
  * are equal. */
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error);
+/* As line_fit, for readings of different accuracy: `weight` is proportional to 1/variance, and
+ * `scatter` is that of a reading of weight 1. */
+enum mr_status line_fit_weighted(const double *x, const double *y, const double *weight,
+                                 size_t count, struct line_fit *line, struct error *error);
+/* The next reading at `x`, of this weight (1 for line_fit), from a line through `count` readings.
+ * The reading is within 1.96 errors with a probability of 95 %: the error includes the scatter and
+ * Student's t. */
+struct estimate line_predict(const struct line_fit *line, size_t count, double x, double weight);
 
 /* Sorting, for medians and percentiles. */
 

@@ -5,7 +5,10 @@
 #include <string.h>
 
 #include "host/base/quantity.h"
+#include "host/base/xmalloc.h"
 #include "host/advise/advise.h"
+#include "host/analyse/inspection.h"
+#include "host/analyse/rig.h"
 #include "host/board/runway_client.h"
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
@@ -20,7 +23,7 @@ struct request {
     const char *db;
     struct advise_request advise;
     double limit_percent;
-    const char *profile, *who, *serial;
+    const char *profile, *who, *serial, *temperature, *release;
     bool keep, load;
 };
 
@@ -94,6 +97,80 @@ static void begin_load(const struct request *r, struct store *store, const struc
                   talk->state.landings, landings, r->serial);
 }
 
+/* ---- what the landings teach about the rig, from the records of their conditions ---- */
+
+/* A prediction by one field of the conditions, from landings with one choice of another. */
+struct rig_relation {
+    const char *name, *label;           /* of the prediction */
+    const char *field, *other, *choice; /* "temperature_f", "brake", "none" */
+    enum unit_kind unit;
+    enum mr_status (*predict)(const double *x, const double *y, size_t count, double at,
+                              struct estimate *predicted, struct error *error);
+};
+
+static size_t load_relation(const struct request *r, struct store *store,
+                            const struct rig_relation *relation, double *x, double *y,
+                            const struct inspections *all)
+{
+    const struct inspection_kind *kind = NULL;
+    size_t count = 0;
+    inspection_kind_find("conditions", &kind, fatal);
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        const json_t *value = json_object_get(entry->values, relation->field);
+        const char *choice = json_string_value(json_object_get(entry->values, relation->other));
+        struct store_result result = store_blank_result;
+        bool found = false, is_void = false;
+        if (!inspection_is_valid(entry, kind, 0) || !json_is_number(value) || !choice ||
+            strcmp(choice, relation->choice) != 0 ||
+            (r->advise.before && entry->row.run >= r->advise.before))
+            continue;
+        store_is_void(store, entry->row.run, &is_void, NULL, fatal);
+        store_result_get(store, entry->row.run, &result, &found, fatal);
+        x[count] = json_number_value(value);
+        y[count] = relation->unit == UNIT_SPEED ? result.speed_ft_s : result.deceleration_ft_s2;
+        count += found && !is_void && y[count] > 0.0;
+    }
+    return count;
+}
+
+static void relation_answer(const struct request *r, struct store *store,
+                            const struct rig_relation *relation, const char *given,
+                            struct answer *answer)
+{
+    struct inspections all;
+    struct estimate predicted;
+    struct error error = {0};
+    const struct inspection_kind *kind = NULL;
+    if (!given)
+        return;
+    json_t *values = json_object();
+    char *word = xasprintf("%s=%s", relation->field, given);
+    inspection_kind_find("conditions", &kind, fatal);
+    inspection_read(kind, word, values, fatal);
+    inspection_load(store, &all, fatal);
+    double *x = xcalloc(2 * all.count + 1, sizeof *x), *y = x + all.count;
+    size_t count = load_relation(r, store, relation, x, y, &all);
+    double at = json_number_value(json_object_get(values, relation->field));
+    if (relation->predict(x, y, count, at, &predicted, &error) == MR_OK) {
+        answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
+                        predicted.error, 2);
+        answer_remark(answer, " in the next landing, from %zu landings", count);
+    } else
+        answer_none(answer, relation->name, relation->label, error.text);
+    free(x);
+    free(word);
+    json_decref(values);
+    inspection_free(&all);
+}
+
+static const struct rig_relation drag = {
+    "bearing_drag", "drag without brakes", "temperature_f", "brake",
+    "none",         UNIT_DECELERATION,     rig_bearing_drag};
+static const struct rig_relation coasting = {
+    "coasting_speed", "speed by coasting", "release_ft",       "drive",
+    "coast",          UNIT_SPEED,          rig_touchdown_speed};
+
 static int run(struct request *r, const struct cli *cli)
 {
     static struct advise advise; /* static: too large for the stack */
@@ -123,6 +200,8 @@ static int run(struct request *r, const struct cli *cli)
     }
     bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
     advise_answer(&advise, answer);
+    relation_answer(r, store, &drag, r->temperature, answer);
+    relation_answer(r, store, &coasting, r->release, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
@@ -172,6 +251,13 @@ static const struct command_part parts[] = {
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
                      NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
+    OPTION_TEXT("--temperature", "T", temperature,
+                "predict the deceleration without brakes at this temperature, such as 72 or "
+                "22degC, from landings whose\n"
+                "recorded conditions (matrig record) have a temperature and brake=none"),
+    OPTION_TEXT("--release", "FT", release,
+                "predict the touchdown speed of a gear that coasts from this release height, from "
+                "recorded conditions"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. The "
                 "rows of the result\n"
@@ -213,9 +299,9 @@ const struct command command_advise = {
     advise_command,
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--share S] "
     "[--limit PERCENT]\n"
-    "                         [--members N] [--seed N] [--before RUN] [--keep [--who "
-    "W]]\n"
-    "                         [--load --serial LINK]",
+    "                         [--temperature T] [--release FT] [--members N] [--seed N] [--before "
+    "RUN]\n"
+    "                         [--keep [--who W]] [--load --serial LINK]",
     "advice before a landing: probability of a zone, hardest braking",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

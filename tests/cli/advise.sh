@@ -114,4 +114,25 @@ check "no landing to take the plan from" no_stop
 for profile in '' '0s:4,' '0s:4,59s:64' '0s:4,61s:5'; do
     check "no profile: '$profile'" fails_with 2 "not a profile: '$profile' .*0 to 60 ft/s2" $matrig advise "$db" --speed 30 --profile "$profile"
 done
+# 2.7.1: 4 to 6 ft/s2 from 50 to 90 F; 2.4: 28 ft/s from 20 ft, where the track takes a share of the energy: half the height, 28/sqrt(2).
+rig_is_learned() {
+    local rig=$tmp/rig.db n=0
+    campaign_of "$rig" 1 1 1 >/dev/null || return 1
+    $matrig --json advise "$rig" $plan --temperature 72 >"$tmp/rig.json"
+    holds 'assert d[0]["bearing_drag_ft_s2"] is None' "$tmp/rig.json" 2>/dev/null || holds 'assert d[0]["bearing_drag"] is None' "$tmp/rig.json" || return 1
+    while read -r temperature drag height speed; do
+        n=$((n + 1))
+        $matrig --quiet record "$rig" conditions $n drive=coast brake=none temperature_f=$temperature release_ft=$height >/dev/null &&
+            sqlite3 "$rig" "update results set deceleration_ft_s2=$drag, speed_ft_s=$speed where landing=$n" || return 1
+    done <<'T'
+50 4 20 28
+60 4.5 10 19.79899
+90 6 5 14
+T
+    $matrig --json advise "$rig" $plan --temperature '22.2222222222 degC' --release 10ft >"$tmp/rig.json"
+    [ $? -le 1 ] && holds 'd = d[0]
+assert abs(d["bearing_drag_ft_s2"] - 5.1) < 1e-4 and d["bearing_drag_error_ft_s2"] < 1e-4, d["bearing_drag_ft_s2"]
+assert abs(d["coasting_speed_ft_s"] - 28 / 2 ** 0.5) < 1e-3, d["coasting_speed_ft_s"]' "$tmp/rig.json"
+}
+check "drag by temperature and speed by release height are learned from the records" rig_is_learned
 finish

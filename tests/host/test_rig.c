@@ -1,0 +1,147 @@
+/* What landings and plate tests teach: exact lines, the figures of the report, and how often the
+ * stated interval has the truth over 500 drawn cases. Drawn with numbers of their own, by the
+ * physics and not by the code. */
+#include <math.h>
+
+#include "common/splitmix.h"
+#include "host/analyse/params.h"
+#include "host/analyse/rig.h"
+#include "tests/cmocka_all.h"
+
+#define CASES 500u
+#define G     32.174
+
+static uint64_t state = 35;
+
+static double uniform(double low, double high)
+{
+    return low + (high - low) * mr_splitmix64_uniform(&state);
+}
+
+static double normal(double error)
+{
+    double radius = sqrt(-2 * log(1 - uniform(0, 1)));
+    return error * radius * cos(2 * M_PI * uniform(0, 1));
+}
+
+/* 95 % of the intervals have it, within what 500 draws can show. */
+static void assert_holds(unsigned held)
+{
+    struct wilson share = wilson_of(held, CASES);
+    print_message("%u of %u\n", held, CASES);
+    assert_true(share.low < 0.95 && share.high > 0.95);
+}
+
+static bool has(struct estimate predicted, double truth)
+{
+    return fabs(predicted.value - truth) <= 1.96 * predicted.error;
+}
+
+/* 2.4: 28 ft/s after a descent of 20 ft; without losses it were 35.9 ft/s. */
+TEST(a_track_that_takes_a_share_of_the_energy)
+{
+    const double share = 28 * 28 / (2 * G * 20), height[] = {10, 14, 20, 17};
+    struct estimate predicted;
+    struct error error = {0};
+    double speed[4];
+    for (unsigned i = 0; i < 4; i++)
+        speed[i] = sqrt(2 * G * height[i] * share);
+    assert_int_equal(rig_touchdown_speed(height, speed, 4, 20, &predicted, &error), MR_OK);
+    assert_near(predicted.value, 28, 1e-9);
+    assert_near(predicted.error, 0, 1e-5);
+    assert_int_equal(rig_touchdown_speed(height, speed, 4, 5, &predicted, &error), MR_OK);
+    assert_near(predicted.value, 14, 1e-9);
+}
+
+TEST(a_height_from_which_the_gear_does_not_arrive)
+{
+    const double height[] = {10, 14, 20}, speed[] = {10, 20, 28};
+    struct estimate predicted;
+    struct error error = {0};
+    assert_int_equal(rig_touchdown_speed(height, speed, 3, 1, &predicted, &error), MR_NUMERICS);
+    error = (struct error){0};
+    assert_int_equal(rig_touchdown_speed(height, speed, 2, 12, &predicted, &error), MR_TOO_FEW);
+}
+
+/* 2.7.1: 4 to 6 ft/s2 from 50 to 90 F. */
+TEST(the_drag_of_the_report)
+{
+    const double f[] = {50, 60, 80, 90}, a[] = {4, 4.5, 5.5, 6};
+    struct estimate predicted;
+    struct error error = {0};
+    assert_int_equal(rig_bearing_drag(f, a, 4, 72, &predicted, &error), MR_OK);
+    assert_near(predicted.value, 5.1, 1e-12);
+    assert_near(predicted.error, 0, 1e-6);
+}
+
+TEST(touchdown_speeds_hold)
+{
+    unsigned held = 0;
+    for (unsigned i = 0; i < CASES; i++) {
+        double height[12], speed[12], share = uniform(0.5, 0.75), lost = uniform(-30, 60),
+                                      error_ft_s = uniform(0.1, 0.5), next = uniform(8, 20);
+        size_t count = (size_t)uniform(4, 13);
+        struct estimate predicted;
+        struct error error = {0};
+        for (size_t k = 0; k < count; k++) {
+            height[k] = uniform(8, 20);
+            speed[k] = sqrt(2 * G * share * height[k] - lost) + normal(error_ft_s);
+        }
+        rig_touchdown_speed(height, speed, count, next, &predicted, &error);
+        held += has(predicted, sqrt(2 * G * share * next - lost) + normal(error_ft_s));
+    }
+    assert_holds(held);
+}
+
+TEST(drags_hold)
+{
+    unsigned held = 0;
+    for (unsigned i = 0; i < CASES; i++) {
+        double f[12], a[12], slope = uniform(-0.06, 0.06), middle = uniform(4, 6),
+                             error_ft_s2 = uniform(0.02, 0.4), next = uniform(40, 100);
+        size_t count = (size_t)uniform(3, 13);
+        struct estimate predicted;
+        struct error error = {0};
+        for (size_t k = 0; k < count; k++) {
+            f[k] = uniform(50, 90);
+            a[k] = middle + slope * (f[k] - 70) + normal(error_ft_s2);
+        }
+        rig_bearing_drag(f, a, count, next, &predicted, &error);
+        held += has(predicted, middle + slope * (next - 70) + normal(error_ft_s2));
+    }
+    assert_holds(held);
+}
+
+/* A plate of 1 in2 on soil of 200 lb/in3 takes 200 lb/in; a mat of 24 x 144 in has half of 3456 of
+ * them under each end. */
+TEST(a_plate_in_closed_form)
+{
+    const double load[] = {10, 20, 30}, settled[] = {(0.01 + 0.05) / 12, 0.11 / 12, 0.16 / 12};
+    const struct estimate plate = {sqrt(4 / M_PI) / 12, 0}, mat = {24, 0};
+    struct estimate kv;
+    struct error error = {0};
+    assert_int_equal(params_plate(load, settled, 3, plate, mat, &kv, &error), MR_OK);
+    assert_near(kv.value, 200.0 * 12 * 3456 / 2, 1e-3);
+}
+
+TEST(plates_hold)
+{
+    unsigned held = 0;
+    for (unsigned i = 0; i < CASES; i++) {
+        double load[10], settled[10], k_lb_in3 = uniform(50, 400), plate_in = uniform(2, 12),
+                                      mat_in2 = 24 * 144 / 49.0, error_lb = uniform(0.2, 5);
+        double area_in2 = M_PI / 4 * plate_in * plate_in, seat_in = uniform(0, 0.02);
+        size_t count = (size_t)uniform(3, 11);
+        const struct estimate plate = {plate_in / 12, 0.001 / 12}, mat = {mat_in2 / 144, 0};
+        struct estimate kv;
+        struct error error = {0};
+        for (size_t k = 0; k < count; k++) {
+            double settled_in = 0.01 * (double)(k + 1);
+            settled[k] = (settled_in + seat_in) / 12;
+            load[k] = k_lb_in3 * area_in2 * settled_in + normal(error_lb);
+        }
+        params_plate(load, settled, count, plate, mat, &kv, &error);
+        held += has(kv, k_lb_in3 * mat_in2 / 2 * 12);
+    }
+    assert_holds(held);
+}
