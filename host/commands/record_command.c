@@ -338,10 +338,12 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     if (r.kinds)
         return list_kinds(cli);
     check(&r);
-    const bool adds = r.fields || r.withdraw || r.csv;
+    const bool adds = r.fields || r.withdraw || r.csv, begins = adds && !r.correct && !r.withdraw;
     struct answer *answer = answer_new(cli->si);
-    struct store *store = adds ? program_campaign_or_new(cli, r.words[0])
-                               : program_campaign(r.words[0], STORE_READ);
+    /* mats are accepted before the first landing */
+    struct store *store = begins && r.kind->place != INSPECTION_LANDING
+                            ? program_campaign_or_new(cli, r.words[0])
+                            : program_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
         run_parse(r.place, &run, fatal);
     store_run_find(store, &run, fatal);

@@ -228,6 +228,9 @@ TEST(what_is_listed_is_read)
     assert_string_equal(quantity_unit_of_name("joint_lb_in"), "lb/in");
     assert_string_equal(quantity_unit_of_name("moment_ft_lb"), "ft lb");
     assert_string_equal(quantity_unit_of_name("chain_dt_s"), "s");
+    assert_string_equal(quantity_unit_of_name("tire_psi"), "psi");
+    assert_string_equal(quantity_unit_of_name("cbr_percent"), "%");
+    assert_string_equal(quantity_unit_of_name("bearing_lb_in3"), "lb/in3");
     assert_string_equal(quantity_unit_of_name("friction"), "");
     assert_string_equal(quantity_unit_of_name("axles"), "");
 }
