@@ -278,8 +278,10 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     reason_answer(w, answer);
     lead_answer(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->most_mats);
-    answer_value(answer, "most_start", "its start", UNIT_STATION, w->most_start_ft, 1)->digits = 9;
-    answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
+    answer_value(answer, "most_start", "zone warned of, start", UNIT_STATION, w->most_start_ft, 1)
+        ->digits = 9;
+    answer_value(answer, "most_end", "zone warned of, end", UNIT_STATION, w->most_end_ft, 1)
+        ->digits = 9;
 }
 
 /* "no warning", or the reason why one may have been missed. */
@@ -496,7 +498,8 @@ static void begin_answer(const struct foresight *foresight, struct answer *answe
 {
     char after[40] = "", resists[80] = "";
     if (foresight->landings)
-        snprintf(after, sizeof after, ", after %u landings", foresight->landings);
+        snprintf(after, sizeof after, ", after %u landing%s", foresight->landings,
+                 foresight->landings == 1 ? "" : "s");
     if (!isnan(foresight->resistance))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
                  foresight->resistance);
