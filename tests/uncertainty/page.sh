@@ -25,10 +25,6 @@ $(of --without temperature | rows 'without temperature')
 - Stated holds: share of draws with an error below 1.96 times the stated error, which leaves out certificate and temperature.
 - The rows \`without\` leave one contribution out. The stated drift of a gage includes its temperature error.
 
-Contributions to the combined uncertainty, rms of $draws draws, and the true error:
-
-$(sed -n '6,$p' <<<"$whole")
-
 ## Method
 
 Each draw is one transducer and one gage on a separate board, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`). The nonlinearity of
