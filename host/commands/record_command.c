@@ -83,29 +83,26 @@ static void read_place(const struct request *r, struct store *store, struct stor
     else if (r->place &&
              quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
                  MR_OK &&
-             !(row->place >= 0.0 && row->place <= 1e6))
-        error_set(error, MR_USAGE, "out of range: %s for %s", r->place, name);
+             !(row->place >= 0.0 && row->place <= 1e6 &&
+               (r->kind->place == INSPECTION_STATION || row->place == floor(row->place))))
+        error_set(error, MR_USAGE, "not a place: %s for %s; give %s", r->place, name,
+                  needs[r->kind->place]);
 }
 
 /* Fields that are left out and keep the value of the last record; says which. */
 static void keep_last(const struct inspections *all, const struct inspection_kind *kind,
                       json_t *values, struct answer *answer)
 {
-    static const char *const parts_of_value[] = {"", "_error"};
     const struct inspection *last = inspection_newest(all, kind, 0);
-    char text[INSPECTION_TEXT], key[80];
+    char text[INSPECTION_TEXT], word[INSPECTION_TEXT + 80];
     answer_table(answer, "kept", "");
     for (size_t f = 0; last && f < kind->fields; f++) {
         const struct inspection_field *field = &kind->field[f];
         inspection_text(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
-        for (size_t i = 0; i < 2; i++) {
-            snprintf(key, sizeof key, "%s%s", field->name, parts_of_value[i]);
-            json_t *value = json_object_get(last->values, key);
-            if (value)
-                json_object_set(values, key, value);
-        }
+        snprintf(word, sizeof word, "%s=%s", field->name, text);
+        inspection_read(kind, word, values, fatal);
         answer_row(answer);
         answer_words(answer, "field", "kept", "%s", field->name);
         answer_words(answer, "value", "value", "%s", text);

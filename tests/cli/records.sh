@@ -134,10 +134,24 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
     day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them
 }
+during_a_log() { # the table is made while another program writes to the campaign
+    local board log status=1
+    build/matrig-board --elf build/firmware/matrig.elf --serial "pty:$tmp/tty" --speed real --rig hil/rest.run 2>/dev/null &
+    board=$!
+    await test -e "$tmp/tty"
+    $matrig --quiet log --serial "pty:$tmp/tty" --db "$tmp/l.db" </dev/null >"$tmp/log.txt" 2>&1 &
+    log=$!
+    await test -s "$tmp/l.db" && $matrig --quiet record "$tmp/l.db" mat 1 joint_lb_in=12.5 >/dev/null && $matrig --quiet record "$tmp/l.db" mat 2 joint_lb_in=12.5 >/dev/null && sleep 1 && kill -0 $log && status=0
+    kill -INT $log
+    wait $log || status=2
+    kill $board
+    cat "$tmp/log.txt"
+    [ $status = 0 ] && [ "$(sqlite3 "$tmp/l.db" 'select count(*), (select ended_by from sessions) from records')" = '2|signal' ] && [ "$(sqlite3 "$tmp/l.db" 'pragma integrity_check')" = ok ]
+}
 slips() {
     fails_with 2 "unknown field: 'joint_lb' .*did you mean joint_lb_in" $matrig record "$db" mat 9 joint_lb=12 && fails_with 2 'did you mean mat\?' $matrig record "$db" matt 9 &&
         fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
-        fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
+        fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
         fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
@@ -168,6 +182,7 @@ check "the report has them, escaped" in_the_report
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
+check "the first records while a log runs" during_a_log
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
 finish
