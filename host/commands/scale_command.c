@@ -211,8 +211,13 @@ static json_t *scaled(const struct request *request, const json_t *value, const 
     if (!json_is_array(value))
         return json_deep_copy(value);
     json_t *list = json_array();
-    for (size_t i = 0; i < json_array_size(value); i++)
-        json_array_append_new(list, scaled(request, json_array_get(value, i), unit));
+    for (size_t i = 0; i < json_array_size(value); i++) {
+        json_t *entry = json_array_get(value, i), *last = json_array_get(entry, 2);
+        json_t *other = last ? json_deep_copy(entry) : scaled(request, entry, unit);
+        if (last) /* a row [first, last, value] of values along the runway */
+            json_array_set_new(other, 2, scaled(request, last, unit));
+        json_array_append_new(list, other);
+    }
     return list;
 }
 

@@ -264,6 +264,26 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
                   s->cleat_left[worst], s->cleat_mat[worst]);
 }
 
+static void add_restraints(struct answer *answer, const struct mods_state *s)
+{
+    size_t first = 0;
+    for (int k = 0; k < SIM_RESTRAINTS; first += s->restraints[k++]) {
+        const char *kind = mods_restraint_name(k);
+        const double *load_lb = s->restraint_load_lb + first, *at = s->restraint_at + first;
+        size_t count = s->restraints[k], most = extreme(load_lb, count, 1.0);
+        char name[24];
+        if (count == 0)
+            continue;
+        snprintf(name, sizeof name, "%s_zero", kind);
+        answer_json_value(answer, name, numbers(s->restraint_zero_ft + first, count));
+        snprintf(name, sizeof name, "%s_load_lb", kind);
+        answer_json_value(answer, name, numbers(load_lb, count));
+        snprintf(name, sizeof name, "largest %s load", kind);
+        answer_value(answer, NULL, name, UNIT_TENSION, load_lb[most], -4);
+        answer_remark(answer, ", at %s %.0f", k == SIM_ABSORBERS ? "joint" : "mat", at[most]);
+    }
+}
+
 /* Add "mods". JSON: the state as scene keys (band_T0, band_slipped, band_pulled, cleat_left, torn)
  * and the extremes of each part. Printed: extremes over all parts. `state` NULL: no modifications,
  * nothing added. */
@@ -286,6 +306,7 @@ static void mods_answer(struct answer *answer, const struct sim_scene *scene,
         add_bands(answer, s);
     if (s->cleats > 0)
         add_cleats(answer, s);
+    add_restraints(answer, s);
     for (size_t j = 1; j <= s->joints; j++)
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;

@@ -37,19 +37,23 @@ static double taut_lb(double raw_lb)
  * brace, with the sum of their forces. */
 static void find_braces(struct mods *m)
 {
-    int at[SIM_BAND_GROUPS] = {0};
+    int at[SIM_BAND_GROUPS] = {0}, anchor = 0, anchors = mods_restraints(m->scene, SIM_ANCHORS);
     for (;;) {
         int next = m->mats + 1;
         for (int g = 0; g < SIM_BAND_GROUPS; g++) {
             if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] < next)
                 next = m->band[g].mat[at[g]];
         }
+        if (anchor < anchors && mods_restraint_at(m->scene, SIM_ANCHORS, anchor) < next)
+            next = mods_restraint_at(m->scene, SIM_ANCHORS, anchor);
         if (next > m->mats)
             return;
         for (int g = 0; g < SIM_BAND_GROUPS; g++) {
             if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] == next)
                 m->band[g].brace[at[g]++] = m->braces;
         }
+        if (anchor < anchors && mods_restraint_at(m->scene, SIM_ANCHORS, anchor) == next)
+            m->anchor_brace[anchor++] = m->braces;
         m->brace_mat[m->braces++] = next;
     }
 }
@@ -57,13 +61,14 @@ static void find_braces(struct mods *m)
 static void mods_place_bands(struct mods *m, double *at)
 {
     size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
-           connection = 0;
+           connection = 0, most = connections + m->state->restraints[SIM_ANCHORS];
     double *k = at, *stretch = k + segments;
     m->band_lb = stretch + segments;
     m->carried_lb = m->band_lb + segments;
-    m->saved_lb = m->carried_lb + connections;
-    m->brace_mat = (int *)(m->saved_lb + connections);
-    int *mat = m->brace_mat + connections, *brace = mat + connections;
+    m->saved_lb = m->carried_lb + most;
+    m->brace_mat = (int *)(m->saved_lb + most);
+    m->anchor_brace = m->brace_mat + most;
+    int *mat = m->anchor_brace + m->state->restraints[SIM_ANCHORS], *brace = mat + connections;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         int count = mods_connections(m->scene, g);
         if (count == 0)
@@ -228,6 +233,13 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
         slide_all(m, b);
         note(m, b);
     }
+    struct restraints *anchors = &m->restraint[SIM_ANCHORS];
+    for (int i = 0; i < anchors->count; i++) {
+        int mat = (int)anchors->at[i];
+        double u_ft = view ? view_u_ft(view, m->mats, mat) : 0.0,
+               v_ft_s = view ? view_v_ft_s(view, m->mats, mat) : 0.0;
+        m->carried_lb[m->anchor_brace[i]] -= restraint_lb(anchors, i, u_ft, v_ft_s);
+    }
 }
 
 static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_view *view)
@@ -253,6 +265,7 @@ static void place_state(struct mods_state *s)
     double **per_segment[] = {&s->band_lb, &s->band_least_lb, &s->band_most_lb};
     double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_out, &s->band_mat};
     double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
+    double **per_restraint[] = {&s->restraint_zero_ft, &s->restraint_load_lb, &s->restraint_at};
     double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
     for (size_t i = 0; i < 3; i++, at += s->segments)
         *per_segment[i] = at;
@@ -260,6 +273,8 @@ static void place_state(struct mods_state *s)
         *per_connection[i] = at;
     for (size_t i = 0; i < 2; i++, at += s->cleats)
         *per_cleat[i] = at;
+    for (size_t i = 0; i < 3; i++, at += s->restraint_count)
+        *per_restraint[i] = at;
     for (size_t i = 0; i < 2; i++, at += s->joints + 1)
         *per_joint[i] = at;
     s->count = (size_t)(at - s->values);
@@ -268,18 +283,23 @@ static void place_state(struct mods_state *s)
 static struct mods_state *make_state(const struct sim_scene *scene)
 {
     size_t connections = 0, segments = 0, cleats = (size_t)mods_cleats(scene),
-           joints = (size_t)scene->mats + 1;
+           joints = (size_t)scene->mats + 1, restraints = 0;
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        restraints += (size_t)mods_restraints(scene, k);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         size_t of_group = (size_t)mods_connections(scene, g);
         connections += of_group;
         segments += of_group > 0 ? of_group + 1 : 0;
     }
-    size_t count = 3 * segments + 4 * connections + 2 * cleats + 2 * (joints + 1);
+    size_t count = 3 * segments + 4 * connections + 2 * cleats + 3 * restraints + 2 * (joints + 1);
     struct mods_state *s = xcalloc(1, sizeof *s + count * sizeof s->values[0]);
     s->segments = segments;
     s->connections = connections;
     s->cleats = cleats;
     s->joints = joints;
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        s->restraints[k] = (size_t)mods_restraints(scene, k);
+    s->restraint_count = restraints;
     place_state(s);
     return s;
 }
@@ -318,19 +338,36 @@ static void assign_places(struct mods *m)
                             &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
     for (size_t i = 0; i < 8; i++, at += joints)
         *per_joint[i] = at;
+    m->restraint_lb = at;
+    at += m->state->restraint_count;
     if (m->banded)
         mods_place_bands(m, at);
+    size_t before = 0;
+    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+        m->restraint[k] = (struct restraints){
+            .kind = k,
+            .made = &m->scene->mods.restraint[k],
+            .count = (int)m->state->restraints[k],
+            .zero_ft = m->state->restraint_zero_ft + before,
+            .load_lb = m->state->restraint_load_lb + before,
+            .at = m->state->restraint_at + before,
+            .now_lb = m->restraint_lb + before,
+        };
+        before += m->state->restraints[k];
+    }
 }
 
 struct mods *mods_make(const struct sim_scene *scene)
 {
     const struct sim_mods *s = &scene->mods;
+    bool anchored = mods_restraints(scene, SIM_ANCHORS) > 0;
+    bool sprung = scene->left == SIM_SPRING || scene->right == SIM_SPRING;
     if (!mods_any(scene))
         return NULL;
     struct mods *m = xmalloc(sizeof *m);
     *m = (struct mods){
         .scene = scene,
-        .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0,
+        .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0 || anchored,
         .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
         .stiffened = s->stiff_span > 1,
         .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
@@ -339,8 +376,11 @@ struct mods *mods_make(const struct sim_scene *scene)
         .cleats = mods_cleats(scene),
         .state = make_state(scene),
     };
-    m->jointed = m->stiffened || m->laid || m->tears;
-    size_t bands = 3 * m->state->segments + 5 * m->state->connections;
+    m->jointed = m->stiffened || m->laid || m->tears || sprung ||
+                 m->state->restraints[SIM_ABSORBERS] > 0;
+    m->heaves = m->banded || m->stiffened || m->state->restraints[SIM_TIES] > 0;
+    size_t bands = 3 * m->state->segments + 5 * m->state->connections +
+                   4 * m->state->restraint_count;
     m->storage = xcalloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
     assign_places(m);
     mods_reset(m);
@@ -398,6 +438,9 @@ static void reset_joints(struct mods *m)
         } else if (m->laid && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
             m->cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
+        } else if (!inner && (j == 1 ? m->scene->left : m->scene->right) == SIM_SPRING) {
+            m->spring_lb_ft[j] = m->scene->end_k_lb_ft[j > 1];
+            m->cap_lb[j] = (double)INFINITY;
         }
         m->turn_rad[j] = laid_turn_rad(m->scene, j);
         m->state->torn[j] = 0.0;
@@ -415,6 +458,8 @@ void mods_reset(struct mods *m)
         m->state->cleat_mat[i] = mods_cleat_mat(m->scene, i);
         m->raised_ft[i] = 0.0;
     }
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        restraints_reset(&m->restraint[k], m->scene);
     if (m->jointed)
         reset_joints(m);
     if (m->banded)
@@ -464,6 +509,20 @@ static double carried(double stiffness, double cap, double stretch, double *zero
     return load;
 }
 
+static void pull_absorbers(struct mods *m, const struct mods_view *view, int first, int last)
+{
+    struct restraints *r = &m->restraint[SIM_ABSORBERS];
+    for (int j = first < 1 ? 1 : first; j <= last && j <= m->mats; j++) {
+        int i = restraint_of(r, j);
+        if (i < 0)
+            continue;
+        double g_ft = sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
+                      view_u_ft(view, m->mats, j - 1);
+        double rate_ft_s = view_v_ft_s(view, m->mats, j) - view_v_ft_s(view, m->mats, j - 1);
+        view->tension_lb[j - view->joint_offset] += restraint_lb(r, i, g_ft, rate_ft_s);
+    }
+}
+
 void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -482,6 +541,8 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
             *tension_lb += carried(m->spring_lb_ft[j], cap_lb, g_ft, &m->spring_gap_ft[j]);
         }
     }
+    if (m->restraint[SIM_ABSORBERS].count > 0)
+        pull_absorbers(m, view, first, last);
 }
 
 bool mods_is_torn(const struct mods *m, int joint)
@@ -503,7 +564,9 @@ static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {
     double energy = m->banded ? mods_band_energy_lb_ft(m, view) : 0.0;
-    for (int j = 2; m->jointed && j <= m->mats; j++) {
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        energy += restraints_energy_lb_ft(&m->restraint[k]);
+    for (int j = 1; m->jointed && j <= m->mats + 1; j++) {
         double g_ft = sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
                       view_u_ft(view, m->mats, j - 1) - m->spring_gap_ft[j];
         energy += 0.5 * m->spring_lb_ft[j] * g_ft * g_ft;
@@ -514,7 +577,7 @@ double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 double mods_stiffness_lb_ft(const struct mods *m)
 {
     double spring = 0.0, bands = 0.0;
-    for (int j = 2; m->jointed && j <= m->mats; j++)
+    for (int j = 1; m->jointed && j <= m->mats + 1; j++)
         spring = fmax(spring, m->spring_lb_ft[j]);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
@@ -523,7 +586,14 @@ double mods_stiffness_lb_ft(const struct mods *m)
             most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
         bands += most > 0.0 ? 2.0 * b->made->count * most : 0.0;
     }
-    return 4.0 * spring + bands;
+    return 4.0 * spring + bands + restraints_stiffness_lb_ft(&m->restraint[SIM_ANCHORS]) +
+           restraints_stiffness_lb_ft(&m->restraint[SIM_ABSORBERS]);
+}
+
+double mods_damping_lb_s_ft(const struct mods *m)
+{
+    return restraints_damping_lb_s_ft(&m->restraint[SIM_ANCHORS]) +
+           restraints_damping_lb_s_ft(&m->restraint[SIM_ABSORBERS]);
 }
 
 void mods_describe(const struct mods *m, struct sim_result *result)
@@ -539,6 +609,15 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     if (m->cleated)
         sim_result_note(result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
                         m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
+    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+        const struct restraints *r = &m->restraint[k];
+        if (r->count > 0)
+            sim_result_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
+                            r->count, r->made->k_lb_ft,
+                            k == SIM_TIES && m->scene->model == SIM_CHAIN
+                                ? "; no effect in model chain, where nothing rises"
+                                : "");
+    }
     if (m->stiffened)
         sim_result_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
                         s->stiff_lines, s->stiff_span,
@@ -560,6 +639,8 @@ static double slope(const struct mods_heave *h, int n)
     if (n < 0 || n >= h->mats)
         return 0.0;
     double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
+    if (h->rest_tilt_ft && (n < h->first || n > h->last))
+        return h->rest_tilt_ft[n] / h->length_ft;
     return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) /
            h->length_ft;
 }
@@ -587,10 +668,17 @@ static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
     }
 }
 
+static double rest_ft(const struct mods_heave *h, int node)
+{
+    return h->rest_ft ? h->rest_ft[node] : h->rest_y_ft;
+}
+
 static double node_height_ft(const struct mods_heave *h, int node)
 {
     double ground_ft = h->ground_ft ? h->ground_ft[node] : 0.0;
-    return ground_ft - (node < h->first || node > h->last + 1 ? h->rest_y_ft : h->z[2 * node]);
+    if (node >= h->first && node <= h->last + 1)
+        return ground_ft - h->z[2 * node];
+    return ground_ft - rest_ft(h, node);
 }
 
 /* Height of the band at a node, or at the middle of a riveted mat. `at`: mats from the left end. */
@@ -643,6 +731,21 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
     }
 }
 
+/* Tie-downs hold the middles of their mats; the rates follow the heights in the state. */
+static void tie_down(struct restraints *r, const struct mods_heave *h)
+{
+    const double *v = h->z + 2 * h->mats + 1;
+    for (int i = 0; i < r->count; i++) {
+        int n = (int)r->at[i] - 1;
+        if (n < h->first || n > h->last)
+            continue;
+        double rise_ft = 0.5 * (rest_ft(h, n) + rest_ft(h, n + 1) - h->z[2 * n] - h->z[2 * n + 2]);
+        double half_lb = 0.5 * restraint_lb(r, i, rise_ft, -0.5 * (v[2 * n] + v[2 * n + 2]));
+        h->down_lb[n] += half_lb;
+        h->down_lb[n + 1] += half_lb;
+    }
+}
+
 void mods_brace_heave(struct mods *m, const struct mods_heave *h)
 {
     for (int j = h->first; j <= h->last + 1; j++) {
@@ -659,6 +762,8 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
         for (int i = 0; i < b->segments && b->made->over == SIM_OVER_RIVETS; i++)
             press_hull(m, b, h, i);
     }
+    if (m->restraint[SIM_TIES].count > 0)
+        tie_down(&m->restraint[SIM_TIES], h);
 }
 
 double mods_rate2(const struct mods *m, double mass_slug, double inertia)
@@ -673,8 +778,11 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
             most_lb = fmax(most_lb, all_lb(&m->band[g], i));
         pull_lb += most_lb;
     }
+    double damping = 2.0 * mods_damping_lb_s_ft(m) / mass_slug +
+                     2.0 * restraints_damping_lb_s_ft(&m->restraint[SIM_TIES]) / lightest;
     return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
-           2.0 * pull_lb * 4.0 / (length_ft * lightest);
+           2.0 * pull_lb * 4.0 / (length_ft * lightest) + damping * damping +
+           restraints_stiffness_lb_ft(&m->restraint[SIM_TIES]) / lightest;
 }
 
 /* Share of a cleat's hold that remains after the wheel presses it back when a part `out` of its
@@ -755,6 +863,16 @@ void mods_carry(struct sim_scene *scene, const struct sim_result *result)
         sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats);
     if (m->stiff_span > 1)
         sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1);
+    for (int k = 0, i = 0; k < SIM_RESTRAINTS; k++) {
+        struct sim_list *zero = &m->restraint[k].zero_ft;
+        size_t count = s->restraints[k];
+        if (count > 0)
+            sim_scene_set_list(zero, s->restraint_zero_ft + i, count);
+        /* the next landing counts movements from where the mats are now */
+        for (size_t c = 0; c < count && k == SIM_ANCHORS; c++)
+            zero->values[c] -= result->u_ft[(int)s->restraint_at[c]];
+        i += (int)count;
+    }
     if (m->tear_lb < HUGE_VAL)
         set_flagged(&m->torn, s->torn, NULL, s->joints + 1);
 }

@@ -15,6 +15,7 @@
 #include <stddef.h>
 
 #include "host/base/error.h"
+#include "host/sim/elements/restraint.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"
 
@@ -33,7 +34,8 @@ struct mods_view {
  * the first. A negative tension is that of a slack segment, which is too long by -T l/(A E). */
 struct mods_state {
     size_t segments, connections, cleats, joints;
-    double *band_lb;       /* per segment, at the end of the run */
+    size_t restraints[SIM_RESTRAINTS], restraint_count; /* of each kind, and of all */
+    double *band_lb;                                    /* per segment, at the end of the run */
     double *band_least_lb; /* per segment: minimum and (band_most_lb) maximum over the whole run */
     double *band_most_lb;
     /* Per connection: total distance, in both directions, by which the band has slid through it. */
@@ -43,6 +45,8 @@ struct mods_state {
     double *band_mat;     /* number of the mat to which it is riveted */
     double *cleat_left;   /* remaining share of the cleat's hold */
     double *cleat_mat;
+    /* Per restraint, kind after kind: position without force, largest load, mat or joint. */
+    double *restraint_zero_ft, *restraint_load_lb, *restraint_at;
     /* Per joint 1..N+1, [0] unused: opening at which stiffeners exert no force. */
     double *stiff_gap_ft;
     double *torn; /* per joint: 1 if torn in tension, otherwise 0 */
@@ -67,14 +71,19 @@ struct mods_bands {
 
 struct mods {
     const struct sim_scene *scene;
-    bool banded, cleated, jointed, stiffened, laid, tears;
+    bool banded; /* bands or anchors push on mats */
+    bool cleated, jointed, stiffened, laid, tears;
+    bool heaves; /* some act on the nodes or bend the joints of the planar model */
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
-    double *band_lb;    /* tensions of all groups */
-    int braces;         /* number of mats to which bands are riveted */
-    int *brace_mat;     /* numbers of these mats, in order */
-    double *carried_lb; /* force of all bands on each of them */
-    double *saved_lb;   /* work space of the engine */
+    struct restraints restraint[SIM_RESTRAINTS];
+    int *anchor_brace;    /* per anchor: index of its mat among the braced mats */
+    double *restraint_lb; /* present loads of all restraints */
+    double *band_lb;      /* tensions of all groups */
+    int braces;           /* number of mats to which bands are riveted, or that have anchors */
+    int *brace_mat;       /* numbers of these mats, in order */
+    double *carried_lb;   /* force of all bands and anchors on each of them */
+    double *saved_lb;     /* work space of the engine */
     int cleats;
     double *spring_lb_ft, *spring_gap_ft, *cap_lb; /* per joint: elastic-plastic spring across it */
     double *raised_ft; /* per cleat: largest rise since the wheel was on it; planar model only */
@@ -90,7 +99,7 @@ struct mods *mods_make(const struct sim_scene *scene);
 void mods_reset(struct mods *mods); /* returns to t = 0 */
 void mods_free(struct mods *mods);
 
-/* Updates the bands for one step: tensions at the present displacements, then slip at connections
+/* Updates bands and anchors for one step: tensions at the present displacements, then slip at connections
  * whose hold is exceeded, then the force on each riveted mat (carried_lb). Rivets under the wheel
  * may pull out. */
 void mods_pull_bands(struct mods *mods, const struct mods_view *view, const struct sim_touch *touch,
@@ -102,7 +111,7 @@ double mods_cleat_lb(const struct mods *mods, int mat);
 void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_s, int first,
                       int last);
 
-/* Adds the forces of stiffeners and sliding joints to the tensions of joints first..last, and tears
+/* Adds the forces of stiffeners, sliding joints, absorbers and end springs to the tensions of joints first..last, and tears
  * joints whose strength is exceeded. */
 void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first, int last);
 
@@ -114,7 +123,10 @@ struct mods_heave {
     const double *z;
     const double *tilt_ft, *ground_ft; /* uneven ground (model.h, scene.h); NULL: level */
     int mats;
-    double length_ft, rest_y_ft;
+    double length_ft;
+    double rest_y_ft; /* depth of a node at rest; where nodes differ, rest_ft has it per node */
+    const double *rest_ft;
+    const double *rest_tilt_ft; /* per mat: tilt of a mat at rest; NULL: tilt_ft */
     int first, last;
     double *down_lb;      /* output, per node: downward force */
     double *moment_lb_ft; /* output, per joint: moment of the stiffeners */
@@ -138,6 +150,8 @@ double mods_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
 /* Increase of the row sum of a mat's stiffness by the modifications (Gershgorin), for the longest
  * stable step. */
 double mods_stiffness_lb_ft(const struct mods *mods);
+/* The same of its damping. */
+double mods_damping_lb_s_ft(const struct mods *mods);
 
 /* Returns a copy of the state at the end, with tensions at the final displacements; NULL if memory
  * is short. */

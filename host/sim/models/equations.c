@@ -154,11 +154,28 @@ KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inv
                                         const struct kernel_parts parts)
 {
     struct kernel_mat mat = kernel_outside(m, n);
-    if (parts.given && m->tilt_ft && n >= 0 && n < m->mats) {
-        mat.s = m->tilt_ft[n] * inverse_length;
+    if (parts.given && m->rest_tilt_ft && n >= 0 && n < m->mats) {
+        mat.s = m->rest_tilt_ft[n] * inverse_length;
         mat.c = sqrt(1.0 - mat.s * mat.s);
     }
     return mat;
+}
+
+KERNEL_INLINE double moment(const struct model *m, int j, const struct kernel_mat *l,
+                            const struct kernel_mat *r, const struct kernel_parts parts)
+{
+    if (!m->torsion[j])
+        return 0.0;
+    return parts.varied ? kernel_moment_of(m, j, l, r, m->kt_at[j]) : kernel_moment(m, j, l, r);
+}
+
+KERNEL_INLINE double soil(const struct model *m, const double *p, const double *v, int node,
+                          const struct kernel_parts parts)
+{
+    if (parts.varied)
+        return m->contact[node] ? soil_lb(m->kv_at[node], m->cv_at[node], p[2 * node], v[2 * node])
+                                : 0.0;
+    return kernel_soil_lb(m, p, v, node);
 }
 
 KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
@@ -167,15 +184,16 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     const double *p = z, *v = z + m->size;
     const double length = m->length_ft, inverse_length = 1.0 / length,
                  inverse_mass = 1.0 / m->mass_slug;
-    const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
+    const double h = m->half_ft;
+    double quarter = 0.25 * m->mass_slug, inertia = m->inertia, weight_lb = m->weight_lb;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
     kernel_prepare(m, v, parts.law);
     struct kernel_mat before = outside(m, first - 1, inverse_length, parts);
     struct kernel_mat mat = inside(m, p, v, first, inverse_length, parts);
     double tension_l = tension(m, first, &before, &mat, parts);
-    double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
-    double soil_l = kernel_soil_lb(m, p, v, first);
+    double moment_l = moment(m, first, &before, &mat, parts);
+    double soil_l = soil(m, p, v, first, parts);
     if (parts.braced)
         moment_l += m->brace_lb_ft[first];
     double *upper = m->mass_upper;      /* of the factored mass matrix; one value per mat */
@@ -186,8 +204,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         struct kernel_mat after = n < last ? inside(m, p, v, n + 1, inverse_length, parts)
                                            : outside(m, n + 1, inverse_length, parts);
         double tension_r = tension(m, n + 1, &mat, &after, parts);
-        double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
-        double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        double moment_r = moment(m, n + 1, &mat, &after, parts);
+        double soil_r = soil(m, p, v, n + 1, parts);
         if (parts.braced) {
             moment_r += m->brace_lb_ft[n + 1];
             force += m->brace_lb[n];
@@ -200,13 +218,20 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) *
                            inverse_mass;
 
+        if (parts.varied) { /* inertia and weight are proportional to mass */
+            quarter = 0.25 * m->mass_at[n];
+            inertia = m->inertia * (m->mass_at[n] / m->mass_slug);
+            weight_lb = m->weight_lb * (m->mass_at[n] / m->mass_slug);
+        }
         double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
         double inverse_lc = inverse_length / mat.c;
-        double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
-        double a = m->inertia * inverse_lc * inverse_lc;
-        double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv : 0.0;
-        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv : 0.0;
-        double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
+        double g = turning * inverse_lc - inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
+        double a = inertia * inverse_lc * inverse_lc;
+        double cv_l = parts.varied ? m->cv_at[n] : m->cv,
+               cv_r = parts.varied ? m->cv_at[n + 1] : m->cv;
+        double damp_l = parts.given && m->contact[n] ? parts.step_s * cv_l : 0.0;
+        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * cv_r : 0.0;
+        double down = 0.5 * weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* eliminate the left node: all its terms are complete */
         double pivot = diagonal + quarter + a + damp_l - off_before * upper_before;
@@ -243,12 +268,16 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
 
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
-    if (m->brace_lb)
+    if (m->varied)
         consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
+                          (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
+    else if (m->brace_lb)
+        consistent_kernel(m, 0.0, z, accel,
+                          (struct kernel_parts){false, false, true, true, false, SIM_NONE, step_s});
     else
-        consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
+        consistent_kernel(
+            m, 0.0, z, accel,
+            (struct kernel_parts){false, false, true, false, false, SIM_NONE, step_s});
 }
 
 /* ---- mass matrix and Jacobians in the present modes; rows and columns in the order of p (model.h)

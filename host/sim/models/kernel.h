@@ -22,6 +22,7 @@ struct kernel_parts {
     bool slack;
     bool given;  /* tensions are given; soil damping is implicit in the step */
     bool braced; /* as `given`, and modifications also act on nodes and joints */
+    bool varied; /* as `braced`, and nodes, joints and mats differ */
     enum sim_friction law;
     double step_s; /* step for `given`; not a compile-time constant */
 };
@@ -118,11 +119,17 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
 }
 
 /* Moment in joint j; the caller has checked that it is engaged. */
+KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
+                                      const struct kernel_mat *r, double kt)
+{
+    double wound = hinge_wound_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r), m->tad_rad);
+    return hinge_moment_lb_ft(kt, m->ct, wound, r->w - l->w);
+}
+
 KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
                                    const struct kernel_mat *r)
 {
-    double wound = hinge_wound_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r), m->tad_rad);
-    return hinge_moment_lb_ft(m->kt, m->ct, wound, r->w - l->w);
+    return kernel_moment_of(m, j, l, r, m->kt);
 }
 
 KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v,
@@ -163,13 +170,13 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* clang-format off */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false, \
         SIM_STICK, 0.0}); break;                                                        \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
         SIM_TANH, 0.0}); break;                                                         \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
         SIM_SIGN, 0.0}); break;                                                         \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
         SIM_NONE, 0.0}); break;                                                         \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                \

@@ -35,11 +35,13 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
         const char *what, *models;
     } fixed_only[] = {
         {has_grit(scene), "grit", "chain or consistent"},
+        {sim_scene_varies(scene), "a list of KV, CV, KL, KT, W or v0, or an end weight",
+         "chain or consistent"},
         {mods_any(scene), "a modified runway (bands, cleats and others)", "chain or consistent"},
         {scene->element[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
         {scene->ground_ft.count > 0, "ground", "consistent"},
     };
-    for (size_t i = 0; i < 4 && !grit; i++) {
+    for (size_t i = 0; i < sizeof fixed_only / sizeof fixed_only[0] && !grit; i++) {
         if (fixed_only[i].there)
             return error_set(
                 error, MR_USAGE, "not available: %s: %s%s in model %s; leave it out, or give %s %s",
@@ -118,8 +120,8 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .q1_lb = s->q1_lb,
         .full = s->profile == SIM_FULL,
         .jumps = s->tad_mode == SIM_SWITCHED,
-        .left_free = s->left == SIM_FREE,
-        .right_free = s->right == SIM_FREE,
+        .left_free = s->left != SIM_FIXED,
+        .right_free = s->right != SIM_FIXED,
         .left_turns = s->left_torsion == SIM_FREE,
         .right_turns = s->right_torsion == SIM_FREE,
         .law = s->friction > 0.0 ? s->friction_law : SIM_NONE,

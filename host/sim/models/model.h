@@ -102,6 +102,11 @@ struct model {
      * tilt: the height of the ground under its left end minus that under its right end. */
     const double *tilt_ft; /* per mat: tilt; NULL: level ground */
     double tilt_most_ft;
+    /* Per mat: tilt at rest, with the settlement of soft nodes; NULL: level. */
+    const double *rest_tilt_ft;
+    /* Set if nodes, joints or mats differ (sim_scene_varies); per node, joint and mat. */
+    bool varied;
+    const double *kv_at, *cv_at, *kt_at, *mass_at;
     const double *given_lb;               /* per joint: tension */
     const double *brace_lb, *brace_lb_ft; /* per node and per joint; NULL: none */
     uint64_t rhs;

@@ -14,7 +14,8 @@
 static const char *const models[] = {"report", "consistent", "chain", NULL};
 static const char *const tad_modes[] = {"deadband", "switched", NULL};
 static const char *const profiles[] = {"low", "full", NULL};
-static const char *const ends[] = {"free", "fixed", NULL};
+static const char *const ends[] = {"free", "fixed", "spring", "weight", NULL};
+static const char *const turning_ends[] = {"free", "fixed", NULL};
 static const char *const thrusts[] = {"jump", "linear", NULL};
 static const char *const frictions[] = {"stick", "tanh", "sign", "none", NULL};
 static const char *const normals[] = {"weight", "soil", NULL};
@@ -22,9 +23,9 @@ static const char *const overs[] = {"joints", "rivets", NULL};
 static const char *const shears[] = {"rising", "none", "following", "both", NULL};
 
 #define FIELD(field) offsetof(struct sim_scene, field)
-#define RANGE(name, field, low, high, above, unit, meaning)                     \
-    {                                                                           \
-        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning \
+#define RANGE(name, field, low, high, above, unit, meaning)                        \
+    {                                                                              \
+        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning, 0 \
     }
 #define ANY(name, field, unit, meaning) \
     RANGE(name, field, -SIM_LARGEST, SIM_LARGEST, false, unit, meaning)
@@ -34,17 +35,24 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     RANGE(name, field, 0.0, SIM_LARGEST, true, unit, meaning)
 #define LIMIT(name, field, unit, meaning) \
     RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
-#define INTEGER(name, field, low, high, unit, meaning)                             \
-    {                                                                              \
-        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning \
+#define INTEGER(name, field, low, high, unit, meaning)                                \
+    {                                                                                 \
+        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
     }
-#define CHOICE(name, field, choices, meaning)                                     \
-    {                                                                             \
-        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning \
+#define CHOICE(name, field, choices, meaning)                                        \
+    {                                                                                \
+        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning, 0 \
     }
-#define LIST(name, field, kind, low, high, unit, meaning)               \
-    {                                                                   \
-        name, kind, FIELD(field), low, high, false, NULL, unit, meaning \
+#define LIST(name, field, kind, low, high, unit, meaning)                  \
+    {                                                                      \
+        name, kind, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+    }
+
+/* A number, or values along the runway. */
+#define ALONG(name, field, which, low, above, unit, meaning)                            \
+    {                                                                                   \
+        name, SIM_KEY_REAL, FIELD(field), low, SIM_LARGEST, above, NULL, unit, meaning, \
+            FIELD(along[which])                                                         \
     }
 
 #define BANDS(name, prefix, i)                                                                    \
@@ -79,20 +87,34 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",          \
              "mats whose rivets are pulled out at the start")
 
+#define RESTRAINT(prefix, i, place, force)                                                       \
+    INTEGER(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",                 \
+            "spacing of the " force "; 0: none"),                                                \
+        INTEGER(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,                 \
+                "first " place " that has one"),                                                 \
+        NOT_NEGATIVE(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft", "stiffness of the spring"), \
+        NOT_NEGATIVE(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),             \
+        LIMIT(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),                  \
+        LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, \
+             "ft", "position of each at which its spring exerts no force")
+
 static const struct sim_key keys[] = {
-    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title"},
+    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
     CHOICE("model", model, models, "model equations"),
     INTEGER("N", mats, 1, SIM_MATS_MAX, "", "number of mats"),
     POSITIVE("L", length_ft, "ft", "length of a mat along the runway"),
-    POSITIVE("W", weight_lb, "lb", "weight of a mat"),
+    ALONG("W", weight_lb, SIM_ALONG_W, 0.0, true, "lb", "weight of a mat; or by mat"),
     POSITIVE("g", g_ft_s2, "ft/s2", "gravity"),
     POSITIVE("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
-    NOT_NEGATIVE("KV", kv_lb_ft, "lb/ft",
-                 "stiffness of the soil under a node (report) or mat end (consistent)"),
-    NOT_NEGATIVE("CV", cv_lb_s_ft, "lb s/ft", "damping of the soil under a node or mat end"),
-    POSITIVE("KL", kl_lb_ft, "lb/ft", "stiffness of a joint along the runway"),
+    ALONG("KV", kv_lb_ft, SIM_ALONG_KV, 0.0, false, "lb/ft",
+          "stiffness of the soil under a node (report) or mat end (consistent); or by node"),
+    ALONG("CV", cv_lb_s_ft, SIM_ALONG_CV, 0.0, false, "lb s/ft",
+          "damping of the soil under a node or mat end; or by node"),
+    ALONG("KL", kl_lb_ft, SIM_ALONG_KL, 0.0, true, "lb/ft",
+          "stiffness of a joint along the runway; or by joint"),
     NOT_NEGATIVE("CL", cl_lb_s_ft, "lb s/ft", "damping of a joint along the runway"),
-    NOT_NEGATIVE("KT", kt_lb_ft_rad, "ft lb/rad", "stiffness of a joint in torsion"),
+    ALONG("KT", kt_lb_ft_rad, SIM_ALONG_KT, 0.0, false, "ft lb/rad",
+          "stiffness of a joint in torsion; or by joint"),
     NOT_NEGATIVE("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damping of a joint in torsion"),
     RANGE("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
     CHOICE("tad_mode", tad_mode, tad_modes,
@@ -102,8 +124,12 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE("slack", slack_ft, "ft", "free travel of a joint"),
     CHOICE("left", left, ends, "boundary condition at mat 1, along the runway"),
     CHOICE("right", right, ends, "boundary condition at mat N, along the runway"),
-    CHOICE("left_torsion", left_torsion, ends, "boundary condition at mat 1, in torsion"),
-    CHOICE("right_torsion", right_torsion, ends, "boundary condition at mat N, in torsion"),
+    CHOICE("left_torsion", left_torsion, turning_ends, "boundary condition at mat 1, in torsion"),
+    CHOICE("right_torsion", right_torsion, turning_ends, "boundary condition at mat N, in torsion"),
+    NOT_NEGATIVE("left_K", end_k_lb_ft[0], "lb/ft", "stiffness of the spring if left is spring"),
+    NOT_NEGATIVE("right_K", end_k_lb_ft[1], "lb/ft", "stiffness of the spring if right is spring"),
+    NOT_NEGATIVE("left_weight", end_load_lb[0], "lb", "weight on mat 1 if left is weight"),
+    NOT_NEGATIVE("right_weight", end_load_lb[1], "lb", "weight on mat N if right is weight"),
     ANY("F", force_lb, "lb", "thrust"),
     NOT_NEGATIVE("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
     ANY("s0", s0_ft, "ft", "station of the aircraft at the start"),
@@ -126,7 +152,8 @@ static const struct sim_key keys[] = {
             "node of the first value in bump"),
     LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
          "initial heights of the nodes from bump_first on"),
-    ANY("v0", v0_ft_s, "ft/s", "initial speed of mat v0_mat"),
+    ALONG("v0", v0_ft_s, SIM_ALONG_V0, -SIM_LARGEST, false, "ft/s",
+          "initial speed of mat v0_mat; or by mat"),
     INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
     POSITIVE("mats_crossed", mats_crossed, "mats",
@@ -181,6 +208,9 @@ static const struct sim_key keys[] = {
                  "friction along a diagonal joint when unloaded"),
     RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "",
           "friction coefficient along a diagonal joint"),
+    RESTRAINT("anchor_", SIM_ANCHORS, "mat", "anchors, which hold mats along the runway"),
+    RESTRAINT("tie_", SIM_TIES, "mat", "tie-downs, which hold mats on the ground"),
+    RESTRAINT("absorber_", SIM_ABSORBERS, "joint", "shock absorbers across joints"),
     RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
           "tension at which a joint tears"),
     NOT_NEGATIVE(
@@ -235,6 +265,8 @@ static void mods_defaults(struct sim_mods *mods)
         .stiff_yield_lb_ft = (double)INFINITY,
         .tear_lb = (double)INFINITY,
     };
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        mods->restraint[k].grip_lb = (double)INFINITY;
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
             .area_ft2 = 0.375 * 0.020 / 144.0,
@@ -288,6 +320,8 @@ void sim_scene_free(struct sim_scene *scene)
         if (key->kind == SIM_KEY_LIST || key->kind == SIM_KEY_JOINTS || key->kind == SIM_KEY_PARTS)
             free(((struct sim_list *)((char *)scene + key->offset))->values);
     }
+    for (size_t i = 0; i < SIM_ALONGS; i++)
+        free(scene->along[i].values);
     free(scene->path);
     sim_scene_defaults(scene);
 }
@@ -313,71 +347,6 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 {
     copy_array(&scene->path, rows, count, sizeof *rows);
     scene->path_count = count;
-}
-
-double sim_scene_joint(const struct sim_list *list, int joint)
-{
-    if (list->count == 0)
-        return 0.0;
-    return list->values[list->count == 1 ? 0 : (size_t)(joint - 1)];
-}
-
-void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
-{
-    size_t count = 0;
-    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        lists[count++] = &m->band[g].t0_lb;
-        lists[count++] = &m->band[g].slipped_ft;
-        lists[count++] = &m->band[g].pulled;
-    }
-    lists[count++] = &m->cleat_left;
-    lists[count++] = &m->stiff_gap0_ft;
-    lists[count++] = &m->torn;
-}
-
-void mods_free_lists(struct sim_mods *mods)
-{
-    struct sim_list *lists[MODS_LISTS];
-    mods_lists(mods, lists);
-    for (size_t i = 0; i < MODS_LISTS; i++) {
-        free(lists[i]->values);
-        *lists[i] = (struct sim_list){0};
-    }
-}
-
-bool mods_any(const struct sim_scene *scene)
-{
-    const struct sim_mods *m = &scene->mods;
-    return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
-           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
-}
-
-int mods_connections(const struct sim_scene *scene, int group)
-{
-    const struct sim_bands *b = &scene->mods.band[group];
-    int first = mods_connection_mat(scene, group, 0);
-    int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
-    return b->count > 0.0 && first <= last ? (last - first) / b->every + 1 : 0;
-}
-
-int mods_connection_mat(const struct sim_scene *scene, int group, int i)
-{
-    const struct sim_bands *b = &scene->mods.band[group];
-    return (b->first > 0 ? b->first : b->every) + i * b->every;
-}
-
-int mods_cleats(const struct sim_scene *scene)
-{
-    const struct sim_mods *m = &scene->mods;
-    int first = m->cleat_first > 0 ? m->cleat_first : m->cleat_every;
-    return m->cleat_every > 0 && first <= scene->mats ? (scene->mats - first) / m->cleat_every + 1
-                                                      : 0;
-}
-
-int mods_cleat_mat(const struct sim_scene *scene, int i)
-{
-    const struct sim_mods *m = &scene->mods;
-    return (m->cleat_first > 0 ? m->cleat_first : m->cleat_every) + i * m->cleat_every;
 }
 
 /* ---- reading a scene ---- */
@@ -464,6 +433,52 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     return MR_OK;
 }
 
+/* Row [first, last, value] of joints, nodes or mats 1..count. */
+static enum mr_status read_span(double *values, size_t count, const struct sim_key *key,
+                                const char *path, size_t at, const json_t *row, struct error *error)
+{
+    long long first = json_integer_value(json_array_get(row, 0)),
+              last = json_integer_value(json_array_get(row, 1));
+    double value;
+    struct quantity_wrong wrong;
+    if (json_array_size(row) != 3 || first < 1 || last < first || last > (long long)count)
+        return error_set(error, MR_MALFORMED,
+                         "not a range: %s: %s[%zu]; give a number, then rows [first, last, value] "
+                         "with whole numbers first and last from 1 to %zu",
+                         path, key->name, at, count);
+    if (!sim_unit_read(key, json_array_get(row, 2), &value, &wrong))
+        return wrong_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);
+    for (long long i = first; i <= last; i++)
+        values[i - 1] = value;
+    return MR_OK;
+}
+
+/* Values along the runway: `count` numbers, or a number and rows that replace it. */
+static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
+                                 const char *path, const json_t *value, struct error *error)
+{
+    double number;
+    struct quantity_wrong wrong;
+    if (!json_is_array(json_array_get(value, 1)))
+        return read_list(list, key, path, value, error);
+    if (!sim_unit_read(key, json_array_get(value, 0), &number, &wrong))
+        return wrong_number(path, key, json_array_get(value, 0), 0, &wrong, error);
+    double *values = xcalloc(count, sizeof *values);
+    for (size_t i = 0; i < count; i++)
+        values[i] = number;
+    for (size_t i = 1; i < json_array_size(value) && error->status == MR_OK; i++)
+        read_span(values, count, key, path, i, json_array_get(value, i), error);
+    *list = (struct sim_list){values, count};
+    return error->status;
+}
+
+/* Number of values along the runway: of mats, or of joints. */
+static size_t along_count(const struct sim_scene *scene, const struct sim_key *key)
+{
+    bool mats = key->list == FIELD(along[SIM_ALONG_W]) || key->list == FIELD(along[SIM_ALONG_V0]);
+    return (size_t)scene->mats + !mats;
+}
+
 static enum mr_status read_path(struct sim_scene *scene, const char *path, const json_t *value,
                                 struct error *error)
 {
@@ -521,7 +536,16 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
             return wrong_type(path, key->name, value, "text", error);
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
-    case SIM_KEY_REAL: return read_real(field, key, path, value, error);
+    case SIM_KEY_REAL:
+        if (key->list && json_array_size(value) > 0) {
+            struct sim_list *list = (struct sim_list *)((char *)scene + key->list);
+            enum mr_status status = read_along(list, along_count(scene, key), key, path, value,
+                                               error);
+            if (status == MR_OK)
+                *(double *)field = list->values[0];
+            return status;
+        }
+        return read_real(field, key, path, value, error);
     case SIM_KEY_INTEGER:
         if (!json_is_integer(value))
             return wrong_type(path, key->name, value, "a whole number", error);
@@ -546,6 +570,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
                               key->kind == SIM_KEY_JOINTS ? "a number, or a list with one per joint"
                                                           : "a number, or a list with one per part",
                               error);
+        if (key->kind == SIM_KEY_JOINTS)
+            return read_along(field, along_count(scene, key), key, path, value, error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
         if (!json_is_array(value))
@@ -583,6 +609,10 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     if (!json_is_object(root))
         return error_set(error, MR_MALFORMED,
                          "not a scene: %s: the file is not a JSON object; begin with {", path);
+    /* the lengths of lists; a wrong number is refused below */
+    json_int_t mats = json_integer_value(json_object_get(root, "N"));
+    if (mats >= 1 && mats <= SIM_MATS_MAX)
+        scene->mats = (int)mats;
     json_object_foreach(root, name, value)
     {
         if (name[0] == '_')
@@ -651,61 +681,6 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
                      strerror(failed));
 }
 
-/* ---- the keys, for printed and JSON output ---- */
-
-json_t *sim_key_default(const struct sim_key *key)
-{
-    struct sim_scene scene;
-    const void *field = (const char *)&scene + key->offset;
-    unsigned choice;
-    sim_scene_defaults(&scene);
-    if (key->kind == SIM_KEY_INTEGER)
-        return json_integer(*(const int *)field);
-    if (key->kind == SIM_KEY_CHOICE) {
-        memcpy(&choice, field, sizeof choice);
-        return json_string(key->choices[choice]);
-    }
-    double value = key->kind == SIM_KEY_REAL ? *(const double *)field : (double)NAN;
-    bool given = isfinite(value) && value >= key->low && strcmp(key->name, "t_dwell") != 0;
-    return given ? json_real(value) : NULL;
-}
-
-json_t *sim_scene_keys(void)
-{
-    json_t *keys_json = json_object();
-    const struct sim_key *key;
-    for (size_t i = 0; (key = sim_key_at(i)); i++) {
-        json_t *one = json_pack("{s:o*,s:s,s:s}", "default", sim_key_default(key), "unit",
-                                key->unit, "meaning", key->meaning);
-        for (size_t c = 0; key->choices && key->choices[c]; c++) {
-            if (c == 0)
-                json_object_set_new(one, "choices", json_array());
-            json_array_append_new(json_object_get(one, "choices"), json_string(key->choices[c]));
-        }
-        json_object_set_new(keys_json, key->name, one);
-    }
-    return keys_json;
-}
-
-void sim_scene_print_keys(FILE *to)
-{
-    const struct sim_key *key;
-    for (size_t i = 0; (key = sim_key_at(i)); i++) {
-        json_t *standard = sim_key_default(key);
-        char text[32] = "-";
-        if (json_is_number(standard))
-            snprintf(text, sizeof text, "%g", json_number_value(standard));
-        else if (standard)
-            snprintf(text, sizeof text, "%s", json_string_value(standard));
-        fprintf(to, "%-15s %-11s %-11s %s", key->name, text, key->unit[0] ? key->unit : "-",
-                key->meaning);
-        for (size_t c = 0; key->choices && key->choices[c]; c++)
-            fprintf(to, "%s%s", c == 0 ? ": " : ", ", key->choices[c]);
-        fputc('\n', to);
-        json_decref(standard);
-    }
-}
-
 /* ---- checking a scene ---- */
 
 const char *sim_scene_name(const struct sim_scene *scene)
@@ -772,6 +747,18 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
     if (m->cleat_every > 0 && check_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
                                            "cleated mat", where, error) != MR_OK)
         return error->status;
+    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+        char key[24];
+        snprintf(key, sizeof key, "%s_zero", mods_restraint_name(k));
+        if (m->restraint[k].every > 0 &&
+            check_length(&m->restraint[k].zero_ft, mods_restraints(scene, k), key, "restraint",
+                         where, error) != MR_OK)
+            return error->status;
+        if (m->restraint[k].every > 0 && !(m->restraint[k].k_lb_ft > 0.0))
+            return error_set(error, MR_MALFORMED,
+                             "no stiffness: %s: %s_every without %s_K; give a stiffness", where,
+                             mods_restraint_name(k), mods_restraint_name(k));
+    }
     if (m->stiff_span > 1 && m->lay_deg > 0.0)
         return error_set(
             error, MR_MALFORMED,
@@ -812,6 +799,25 @@ static bool allowed(const struct sim_key *key, double value)
     return value >= key->low && value <= key->high && !(key->above && value == key->low);
 }
 
+/* Values of a list, and its length where it has one value per joint or mat. */
+static enum mr_status check_list(const struct sim_scene *scene, const struct sim_key *key,
+                                 const struct sim_list *list, const char *where,
+                                 struct error *error)
+{
+    size_t wanted = along_count(scene, key);
+    for (size_t i = 0; i < list->count; i++) {
+        if (!allowed(key, list->values[i]))
+            return out_of_range(key, where, list->values[i], i, true, error);
+    }
+    if ((key->kind == SIM_KEY_JOINTS || key->list) && list->count > 1 && list->count != wanted)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: %s has %zu values; give one number or %zu, "
+                         "one per %s",
+                         where, key->name, list->count, wanted,
+                         wanted > (size_t)scene->mats ? "joint (N + 1)" : "mat (N)");
+    return MR_OK;
+}
+
 static enum mr_status check_key(const struct sim_scene *scene, const struct sim_key *key,
                                 const char *where, struct error *error)
 {
@@ -834,7 +840,10 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     }
     case SIM_KEY_REAL:
         value = *(const double *)field;
-        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+        if (!allowed(key, value))
+            return out_of_range(key, where, value, 0, false, error);
+        field = key->list ? (const char *)scene + key->list : NULL;
+        return field ? check_list(scene, key, field, where, error) : MR_OK;
     case SIM_KEY_INTEGER:
         value = *(const int *)field;
         return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
@@ -842,18 +851,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS: break;
     }
-    const struct sim_list *list = field;
-    for (size_t i = 0; i < list->count; i++) {
-        if (!allowed(key, list->values[i]))
-            return out_of_range(key, where, list->values[i], i, true, error);
-    }
-    size_t joints = (size_t)scene->mats + 1;
-    if (key->kind == SIM_KEY_JOINTS && list->count > 1 && list->count != joints)
-        return error_set(error, MR_MALFORMED,
-                         "list of the wrong length: %s: %s has %zu values; give one number or %zu, "
-                         "one per joint (N + 1)",
-                         where, key->name, list->count, joints);
-    return MR_OK;
+    return check_list(scene, key, field, where, error);
 }
 
 /* The ground stiffness belongs to a table element, so the key is found by name. */

@@ -22,10 +22,22 @@
 #define SIM_ELEMENTS_MAX   8
 #define SIM_GEAR_LINES_MAX 8
 
+/* Values that may differ along the runway: the first four by joint or node (N + 1), the others by
+ * mat (N). */
+enum sim_along {
+    SIM_ALONG_KV,
+    SIM_ALONG_CV,
+    SIM_ALONG_KL,
+    SIM_ALONG_KT,
+    SIM_ALONG_W,
+    SIM_ALONG_V0,
+    SIM_ALONGS
+};
+
 enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
 enum sim_tad_mode { SIM_DEADBAND, SIM_SWITCHED };
 enum sim_profile { SIM_LOW, SIM_FULL };
-enum sim_end { SIM_FREE, SIM_FIXED };
+enum sim_end { SIM_FREE, SIM_FIXED, SIM_SPRING, SIM_LOADED };
 enum sim_thrust { SIM_JUMP, SIM_LINEAR };
 enum sim_friction { SIM_STICK, SIM_TANH, SIM_SIGN, SIM_NONE };
 enum sim_normal { SIM_WEIGHT, SIM_SOIL };
@@ -67,6 +79,19 @@ struct sim_bands {
     struct sim_list pulled;     /* mats whose rivets are pulled out */
 };
 
+/* Springs with dampers at every n-th mat or joint (elements/restraint.h). Anchors hold mats along the
+ * runway, tie-downs hold them on the ground, shock absorbers act across joints. */
+enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINTS };
+
+struct sim_restraint {
+    int every, first; /* 0: none; the first multiple of `every` */
+    double k_lb_ft, c_lb_s_ft;
+    double grip_lb; /* largest force: of anchors and tie-downs the one that pulls them out */
+    /* Per restraint: position of its mat (anchor), rise (tie-down) or opening (absorber) at which
+     * its spring exerts no force. Empty: 0; of an absorber gap0. */
+    struct sim_list zero_ft;
+};
+
 /* Modifications of a runway against movement and waves (MODIFICATIONS.md). All are absent by
  * default. */
 struct sim_mods {
@@ -95,6 +120,7 @@ struct sim_mods {
     struct sim_list stiff_gap0_ft;
     /* Diagonal lay. */
     double lay_deg, lay_slide_lb, lay_mu;
+    struct sim_restraint restraint[SIM_RESTRAINTS];
     /* Joints torn in tension. */
     double tear_lb; /* INFINITY: joints do not tear */
     struct sim_list torn;
@@ -132,6 +158,8 @@ struct sim_scene {
     enum sim_end right;
     enum sim_end left_torsion;
     enum sim_end right_torsion;
+    double end_k_lb_ft[2]; /* stiffness of a spring at the left and at the right end */
+    double end_load_lb[2]; /* weight that lies on the first and on the last mat */
     double force_lb;
     double vac_ft_s;
     double s0_ft;
@@ -167,6 +195,9 @@ struct sim_scene {
     struct sim_gear gear;
     /* By index in elements/element.h: parameter of each element; 0: absent. */
     double element[SIM_ELEMENTS_MAX];
+    /* By enum sim_along; empty: every mat has the value of the field above. W: inertia and friction
+     * of a mat are proportional to its weight. V0 replaces v0_ft_s and v0_mat. */
+    struct sim_list along[SIM_ALONGS];
 };
 
 /* Sets every key to its default, without lists. */
@@ -218,6 +249,18 @@ double sim_scene_shortest_s(const struct sim_scene *scene);
 
 /* Value of a per-joint list for joint 1..N+1. */
 double sim_scene_joint(const struct sim_list *list, int joint);
+/* True if a quantity of `along` differs along the runway, or a weight lies on an end. Only solvers
+ * with fixed steps run such a scene. */
+bool sim_scene_varies(const struct sim_scene *scene);
+/* Value at a joint, node or mat, from 1; `everywhere` if the scene has no list of it. */
+double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
+                       int at);
+/* Weight of mat 1..N, with what lies on an end. */
+double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
+/* The value that makes steps shortest: the largest stiffness or damping, the smallest weight. */
+double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere);
+/* Depth at which node 1..N+1 carries the weight of its mats. */
+double sim_scene_settled_ft(const struct sim_scene *scene, int node);
 
 void sim_scene_free(struct sim_scene *scene);
 
@@ -231,7 +274,7 @@ const char *sim_scene_name(const struct sim_scene *scene);
 
 /* mods_free_lists releases the lists; mods_lists returns all of them. */
 void mods_free_lists(struct sim_mods *mods);
-#define MODS_LISTS (3 * SIM_BAND_GROUPS + 3)
+#define MODS_LISTS (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINTS)
 /* all lists that it owns */
 void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
 /* True if the scene has any modification. */
@@ -243,6 +286,10 @@ int mods_connections(const struct sim_scene *scene, int group);
 int mods_connection_mat(const struct sim_scene *scene, int group, int i);
 int mods_cleats(const struct sim_scene *scene);
 int mods_cleat_mat(const struct sim_scene *scene, int i);
+/* Number of restraints of a kind, and mat or joint of the i-th one; its name in keys. */
+int mods_restraints(const struct sim_scene *scene, int kind);
+int mods_restraint_at(const struct sim_scene *scene, int kind, int i);
+const char *mods_restraint_name(int kind);
 
 /* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. One
  * table is used to read, check and explain them. The file of an element defines the element's key
@@ -254,7 +301,7 @@ enum sim_key_kind {
     SIM_KEY_INTEGER,
     SIM_KEY_CHOICE, /* an int-sized enum; `choices` are in its order */
     SIM_KEY_LIST,   /* list of reals */
-    SIM_KEY_JOINTS, /* one real, or a list of N+1 */
+    SIM_KEY_JOINTS, /* one real, a list of N+1, or a real and rows [first, last, real] */
     SIM_KEY_PARTS,  /* one real, or a list with one value per part of a modification (mods_check) */
     SIM_KEY_PATH    /* rows of three reals */
 };
@@ -269,6 +316,8 @@ struct sim_key {
     const char *const *choices; /* allowed words; NULL at the end */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
     const char *meaning;        /* description for people, one line */
+    /* SIM_KEY_REAL: offset of the list that an array of the key sets; 0: only one number. */
+    size_t list;
 };
 
 #define SIM_LARGEST 1e15 /* no physical meaning: keeps products of values finite */

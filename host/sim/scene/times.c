@@ -39,8 +39,8 @@ double sim_scene_end_s(const struct sim_scene *scene)
 /* Nothing moves before the aircraft arrives. */
 static bool rests(const struct sim_scene *scene)
 {
-    bool still = scene->v0_ft_s == 0.0 && scene->q1_lb == 0.0 && scene->ground_ft.count == 0 &&
-                 !mods_any(scene);
+    bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
+                 scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_any(scene);
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         still = still && scene->bump_ft.values[i] == 0.0;
     for (size_t i = 0; i < scene->gap0_ft.count; i++)

@@ -32,12 +32,13 @@ struct chain {
     bool right_free;
     enum sim_friction friction;
     bool sticks; /* friction stick, and nothing else depends on a mat's speed */
-    bool plain;  /* like sticks, with fixed ends and without modifications */
+    bool varied; /* joints or mats differ (sim_scene_varies): kl_lb_ft and masses_slug apply */
+    bool plain;  /* like sticks, with fixed ends, equal mats and without modifications */
     double veps_ft_s;
     double mass_slug;
+    const struct sim_scene *scene;
     double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
     double load_limit_lb;   /* added under the wheel, f wheel_load */
-    double v0_ft_s;
     int v0_mat;
     double *storage; /* all arrays below, each with padding at both ends */
     size_t length;   /* of one array */
@@ -52,8 +53,9 @@ struct chain {
     double *tension_lb; /* from the last kick */
     double *last_lb;    /* of the last kick and the kick before that */
     double *before_last_lb;
-    double *before_ft_s; /* speeds before the last kick */
-    double *push_lb;     /* per joint: largest compression and tension so far */
+    double *before_ft_s;            /* speeds before the last kick */
+    double *kl_lb_ft, *masses_slug; /* per joint and per mat */
+    double *push_lb;                /* per joint: largest compression and tension so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL when the scene has none */
@@ -61,7 +63,7 @@ struct chain {
     struct gear *gear; /* NULL: one axle on ground that slides or holds */
 };
 
-#define ARRAYS    14
+#define ARRAYS    16
 #define PADDING   8 /* entries at both ends: the widest block (chain_kernel.h) */
 #define ALIGNMENT 64
 
@@ -71,7 +73,9 @@ struct chain {
 /* Coulomb limit of a mat without the wheel. */
 static double bare_limit_lb(const struct chain *chain, int mat)
 {
-    return chain->weight_limit_lb + (chain->mods ? mods_cleat_lb(chain->mods, mat) : 0.0);
+    double weight_lb = sim_scene_weight_lb(chain->scene, mat);
+    return chain->scene->friction * weight_lb +
+           (chain->mods ? mods_cleat_lb(chain->mods, mat) : 0.0);
 }
 
 static void chain_reset(struct chain *chain, const struct sim_scene *scene)
@@ -82,17 +86,23 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint(&scene->grit_lb, j);
         chain->grit_lb[j] = grit_lb;
-        chain->give_ft[j] = grit_lb / chain->joint.kl_lb_ft;
+        chain->kl_lb_ft[j] = sim_scene_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
+        chain->give_ft[j] = grit_lb / chain->kl_lb_ft[j];
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
-    for (size_t i = 0; i < chain->length; i++)
+    for (size_t i = 0; i < chain->length; i++) {
         /* entries that are not mats never move */
         (chain->limit_lb - PADDING)[i] = (double)INFINITY;
+        (chain->masses_slug - PADDING)[i] = chain->mass_slug;
+    }
     if (chain->mods)
         mods_reset(chain->mods);
-    for (int n = 1; n <= chain->mats; n++)
+    for (int n = 1; n <= chain->mats; n++) {
         chain->limit_lb[n] = bare_limit_lb(chain, n);
-    chain->v_ft_s[chain->v0_mat] = chain->v0_ft_s;
+        chain->masses_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
+        chain->v_ft_s[n] = sim_scene_along(scene, SIM_ALONG_V0,
+                                           n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
+    }
 }
 
 /* `first_mat`: mat under the wheel at t = 0. */
@@ -102,17 +112,18 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
     double *first = storage + PADDING; /* entry of mat 0 */
     *chain = (struct chain){
+        .scene = scene,
         .mats = scene->mats,
+        .varied = sim_scene_varies(scene),
         .block = LANES_CALL(block, ),
-        .left_free = scene->left == SIM_FREE,
-        .right_free = scene->right == SIM_FREE,
+        .left_free = scene->left != SIM_FIXED,
+        .right_free = scene->right != SIM_FIXED,
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
         .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
         .weight_limit_lb = scene->friction * scene->weight_lb,
         .load_limit_lb = scene->friction * scene->wheel_load_lb,
-        .v0_ft_s = scene->v0_ft_s,
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
         .elements = element_set_of(scene),
         .storage = storage,
@@ -131,6 +142,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .pull_lb = first + 11 * length,
         .last_lb = first + 12 * length,
         .before_last_lb = first + 13 * length,
+        .kl_lb_ft = first + 14 * length,
+        .masses_slug = first + 15 * length,
     };
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
@@ -139,7 +152,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
     chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
-    chain->plain = chain->sticks && !chain->mods && !chain->left_free && !chain->right_free;
+    chain->plain = chain->sticks && !chain->mods && !chain->varied && !chain->left_free &&
+                   !chain->right_free;
     chain_reset(chain, scene);
 }
 
@@ -173,7 +187,7 @@ static void chain_release(struct chain *chain, const struct sim_touch *touch, in
         chain->thrust_lb[touch[i].mat] = 0.0;
         chain->limit_lb[touch[i].mat] = chain->weight_limit_lb;
     }
-    if (chain->mods)
+    if (chain->mods || chain->varied)
         release_cleats(chain, touch, count);
 }
 
@@ -240,11 +254,13 @@ static int block_of(const struct chain *chain, int i)
 }
 
 /* Update the speeds under the other friction laws. They do not stop a mat. */
-static void slide(const struct chain *chain, double h_s, int first, int last)
+LAW_INLINE void slide_mats(const struct chain *chain, double h_s, int first, int last, bool varied)
 {
     double *v = chain->v_ft_s;
     double per_lb = h_s / chain->mass_slug;
     for (int n = first; n <= last; n++) {
+        if (varied)
+            per_lb = h_s / chain->masses_slug[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
                                                     : 0.0;
         v[n] += (push_lb(chain, n) -
@@ -253,27 +269,45 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
+static void slide(const struct chain *chain, double h_s, int first, int last)
+{
+    if (chain->varied)
+        slide_mats(chain, h_s, first, last, true);
+    else
+        slide_mats(chain, h_s, first, last, false);
+}
+
 /* Recompute each mat under the gear from its speed before the kick: elastic ground holds it instead
  * of Coulomb friction. */
-static void ride(const struct chain *chain, double h_s)
+LAW_INLINE void ride_mats(const struct chain *chain, double h_s, bool varied)
 {
     struct gear *gear = chain->gear;
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded[i];
         double v_ft_s = chain->before_ft_s[n];
         struct element_step step = {1.0, h_s, 0.0};
+        if (varied)
+            gear->mass_slug = chain->masses_slug[n];
         if (chain->elements.count > 0)
             step = element_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
-                                chain->mass_slug);
+                                varied ? gear->mass_slug : chain->mass_slug);
         double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
         chain->v_ft_s[n] = gear_speed_ft_s(
             gear, n, step.keep * v_ft_s, push_lb(chain, n) + step.push_lb, limit_lb, step.as_if_s);
     }
 }
 
+static void ride(const struct chain *chain, double h_s)
+{
+    if (chain->varied)
+        ride_mats(chain, h_s, true);
+    else
+        ride_mats(chain, h_s, false);
+}
+
 /* Kick with elements: each mat separately. */
-static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
-                                                        int first, int last)
+LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, int last,
+                              bool varied)
 {
     double *v = chain->v_ft_s, mass = chain->mass_slug;
     unsigned stops = 0;
@@ -284,6 +318,8 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
         return stops;
     }
     for (int n = first; n <= last; n++) {
+        if (varied)
+            mass = chain->masses_slug[n];
         struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
@@ -299,6 +335,13 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     if (chain->gear)
         ride(chain, h_s);
     return stops;
+}
+
+static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
+                                                        int first, int last)
+{
+    return chain->varied ? kick_mats(chain, h_s, first, last, true)
+                         : kick_mats(chain, h_s, first, last, false);
 }
 
 static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
@@ -351,14 +394,15 @@ static double stretch_ft(const struct chain *chain, int j)
 }
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
-static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
+LAW_INLINE double energy_lb_ft(const struct chain *chain, int first, int last, bool varied)
 {
     double kinetic = 0.0, elastic = 0.0;
     for (int n = first; n <= last; n++)
-        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n];
+        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] *
+                   (varied ? chain->masses_slug[n] / chain->mass_slug : 1.0);
     for (int j = first; j <= last + 1; j++) {
         double e_ft = stretch_ft(chain, j);
-        elastic += e_ft * e_ft;
+        elastic += e_ft * e_ft * (varied ? chain->kl_lb_ft[j] / chain->joint.kl_lb_ft : 1.0);
     }
     double braced = 0.0;
     if (chain->mods) {
@@ -366,6 +410,12 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
         braced = mods_energy_lb_ft(chain->mods, &view);
     }
     return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
+}
+
+static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
+{
+    return chain->varied ? energy_lb_ft(chain, first, last, true)
+                         : energy_lb_ft(chain, first, last, false);
 }
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,
@@ -377,13 +427,19 @@ static double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
-    struct law_bound pulled = joint_bound(&chain->joint, joints, chain->mass_slug);
+    struct law_joint stiffest = chain->joint;
+    stiffest.kl_lb_ft = sim_scene_extreme(chain->scene, SIM_ALONG_KL, stiffest.kl_lb_ft);
+    double lightest_slug = sim_scene_extreme(chain->scene, SIM_ALONG_W, chain->scene->weight_lb) /
+                           chain->scene->g_ft_s2;
+    struct law_bound pulled = joint_bound(&stiffest, joints, lightest_slug);
     struct law_bound rubbed = friction_bound(chain->friction,
                                              chain->weight_limit_lb + chain->load_limit_lb,
-                                             chain->mass_slug, chain->veps_ft_s);
+                                             lightest_slug, chain->veps_ft_s);
     double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
     if (chain->mods)
-        rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
+        rate2 += mods_stiffness_lb_ft(chain->mods) / lightest_slug;
+    if (chain->mods)
+        damping += mods_damping_lb_s_ft(chain->mods) / lightest_slug;
     return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
 }
 
@@ -413,6 +469,9 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
     if (scene->bump_ft.count > 0)
         sim_result_note(result, "bump has no effect on flat mats (model chain)");
     element_describe(scene, result);
+    if (chain->varied)
+        sim_result_note(result, "values differ from mat to mat (KL, W or v0), or an end carries a "
+                                "weight");
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += stretch_ft(chain, j) != 0.0;

@@ -305,9 +305,16 @@ static double step_limit_s(struct planar_engine *l, double hop_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
-    double rate = model_fastest_rate(m, l->z, MODEL_STAGGERED);
+    struct model fastest = *m; /* every joint the stiffest, every mat the lightest */
+    double lightest = sim_scene_extreme(l->scene, SIM_ALONG_W, m->weight_lb) / m->weight_lb;
+    fastest.kv = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv);
+    fastest.kl = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl);
+    fastest.kt = sim_scene_extreme(l->scene, SIM_ALONG_KT, m->kt);
+    fastest.mass_slug *= lightest;
+    fastest.inertia *= lightest;
+    double rate = model_fastest_rate(&fastest, l->z, MODEL_STAGGERED);
     if (l->mods)
-        rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
+        rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia));
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 

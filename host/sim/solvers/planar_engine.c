@@ -190,11 +190,11 @@ LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_f
     return now_ft * before_ft > 0.0 ? rate_ft_s : (now_ft - before_ft) / step_s;
 }
 
-LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
+LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
-    const struct law_joint joint = {m->kl, m->cl, l->slack_ft};
+    struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
         left = right; /* before the test for free ends: the next joint needs it too */
@@ -209,6 +209,8 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
                rate = v_r - v_l + left.ft_s + right.ft_s;
         if (law == JOINT_SLACK && l->last_step_s > 0.0)
             rate = damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
+        if (varied)
+            joint.kl_lb_ft = l->kl_lb_ft[j];
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
@@ -228,12 +230,14 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
 /* Each joint law has a loop of its own. */
 static void stretch_joints(struct planar_engine *l)
 {
-    if (l->joints == JOINT_LINEAR)
-        stretch(l, JOINT_LINEAR);
+    if (l->model.varied)
+        stretch(l, l->joints, true);
+    else if (l->joints == JOINT_LINEAR)
+        stretch(l, JOINT_LINEAR, false);
     else if (l->joints == JOINT_SLACK)
-        stretch(l, JOINT_SLACK);
+        stretch(l, JOINT_SLACK, false);
     else
-        stretch(l, JOINT_GRIT);
+        stretch(l, JOINT_GRIT, false);
     if (l->mods && l->mods->jointed) {
         struct mods_view view = engine_view(l);
         mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
@@ -263,8 +267,7 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     for (int c = 0; c < mods->braces; c++) {
         int n = mods->brace_mat[c] - 1;
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
-        double limit_lb = m->law == SIM_NONE ? 0.0
-                                             : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
+        double limit_lb = m->law == SIM_NONE ? 0.0 : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
             take_in(&l->slides, m, n - 1, n + 1);
     }
@@ -281,6 +284,8 @@ static void brace_heaves(struct planar_engine *l)
                                .mats = m->mats,
                                .length_ft = m->length_ft,
                                .rest_y_ft = m->rest_y_ft,
+                               .rest_ft = m->varied ? l->rest_ft : NULL,
+                               .rest_tilt_ft = m->varied ? m->rest_tilt_ft : NULL,
                                .first = l->heaves.first,
                                .last = l->heaves.last,
                                .down_lb = l->brace_lb,
@@ -288,9 +293,13 @@ static void brace_heaves(struct planar_engine *l)
     mods_brace_heave(l->mods, &heave);
 }
 
-static double node_soil_lb(const struct model *m, const double *z, int node)
+static double node_soil_lb(const struct planar_engine *l, int node)
 {
-    return kernel_soil_lb(m, z, z + m->size, node);
+    const struct model *m = &l->model;
+    const double *z = l->z;
+    return m->contact[node]
+             ? soil_lb(l->kv_lb_ft[node], l->cv_lb_s_ft[node], z[2 * node], z[m->size + 2 * node])
+             : 0.0;
 }
 
 /* Mean force of the soil on a node during the kick of its mats. Differs from the present force in a
@@ -299,7 +308,7 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
         return l->friction_force_lb[node];
-    double now_lb = fmax(0.0, node_soil_lb(&l->model, l->z, node));
+    double now_lb = fmax(0.0, node_soil_lb(l, node));
     bool known = node >= l->rub_first && node <= l->rub_last;
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
@@ -310,25 +319,22 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
-    const double *z = l->z;
     if (l->in_parts || l->rub_share < 1.0)
         return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
-    const double *v = z + m->size;
-    return m->friction *
-           (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
+    return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
 }
 
 /* Step a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
  * gear's load. */
 static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
-                        double h_s)
+                        double h_s, double mass_slug)
 {
     const struct model *m = &l->model;
     const struct gear *gear = l->gear;
     double *v = &l->z[m->size + 2 * n + 1];
     bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
     struct element_step step = element_step(&m->elements, (struct element_mat){*v, grounded}, h_s,
-                                            m->mass_slug);
+                                            mass_slug);
     if (!m->soil_normal && m->law != SIM_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
     *v = gear_speed_ft_s(l->gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
@@ -342,10 +348,11 @@ static void ride(struct model *m, int mat)
 }
 
 KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *touch, int count,
-                            double h_s, bool cleated, bool elements, bool geared)
+                            double h_s, bool cleated, bool elements, bool geared, bool varied)
 {
     const struct model *m = &l->model;
-    double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
+    double mass_slug = m->mass_slug, *v = l->z + m->size,
+           *thrust = l->u; /* `u` is free until outputs are written */
     unsigned stops = 0;
     for (int n = l->slides.first; n <= l->slides.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
@@ -355,7 +362,9 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         /* braces on mats outside the part have no effect: the loop below skips those mats */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
-        double limit = m->weight_limit_lb;
+        double limit = varied ? l->limit_lb[n] : m->weight_limit_lb;
+        if (varied)
+            mass_slug = l->mass_slug[n];
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
             limit = soil_limit_lb(l, n);
         for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
@@ -367,19 +376,30 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         if (m->law == SIM_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
-            step_geared(l, n, thrust[n], limit, h_s);
+            if (varied)
+                l->gear->mass_slug = mass_slug;
+            step_geared(l, n, thrust[n], limit, h_s, mass_slug);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(&m->elements, mat, h_s, m->mass_slug);
+            struct element_step step = element_step(&m->elements, mat, h_s, mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
-                                               limit, step.as_if_s, m->mass_slug, &stops);
+                                               limit, step.as_if_s, mass_slug, &stops);
         } else {
-            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug,
+            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, mass_slug,
                                                &stops);
         }
     }
     return stops;
+}
+
+static __attribute__((noinline)) unsigned kick_varied(struct planar_engine *l,
+                                                      const struct sim_touch *touch, int count,
+                                                      double h_s, bool cleated)
+{
+    if (l->gear)
+        ride(&l->model, l->gear->lead_mat - 1);
+    return kick(l, touch, count, h_s, cleated, l->model.elements.count > 0, l->gear != NULL, true);
 }
 
 static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
@@ -388,10 +408,10 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
 {
     ride(&l->model, l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, true)
-                       : kick(l, touch, count, h_s, false, true, true);
-    return cleated ? kick(l, touch, count, h_s, true, false, true)
-                   : kick(l, touch, count, h_s, false, false, true);
+        return cleated ? kick(l, touch, count, h_s, true, true, true, false)
+                       : kick(l, touch, count, h_s, false, true, true, false);
+    return cleated ? kick(l, touch, count, h_s, true, false, true, false)
+                   : kick(l, touch, count, h_s, false, false, true, false);
 }
 
 /* Update the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
@@ -401,13 +421,15 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
                             double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
+    if (l->model.varied)
+        return kick_varied(l, touch, count, h_s, cleated);
     if (l->gear)
         return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, false)
-                       : kick(l, touch, count, h_s, false, true, false);
-    return cleated ? kick(l, touch, count, h_s, true, false, false)
-                   : kick(l, touch, count, h_s, false, false, false);
+        return cleated ? kick(l, touch, count, h_s, true, true, false, false)
+                       : kick(l, touch, count, h_s, false, true, false, false);
+    return cleated ? kick(l, touch, count, h_s, true, false, false, false)
+                   : kick(l, touch, count, h_s, false, false, false, false);
 }
 
 /* The soil never pulls. At the end of the step, release nodes that it would pull and catch nodes
@@ -419,7 +441,9 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
     bool changed = false;
     for (int j = m->first; j <= m->last + 1; j++) {
         double y_ft = l->z[2 * j];
-        bool pushed = y_ft > 0.0 && m->kv * y_ft + m->cv * (v[2 * j] + h_s * l->accel[2 * j]) > 0.0;
+        bool pushed = y_ft > 0.0 && l->kv_lb_ft[j] * y_ft +
+                                            l->cv_lb_s_ft[j] * (v[2 * j] + h_s * l->accel[2 * j]) >
+                                        0.0;
         changed = changed || pushed != m->contact[j];
         m->contact[j] = pushed;
     }
@@ -466,7 +490,7 @@ static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, d
 static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
-    if (l->mods && (l->mods->banded || l->mods->stiffened)) {
+    if (l->mods && l->mods->heaves) {
         brace_heaves(l);
     } else {
         for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
@@ -482,27 +506,12 @@ static void load_heaves(struct planar_engine *l)
 
 /* ---- memory ---- */
 
-static void init_ground(struct planar_engine *l)
-{
-    struct model *m = &l->model;
-    const double *ground = l->scene->ground_ft.values;
-    for (int n = 0; n < m->mats; n++) {
-        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        double s = l->tilt_ft[n] / m->length_ft;
-        l->rest_cos[n] = sqrt(1.0 - s * s);
-    }
-    for (int n = 0; n < m->mats; n++)
-        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->tilt_ft[n]));
-    if (m->tilt_most_ft > 0.0)
-        m->tilt_ft = l->tilt_ft;
-}
-
 /* Allocate the arrays of a landing. The model must be made before. */
 static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    l->stored = 2 * length + 17 * joints;
+    l->stored = 2 * length + 25 * joints;
     double *storage = xcalloc(l->stored, sizeof *storage);
     l->z = storage;
     l->accel = storage + length;
@@ -521,12 +530,16 @@ static void init_layout(struct planar_engine *l)
     l->rest_cos = l->tilt_ft + joints;
     l->friction_force_lb = l->rest_cos + joints;
     l->rub_next_lb = l->friction_force_lb + joints;
-    init_ground(l);
-    bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
-    if (braced || l->gear) {
-        l->brace_heaves = l->gear ? load_heaves : brace_heaves;
-        l->brace_lb = l->rub_next_lb + joints;
-        l->brace_lb_ft = l->brace_lb + joints;
+    l->brace_lb = l->rub_next_lb + joints;
+    l->brace_lb_ft = l->brace_lb + joints;
+    double **along[] = {&l->kl_lb_ft, &l->kv_lb_ft,     &l->cv_lb_s_ft, &l->rest_ft,
+                        &l->limit_lb, &l->kt_lb_ft_rad, &l->mass_slug,  &l->rest_tilt_ft};
+    for (size_t i = 0; i < 8; i++)
+        *along[i] = l->brace_lb_ft + (i + 1) * joints;
+    engine_lay_ground(l);
+    bool braced = l->mods && l->mods->heaves;
+    if (braced || l->gear || m->varied) {
+        l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;
         m->brace_lb = l->brace_lb;
         m->brace_lb_ft = l->brace_lb_ft;
     }
@@ -537,7 +550,7 @@ static void init_layout(struct planar_engine *l)
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
         l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->give_ft[j] = l->grit_lb[j] / m->kl;
+        l->give_ft[j] = l->grit_lb[j] / l->kl_lb_ft[j];
         gritty = gritty || l->grit_lb[j] > 0.0;
     }
     l->joints = joint_law(l->slack_ft, gritty);
@@ -718,6 +731,10 @@ static void begin(struct planar_engine *l, bool prunes)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
+    for (int j = 0; j <= m->mats && m->varied; j++)
+        l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
+    for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
+        l->z[m->size + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0], n + 1);
     l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
@@ -731,7 +748,7 @@ static void begin(struct planar_engine *l, bool prunes)
     for (int n = 0; n < m->mats; n++) {
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
-            fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+            fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : l->limit_lb[n]))
             take_in(&l->slides, m, n - 1, n + 1);
         if (!mat_rests(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
@@ -754,6 +771,17 @@ static bool lands(const struct planar_engine *l, double h_s)
     return false;
 }
 
+/* Modes of the heaving part; a soft node is pushed by the soil under it. */
+static void sample_shape(struct planar_engine *l)
+{
+    struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    model_sample_shape(m, l->z);
+    for (int j = m->first; m->varied && j <= m->last + 1; j++)
+        m->contact[j] = soil_touch_ft(true, l->kv_lb_ft[j], l->cv_lb_s_ft[j], l->z[2 * j],
+                                      v[2 * j]) > 0.0;
+}
+
 /* Step the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
  * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
  * the step's beginning to half a step after it. The soil's force after that belongs to the next
@@ -767,20 +795,19 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean from before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
-        l->friction_force_lb[j] = known ? l->rub_next_lb[j]
-                                        : early * fmax(0.0, node_soil_lb(m, l->z, j));
+        l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
         l->rub_next_lb[j] = 0.0;
     }
     for (int k = 0; k < LANDING_PARTS; k++) {
         double kick_s = k == 0 ? first_kick_s : part_s;
         if (k > 0)
-            model_sample_shape(m, l->z);
+            sample_shape(l);
         if (k > 0 && l->brace_heaves)
             l->brace_heaves(l);
         jolt_ft_s = fmax(jolt_ft_s, kick_heaves(l, kick_s));
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
-            double push_lb = fmax(0.0, node_soil_lb(m, l->z, j));
+            double push_lb = fmax(0.0, node_soil_lb(l, j));
             l->friction_force_lb[j] += now_s / h_s * push_lb;
             l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
@@ -861,7 +888,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
     if (way->heaves) {
         m->first = l->heaves.first;
         m->last = l->heaves.last;
-        model_sample_shape(m, l->z);
+        sample_shape(l);
         if (l->brace_heaves)
             l->brace_heaves(l);
     }

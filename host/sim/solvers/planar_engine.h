@@ -24,7 +24,9 @@ struct planar_engine {
     double *z;     /* state of every mat, at all times */
     double *accel, *u, *v, *height;
     /* joint properties, per joint; elements/law.h */
-    double *gap0_ft, *grit_lb, *give_ft, *reach_ft;
+    double *gap0_ft, *grit_lb, *give_ft, *reach_ft, *kl_lb_ft;
+    /* Soil and rest per node; Coulomb limit, hinge and mass per mat or joint (sim_scene_along). */
+    double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *rest_tilt_ft;
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: tilt (model.h), and its cosine */
     /* Downward force on nodes and moment on joints from modifications and gear; NULL: none. */
     double *brace_lb, *brace_lb_ft;
@@ -57,6 +59,8 @@ struct planar_engine {
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
                            struct sim_result *result, struct error *error);
 void engine_free(struct planar_engine *l);
+/* Part of engine_make: soil, stiffness, mass and tilt along the runway, in arrays that it placed. */
+void engine_lay_ground(struct planar_engine *l);
 
 /* The view of a landing for the modifications. */
 static inline struct mods_view engine_view(const struct planar_engine *l)

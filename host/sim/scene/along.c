@@ -1,0 +1,142 @@
+/* Values of a scene along the runway, and where its modifications are. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/sim/scene/scene.h"
+
+double sim_scene_joint(const struct sim_list *list, int joint)
+{
+    if (list->count == 0)
+        return 0.0;
+    return list->values[list->count == 1 ? 0 : (size_t)(joint - 1)];
+}
+
+bool sim_scene_varies(const struct sim_scene *scene)
+{
+    bool varies = scene->left == SIM_LOADED || scene->right == SIM_LOADED;
+    for (size_t i = 0; i < SIM_ALONGS; i++)
+        varies = varies || scene->along[i].count > 0;
+    return varies;
+}
+
+double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
+                       int at)
+{
+    const struct sim_list *list = &scene->along[which];
+    return list->count > 0 ? sim_scene_joint(list, at) : everywhere;
+}
+
+double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
+{
+    double weight_lb = sim_scene_along(scene, SIM_ALONG_W, scene->weight_lb, mat);
+    if (mat == 1 && scene->left == SIM_LOADED)
+        weight_lb += scene->end_load_lb[0];
+    if (mat == scene->mats && scene->right == SIM_LOADED)
+        weight_lb += scene->end_load_lb[1];
+    return weight_lb;
+}
+
+double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere)
+{
+    const struct sim_list *list = &scene->along[which];
+    double extreme = list->count > 0 ? list->values[0] : everywhere;
+    for (size_t i = 1; i < list->count; i++)
+        extreme = which == SIM_ALONG_W ? fmin(extreme, list->values[i])
+                                       : fmax(extreme, list->values[i]);
+    return extreme;
+}
+
+/* Each end of a mat carries half of its weight. */
+double sim_scene_settled_ft(const struct sim_scene *scene, int node)
+{
+    double kv = sim_scene_along(scene, SIM_ALONG_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
+    int ends = 0;
+    for (int mat = node - 1; mat <= node; mat++) {
+        if (mat >= 1 && mat <= scene->mats) {
+            weight_lb += sim_scene_weight_lb(scene, mat);
+            ends++;
+        }
+    }
+    return 0.5 * weight_lb / ends / kv;
+}
+
+void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
+{
+    size_t count = 0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        lists[count++] = &m->band[g].t0_lb;
+        lists[count++] = &m->band[g].slipped_ft;
+        lists[count++] = &m->band[g].pulled;
+    }
+    lists[count++] = &m->cleat_left;
+    lists[count++] = &m->stiff_gap0_ft;
+    lists[count++] = &m->torn;
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        lists[count++] = &m->restraint[k].zero_ft;
+}
+
+void mods_free_lists(struct sim_mods *mods)
+{
+    struct sim_list *lists[MODS_LISTS];
+    mods_lists(mods, lists);
+    for (size_t i = 0; i < MODS_LISTS; i++) {
+        free(lists[i]->values);
+        *lists[i] = (struct sim_list){0};
+    }
+}
+
+bool mods_any(const struct sim_scene *scene)
+{
+    const struct sim_mods *m = &scene->mods;
+    bool restrained = scene->left == SIM_SPRING || scene->right == SIM_SPRING;
+    for (int k = 0; k < SIM_RESTRAINTS; k++)
+        restrained = restrained || m->restraint[k].every > 0;
+    return restrained || m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
+           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
+}
+
+int mods_connections(const struct sim_scene *scene, int group)
+{
+    const struct sim_bands *b = &scene->mods.band[group];
+    int first = mods_connection_mat(scene, group, 0);
+    int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
+    return b->count > 0.0 && first <= last ? (last - first) / b->every + 1 : 0;
+}
+
+int mods_connection_mat(const struct sim_scene *scene, int group, int i)
+{
+    const struct sim_bands *b = &scene->mods.band[group];
+    return (b->first > 0 ? b->first : b->every) + i * b->every;
+}
+
+int mods_cleats(const struct sim_scene *scene)
+{
+    const struct sim_mods *m = &scene->mods;
+    int first = m->cleat_first > 0 ? m->cleat_first : m->cleat_every;
+    return m->cleat_every > 0 && first <= scene->mats ? (scene->mats - first) / m->cleat_every + 1
+                                                      : 0;
+}
+
+int mods_cleat_mat(const struct sim_scene *scene, int i)
+{
+    const struct sim_mods *m = &scene->mods;
+    return (m->cleat_first > 0 ? m->cleat_first : m->cleat_every) + i * m->cleat_every;
+}
+
+int mods_restraints(const struct sim_scene *scene, int kind)
+{
+    int every = scene->mods.restraint[kind].every, first = mods_restraint_at(scene, kind, 0);
+    return every > 0 && first <= scene->mats ? (scene->mats - first) / every + 1 : 0;
+}
+
+int mods_restraint_at(const struct sim_scene *scene, int kind, int i)
+{
+    const struct sim_restraint *r = &scene->mods.restraint[kind];
+    return (r->first > 0 ? r->first : r->every) + i * r->every;
+}
+
+const char *mods_restraint_name(int kind)
+{
+    static const char *const names[] = {"anchor", "tie", "absorber"};
+    return names[kind];
+}
