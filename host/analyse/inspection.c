@@ -379,12 +379,14 @@ static void cell(const struct inspection *entry, const struct inspection_field *
     shown_text(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     bool changed = strcmp(is, was) != 0;
     label_of(field, si, label);
-    answer_words(answer, NULL, label, "%s%s%s%s", is[0] ? is : "-", changed ? " (was " : "",
-                 !changed ? ""
-                 : was[0] ? was
-                          : "-",
-                 changed ? ")" : "")
-        ->warn = judge_field(field, entry->values, &margin) == INSPECTION_FAIL;
+    struct answer_fact *fact = answer_words(answer, NULL, label, "%s%s%s%s", is[0] ? is : "-",
+                                            changed ? " (was " : "",
+                                            !changed ? ""
+                                            : was[0] ? was
+                                                     : "-",
+                                            changed ? ")" : "");
+    fact->warn = judge_field(field, entry->values, &margin) == INSPECTION_FAIL;
+    fact->number = field->type == INSPECTION_NUMBER;
 }
 
 static void place_answer(const struct inspection *entry, const char *name, const char *label,

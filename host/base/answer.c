@@ -455,8 +455,13 @@ struct block {
 
 static bool is_left(const struct answer_item *column)
 {
-    return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
-           column->kind == ANSWER_SENTENCE;
+    return !column->fact.number && (column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
+                                    column->kind == ANSWER_SENTENCE);
+}
+
+static bool shows_number(const struct answer_item *item)
+{
+    return item->kind <= ANSWER_COUNT || item->fact.number;
 }
 
 static void print_block(const struct answer *answer, size_t table, const struct block *block,
@@ -665,7 +670,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
-        fputs(column->kind <= ANSWER_COUNT ? "<th class=\"n\">" : "<th>", out);
+        fputs(shows_number(column) ? "<th class=\"n\">" : "<th>", out);
         for (const char *at = column->label; *at; at++)
             html_bytes(out, *at == '|' ? " " : at, 1);
         if (column->unit && column->unit->text[0]) {
@@ -683,13 +688,14 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
         for (size_t c = 0; c < columns; c++) {
             const struct answer_item *item = answer_in_row(answer, row,
                                                            answer->item[index[c]].label);
-            bool is_number = item && item->kind <= ANSWER_COUNT;
+            bool is_number = item && shows_number(item), warns = item && item->fact.warn;
             text[0] = '\0';
             if (item)
                 answer_cell(item, " \xc2\xb1 ", text);
-            fputs(is_number                 ? "<td class=\"n\">"
-                  : item && item->fact.warn ? "<td class=\"warn\">"
-                                            : "<td>",
+            fputs(is_number && warns ? "<td class=\"n warn\">"
+                  : is_number        ? "<td class=\"n\">"
+                  : warns            ? "<td class=\"warn\">"
+                                     : "<td>",
                   out);
             bool run = item && item->fact.run;
             if (run)
