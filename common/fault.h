@@ -90,8 +90,8 @@ enum mr_crash_item {
     X(BUS,     2, "bus fault")             \
     X(USAGE,   3, "usage fault")           \
     X(OTHER,   4, "processor fault")       \
-    X(CRYSTAL, 5, "stop of the crystal")   \
-    X(UNASKED, 6, "interrupt that nobody asked for")
+    X(CRYSTAL, 5, "crystal stopped")       \
+    X(UNASKED, 6, "unexpected interrupt")
 /* clang-format on */
 
 enum mr_crash_kind {
@@ -104,7 +104,7 @@ enum mr_crash_kind {
 /* clang-format off */
 #define MR_TASK_TABLE(X)                         \
     X(LOOP,        1,   20,  "the main loop")    \
-    X(BLOCKS,      2,   30,  "taking blocks")    \
+    X(BLOCKS,      2,   30,  "block processing") \
     X(COMMANDS,    3,   30,  "commands")         \
     X(LANDING,     4,   30,  "the landing")      \
     X(TELEMETRY,   5,   30,  "telemetry")        \
@@ -128,9 +128,9 @@ enum mr_task {
     X(REFERENCE,   2, "reference channel")             \
     X(EXCITATION,  3, "excitation of the transducers") \
     X(NOR,         4, "memory of the black box")       \
-    X(LAMP_ON,     5, "warning lamp, lit")             \
-    X(LAMP_OFF,    6, "warning lamp, put out")         \
-    X(IMAGE,       8, "the program, whole as it was built")
+    X(LAMP_ON,     5, "warning lamp, on")              \
+    X(LAMP_OFF,    6, "warning lamp, off")             \
+    X(IMAGE,       8, "integrity of the program")
 /* clang-format on */
 
 enum mr_self_test_number {
@@ -144,8 +144,8 @@ enum mr_self_test_number {
     X(GOOD,      0, "good")                                              \
     X(WARNING,   1, "many errors")                                       \
     X(PASSIVE,   2, "error passive")                                     \
-    X(UNPLUGGED, 3, "nobody acknowledges: unplugged, or no other node")  \
-    X(STUCK,     4, "nothing passes")                                    \
+    X(UNPLUGGED, 3, "no acknowledgement: unplugged, or no other node")   \
+    X(STUCK,     4, "no frame gets through")                             \
     X(OFF,       5, "bus-off")                                           \
     X(SILENT,    6, "silent: the clock is not accurate enough")          \
     X(MISSING,   7, "missing")

@@ -16,11 +16,11 @@ static const char *section_title(const char *section)
 
 /* What happens outside the limits and when the value is missing: wrong unless stated. */
 static void row(FILE *out, const char *section, const char *name, const char *limits,
-                const char *beyond, const char *none, const char *source, const char *advice)
+                const char *beyond, const char *none, const char *advice)
 {
     static const char *last_section = "";
     if (strcmp(section, last_section) != 0)
-        fprintf(out, "| **%s** | | | | |\n", section_title(section));
+        fprintf(out, "| **%s** | | | |\n", section_title(section));
     last_section = section;
     fprintf(out, "| `%s` | %s | ", name, limits);
     if (strcmp(beyond, WRONG) != 0 || strcmp(none, WRONG) != 0)
@@ -28,21 +28,18 @@ static void row(FILE *out, const char *section, const char *name, const char *li
     if (strcmp(beyond, none) != 0)
         fprintf(out, ", %s", none);
     fputs(" | ", out);
-    reference_cell(out, source);
-    fputs(" | ", out);
     reference_cell(out, advice);
     fputs(" |\n", out);
 }
 
 /* "5" instead of "5 to 5" */
 static void limit_row(FILE *out, const char *section, const char *name, const char *least,
-                      const char *most, const char *beyond, const char *none, const char *source,
-                      const char *advice)
+                      const char *most, const char *beyond, const char *none, const char *advice)
 {
     char limits[60];
     bool is_value = strcmp(least, most) == 0;
     snprintf(limits, sizeof limits, "%s%s%s", least, is_value ? "" : " to ", is_value ? "" : most);
-    row(out, section, name, limits, beyond, none, source, advice);
+    row(out, section, name, limits, beyond, none, advice);
 }
 
 void reference_bringup(FILE *out)
@@ -62,15 +59,16 @@ void reference_bringup(FILE *out)
         "A value outside the limits and a missing value are `wrong`. The column *Result* shows "
         "other results: `look` leaves the decision to you. If it shows two, the first is for a "
         "value outside the limits, the second for a missing value. `*` stands for the rest of a "
-        "name.\n\n"
-        "| Line | Limits | Result | Source | Remedy |\n|---|---|---|---|---|\n",
+        "name. Limits have the unit of the line; their sources are in "
+        "`host/board/bringup_limits.def`.\n\n"
+        "| Line | Limits | Result | Remedy |\n|---|---|---|---|\n",
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \
-    limit_row(out, #section, name, #least, #most, beyond, none, source, advice);
+    limit_row(out, #section, name, #least, #most, beyond, none, advice);
 #define WORD(section, name, words, beyond, none, source, advice) \
-    row(out, #section, name, words, beyond, none, source, advice);
+    row(out, #section, name, words, beyond, none, advice);
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
-    row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
+    row(out, #section, name, "`" #fact "` of the board", beyond, none, advice);
 #include "host/board/bringup_limits.def"
     fputs("\n`cycles_predict` is the number of cycles that the predictor takes per block of a "
           "landing. `of_budget_predict` is `cycles_predict` divided by the budget (1.5 cycles "

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/catalogue.h"
 #include "docs/reference/reference.h"
 
 #define LINES_MAX 1000
@@ -132,17 +133,35 @@ static struct {
     size_t columns;
 } open_table;
 
+/* Whether the text of the table names a message with this field: the page of messages has it. */
+static bool is_field_of_message(const char *text, const char *column)
+{
+    size_t count;
+    const struct mr_message_info *messages = mr_catalogue(&count);
+    for (size_t i = 0; i < count; i++) {
+        char name[60];
+        snprintf(name, sizeof name, "`%s`", messages[i].name);
+        for (size_t n = 0; strstr(text, name) && n < messages[i].field_count; n++) {
+            if (strcmp(messages[i].fields[n].name, column) == 0)
+                return true;
+        }
+    }
+    return false;
+}
+
 static void write_table(FILE *out)
 {
-    char text[1000];
+    char text[1000], about[1000] = "";
     const char *before = " ";
     if (!open_table.table)
         return;
     fprintf(out, "| **%s** | ", open_table.table);
-    if (comment_of(find_table(open_table.row), text, sizeof text))
-        write_text(out, text);
+    if (comment_of(find_table(open_table.row), about, sizeof about))
+        write_text(out, about);
     for (size_t i = 0; i < open_table.columns; i++) {
         if (comment_of(find_column(open_table.row, open_table.column[i]), text, sizeof text))
+            continue;
+        if (is_field_of_message(about, open_table.column[i]))
             continue;
         fprintf(out, "%s`%s`", before, open_table.column[i]);
         before = ", ";
@@ -175,22 +194,23 @@ void reference_campaign(FILE *out)
 {
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
-    fputs("A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
-          "constraints. A bold row begins a table; its columns without a description stand in "
-          "the bold row, the others below it.\n\n"
-          "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
-          "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
-          "commands, RUN is the `id` of a landing.\n"
-          "- A column with the name of a message field has its unit and values "
-          "([messages](messages.md)). A column name ends with the unit.\n"
-          "- Columns ending in `_us` are times in microseconds. Board times count from the first "
-          "scan, host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is "
-          "the index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 "
-          "(84 MHz).\n"
-          "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
-          "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n\n"
-          "| Table, column | Contents |\n|---|---|\n",
-          out);
+    fputs(
+        "A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
+        "constraints. A bold row begins a table; its columns without a description stand in "
+        "the bold row, the others below it.\n\n"
+        "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
+        "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
+        "commands, RUN is the `id` of a landing.\n"
+        "- A table with contents of [messages](messages.md) has their fields as columns, too; only "
+        "columns with other names are listed. A column name ends with the unit.\n"
+        "- Columns ending in `_us` are times in microseconds. Board times count from the first "
+        "scan, host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is "
+        "the index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 "
+        "(84 MHz).\n"
+        "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
+        "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n\n"
+        "| Table, column | Contents |\n|---|---|\n",
+        out);
 #define TABLE(row, table)              begin_table(#row, #table);
 #define NO_VIEWS                       /* the rows of a query are no table */
 #define OWNER(row, column, constraint) add_column(#column);

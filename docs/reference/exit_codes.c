@@ -34,13 +34,11 @@ void reference_exit_codes(FILE *out)
     };
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
     fputs("Every `matrig` command ends with one of these exit codes:\n\n" MR_EXIT_TABLE(
-              EXIT_CODE) "\n"
-                         "An error is one line on standard error, with cause and remedy. With "
-                         "`--json`, the "
-                         "object on standard output also contains `error` (the line), `kind` and "
-                         "`exit` (the exit "
-                         "code). A message of the board contains the status code.\n\n"
-                         "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
+              EXIT_CODE) "\nAn error is one line on standard error, with cause and remedy. With "
+                         "`--json`, the object on standard output also contains `error` (the "
+                         "line), `kind` and `exit` (the exit code). A message of the board "
+                         "contains the status code.\n\n| Exit code | Kind | Status code | Meaning "
+                         "|\n|--:|---|--:|---|\n",
           out);
     for (int code = 0; code <= EXIT_CODE_MAX; code++) {
         bool is_first = true;

@@ -84,7 +84,7 @@ static size_t write_fields(FILE *out, const struct mr_field_info *field, size_t 
 static void write_message(FILE *out, const struct mr_message_info *message)
 {
     const char *comma = "";
-    fprintf(out, "| **0x%03x** | **%s** | ", message->id, message->name);
+    fprintf(out, "| 0x%03x | **%s** | ", message->id, message->name);
     if (message->every_ms) {
         fprintf(out, "%u ms", message->every_ms);
         comma = ", ";
@@ -156,7 +156,7 @@ void reference_messages(FILE *out)
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "Layout version %u. A bold row begins a message: CAN identifier (also the type of the "
+        "Layout version %u. A bold name begins a message: CAN identifier (also the type of the "
         "serial "
         "frame), name, period, and what the message contains. The rows below it are its fields.\n\n"
         "- A message has 8 bytes and is sent on CAN and serial, unless its third column states "
@@ -167,8 +167,8 @@ void reference_messages(FILE *out)
         "and not listed.\n"
         "- A block is one millisecond of acquisition. `block16` in the third column: bytes 6 and 7 "
         "are the low 16 bits of the index of the block that the message reports (u16, ms).\n"
-        "- `tick` is a count of timer TIM2 (84 MHz). Status codes are the negative numbers in "
-        "`common/status.h`; an unsigned field holds the code without its sign.\n"
+        "- `tick` is a count of timer TIM2 (84 MHz). [Status codes](exit-codes.md) are negative; "
+        "an unsigned field holds the code without its sign.\n"
         "- `matrig export --format dbc` writes these messages as a DBC file.\n",
         MR_LAYOUT);
     write_messages(out);

@@ -1,5 +1,6 @@
 /* Pins and memory of each board. Where each is on the package comes from ST's pin database, as the
  * test of the tables has it. */
+#include <ctype.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -97,19 +98,64 @@ static const struct board_row *row_of(const struct board_table *table, const cha
     return NULL;
 }
 
-/* The row of a signal in the table of all boards; `first` is the first board that has it. */
-static void print_signal(FILE *out, unsigned first, const struct board_row *row)
+#define CELL_MAX 200
+
+/* Pin and use of a signal on a board; empty: the board does not have it. */
+static void cell_of(unsigned board, const struct board_row *row, char cell[static CELL_MAX])
 {
-    const struct mr_board *board;
-    fprintf(out, "| %s | %s |", row->signal, row->text);
-    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++) {
-        const struct board_row *own = row_of(board_table_of(i), row->signal);
-        if (own && i >= first) {
-            fprintf(out, " P%c%u, %u: ", own->port, own->pin,
-                    place_of(board, own, column_of(board)));
-            print_use(out, own);
-            if (strcmp(own->text, row->text) != 0)
-                fprintf(out, " (%s)", own->text);
+    const struct board_row *own = row_of(board_table_of(board), row->signal);
+    FILE *out = fmemopen(cell, CELL_MAX, "w");
+    if (own) {
+        fprintf(out, "P%c%u, %u: ", own->port, own->pin,
+                place_of(mr_board_of(board), own, column_of(mr_board_of(board))));
+        print_use(out, own);
+        if (strcmp(own->text, row->text) != 0)
+            fprintf(out, " (%s)", own->text);
+    } else {
+        cell[0] = '\0';
+    }
+    fclose(out);
+}
+
+/* The column of a board: the first board with the same package. */
+static unsigned shared_column(unsigned board)
+{
+    unsigned first = 0;
+    while (strcmp(mr_board_of(first)->package, mr_board_of(board)->package) != 0)
+        first++;
+    return first;
+}
+
+static bool has_board(unsigned board)
+{
+    return mr_board_of(board) && board_table_of(board);
+}
+
+/* "transducer 1" of TRANSDUCER_1 */
+static bool repeats_name(const struct board_row *row)
+{
+    size_t i = 0;
+    while (row->text[i] &&
+           (row->text[i] == ' ' ? '_' : toupper((unsigned char)row->text[i])) == row->signal[i])
+        i++;
+    return row->text[i] == '\0' && row->signal[i] == '\0';
+}
+
+/* The row of a signal in the table of all boards. In a shared column, a board is named where it
+ * differs. */
+static void print_signal(FILE *out, const struct board_row *row)
+{
+    char cell[CELL_MAX], other[CELL_MAX];
+    fprintf(out, "| %s | %s |", row->signal, repeats_name(row) ? "" : row->text);
+    for (unsigned i = 0; has_board(i); i++) {
+        if (shared_column(i) != i)
+            continue;
+        cell_of(i, row, cell);
+        fprintf(out, "%s%s", cell[0] ? " " : "", cell);
+        for (unsigned k = i + 1; has_board(k); k++) {
+            cell_of(k, row, other);
+            if (shared_column(k) == i && strcmp(cell, other) != 0)
+                fprintf(out, "; %s %s", mr_board_of(k)->name, other);
         }
         fputs(" |", out);
     }
@@ -127,6 +173,7 @@ static bool had_before(unsigned board, const char *signal)
 
 void reference_pins(FILE *out)
 {
+    unsigned columns = 0;
     const struct mr_board *board;
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
@@ -137,20 +184,29 @@ void reference_pins(FILE *out)
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
-    fputs("\n## Signals\n\nEach cell shows the pin, the pin number of the package, and the use (in "
-          "brackets: the alternate function). `pull-up` in a pin column means the pull-up inside "
-          "the chip.\n\n| Signal | Purpose |",
+    fputs("\n## Signals\n\nEach cell shows the pin, its number on the package, and the use (in "
+          "brackets: the alternate function). `pull-up` in a pin column is the pull-up inside the "
+          "chip.\n\n| Signal | Purpose |",
           out);
-    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
-        fprintf(out, " %s, %s |", board->name, board->package);
+    for (unsigned i = 0; has_board(i); i++) {
+        if (shared_column(i) != i)
+            continue;
+        fprintf(out, " %s", mr_board_of(i)->name);
+        for (unsigned k = i + 1; has_board(k); k++) {
+            if (shared_column(k) == i)
+                fprintf(out, ", %s", mr_board_of(k)->name);
+        }
+        fprintf(out, " (%s) |", mr_board_of(i)->package);
+        columns++;
+    }
     fputs("\n|---|---|", out);
-    for (unsigned i = 0; mr_board_of(i) && board_table_of(i); i++)
+    for (; columns > 0; columns--)
         fputs("---|", out);
     fputs("\n", out);
     for (unsigned i = 0; (table = board_table_of(i)); i++) {
         for (size_t n = 0; n < table->rows; n++) {
             if (!had_before(i, table->row[n].signal))
-                print_signal(out, i, &table->row[n]);
+                print_signal(out, &table->row[n]);
         }
     }
 }

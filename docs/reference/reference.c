@@ -3,6 +3,9 @@
 #include "docs/reference/reference.h"
 
 #include <limits.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
 
 void reference_head(FILE *out, const char *title, const char *source)
 {
@@ -19,6 +22,25 @@ void reference_cell(FILE *out, const char *text)
             fputs("&lt;", out);
         else
             fputc(*text == '\n' ? ' ' : *text, out);
+    }
+}
+
+static bool is_bar(const char *line, size_t at)
+{
+    return line[at] == '|' && (at == 0 || line[at - 1] != '\\');
+}
+
+/* Copies a page; the rows of tables without blanks beside their bars. */
+static void copy_page(FILE *out, const char *page)
+{
+    for (const char *line = page, *next; *line; line = next) {
+        next = line + strcspn(line, "\n") + 1;
+        for (size_t i = 0; line + i < next; i++) {
+            size_t blanks = line[0] == '|' ? strspn(line + i, " ") : 0;
+            if (blanks > 0 && (is_bar(line, i - 1) || is_bar(line, i + blanks)))
+                i += blanks;
+            fputc(line[i], out);
+        }
     }
 }
 
@@ -44,14 +66,19 @@ int main(int argc, char **argv)
         return 2;
     }
     for (size_t i = 0; i < sizeof pages / sizeof pages[0]; i++) {
-        char path[PATH_MAX];
+        char path[PATH_MAX], *text = NULL;
+        size_t length = 0;
+        FILE *page = open_memstream(&text, &length);
+        pages[i].write(page);
+        fclose(page);
         snprintf(path, sizeof path, "%s/%s.md", argv[1], pages[i].name);
         FILE *out = fopen(path, "w");
         if (!out) {
             fprintf(stderr, "reference: cannot write %s; does the folder exist?\n", path);
             return 3;
         }
-        pages[i].write(out);
+        copy_page(out, text);
+        free(text);
         if (fclose(out) != 0) {
             fprintf(stderr, "reference: cannot write %s; is the disk full?\n", path);
             return 3;

@@ -505,16 +505,16 @@ static void plan_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
     if (advise->planned)
-        answer_words(answer, NULL, "met",
+        answer_words(answer, NULL, "followed",
                      "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
                      100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
     else
-        answer_words(answer, NULL, "met", "within %.0f %% rms, %s", 100.0 * plan->spread,
+        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s", 100.0 * plan->spread,
                      "assumed: no landing has a stored plan (--keep)");
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned);
-    answer_value(answer, "least", "stops at the end", UNIT_DECELERATION, advise->least_ft_s2, 2);
+    answer_value(answer, "least", "least to stop", UNIT_DECELERATION, advise->least_ft_s2, 2);
     answer_flag(answer, "as_before", NULL, advise->as_before);
     answer_close(answer);
 }
@@ -569,8 +569,8 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
                      "newly laid runway");
     if (advise->outside)
         answer_words(answer, NULL, "note",
-                     "the plan lies outside the range of the earlier landings: the uncertainty of "
-                     "their estimates is increased by half");
+                     "the plan is outside the range of the earlier landings: the uncertainty of "
+                     "the estimates is increased by half");
     if (advise->as_before)
         answer_words(answer, NULL, "note",
                      "speed or deceleration not given: the values of the last landing are used");

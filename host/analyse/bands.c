@@ -203,9 +203,9 @@ static void event_answer(const struct store_band_event *event, struct answer *an
     answer_words(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
     answer_count(answer, "gage", "at gage", event->gage);
     answer_count(answer, "other", event->other > 0 ? "to gage" : NULL, event->other);
-    answer_value(answer, "value", "by", UNIT_TENSION, event->value_lb, 1)->digits = 7;
+    answer_value(answer, "value", "value", UNIT_TENSION, event->value_lb, 1)->digits = 7;
     answer_count(answer, "reason", NULL, event->reason);
-    answer_count(answer, "block", "in block", event->block);
+    answer_count(answer, "block", "block", event->block);
 }
 
 static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
@@ -213,8 +213,8 @@ static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
     answer_row(answer);
     answer_count(answer, "gage", "gage", s->gage);
     answer_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
-    answer_value(answer, "span_before", "found before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
-    answer_value(answer, "span_after", "found after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
+    answer_value(answer, "span_before", "span before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
+    answer_value(answer, "span_after", "span after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
     answer_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)->digits = 7;
     answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->before_verdict));
     answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->after_verdict));

@@ -8,7 +8,7 @@
 
 void journal_observation_answer(const struct store_observation *o, struct answer *answer)
 {
-    answer_words(answer, "kind", "seen", "%s", o->kind);
+    answer_words(answer, "kind", "observed", "%s", o->kind);
     answer_count(answer, "id", "no", o->id);
     answer_flag(answer, "withdrawn", o->withdrawn ? "withdrawn" : NULL, o->withdrawn);
     answer_value(answer, "station", "station", UNIT_STATION, o->station_ft, 1)->digits = 7;
@@ -34,15 +34,15 @@ static void field_answer(const struct store_change *c, struct answer *answer)
         const struct unit *unit = unit_of(quantities[i].kind, true);
         if (!answer_in_si(answer) || strcmp(c->field, quantities[i].field) != 0)
             continue;
-        answer_words(answer, NULL, "what", "%s_%s", quantities[i].bare, unit->suffix);
+        answer_words(answer, NULL, "field", "%s_%s", quantities[i].bare, unit->suffix);
         if (c->was[0])
             answer_words(answer, NULL, "was", "%.6g", unit->factor * strtod(c->was, NULL));
-        answer_words(answer, NULL, "is", "%.6g", unit->factor * strtod(c->value, NULL));
+        answer_words(answer, NULL, "value", "%.6g", unit->factor * strtod(c->value, NULL));
         return;
     }
-    answer_words(answer, NULL, "what", "%s", c->field);
+    answer_words(answer, NULL, "field", "%s", c->field);
     answer_words_or_none(answer, NULL, "was", c->was, "");
-    answer_words(answer, NULL, "is", "%s", c->value);
+    answer_words(answer, NULL, "value", "%s", c->value);
 }
 
 void journal_change_answer(const struct store_change *c, struct answer *answer)

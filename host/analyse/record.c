@@ -563,7 +563,7 @@ const char *record_verdict_text(enum record_verdict verdict)
         [RECORD_LATE] = "warned, but too late",
         [RECORD_MISS] = "missed",
         [RECORD_FALSE] = "false",
-        [RECORD_SILENCE] = "rightly quiet",
+        [RECORD_SILENCE] = "correctly quiet",
     };
     return text[verdict];
 }
@@ -573,7 +573,7 @@ const char *record_advice_text(const struct record_row *row, char out[RECORD_ADV
     bool against = row->advised && strcmp(row->advice.verdict, "against") == 0;
     snprintf(out, RECORD_ADVICE, "%s%s", row->advised ? row->advice.verdict : "none",
              row->followed                   ? ", followed"
-             : row->advised && row->off_plan ? ", not flown as planned"
+             : row->advised && row->off_plan ? ", plan not followed"
              : against && row->flown         ? ", not followed"
                                              : "");
     return out;
@@ -613,7 +613,7 @@ static void line_answer(const struct record *record, struct answer *answer)
     answer_sentence(
         answer, NULL,
         "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, %zu missed. "
-        "%zu false warnings, %zu rightly quiet, %zu not known (matrig report lists each).",
+        "%zu false warnings, %zu correctly quiet, %zu unknown (matrig report lists each).",
         verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS], verdict[RECORD_HIT],
         verdict[RECORD_LATE], verdict[RECORD_MISS], verdict[RECORD_FALSE], verdict[RECORD_SILENCE],
         verdict[RECORD_NOT_KNOWN]);

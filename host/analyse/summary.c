@@ -124,9 +124,9 @@ static void gap_answer(const struct store_gap *gap, struct answer *answer)
     answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
     answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
     answer_count(answer, "count", "count", gap->count);
-    answer_words(answer, "message", "what", "%s", gap->message);
+    answer_words(answer, "message", "data", "%s", gap->message);
     answer_words(answer, "channels", "channels", "%s", gap->channels);
-    answer_words(answer, NULL, "why", "%s", gap_reason(gap->cause));
+    answer_words(answer, NULL, "cause", "%s", gap_reason(gap->cause));
     answer_words(answer, "cause", NULL, "%s", gap->cause);
     answer_count(answer, "from_block", "from block", gap->from_block);
     answer_count(answer, "to_block", "to block", gap->to_block);
@@ -792,7 +792,7 @@ static void import_answer(const struct summary *summary, struct answer *answer)
                  (long long)import->bytes, import->sha256);
     answer_words(answer, "file", NULL, "%s", import->file);
     answer_words_or_none(answer, "bus", NULL, import->bus[0] ? import->bus : NULL, NULL);
-    answer_words(answer, "verdict", "the file", "%s", import->verdict);
+    answer_words(answer, "verdict", "file state", "%s", import->verdict);
     answer_words(answer, "sha256", NULL, "%s", import->sha256);
     answer_count(answer, "bytes", NULL, import->bytes);
     answer_close(answer);

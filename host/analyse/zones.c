@@ -212,7 +212,7 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
     if (w->reason == STORE_NONE)
         answer_none(answer, "reason", NULL, "");
     else
-        answer_words(answer, "reason", "because", "%s",
+        answer_words(answer, "reason", "reason", "%s",
                      mr_predictor_reason_text((unsigned)w->reason));
     if (w->level == STORE_NONE)
         answer_none(answer, "level", NULL, "");

@@ -69,10 +69,10 @@ static enum mr_status unknown_option(const struct command *command, const char *
 
 #define VALUES struct command_before
 static const struct command_part parts[] = {
-    OPTION_FLAG("--json", cli.json, "print the result as one JSON object on standard output"),
+    OPTION_FLAG("--json", cli.json, "print the result as one JSON object"),
     OPTION_FLAG("--quiet", cli.quiet, "print no progress and no notes"),
     OPTION_FLAG("--si", cli.si,
-                "use metres, seconds and newtons instead of feet, inches and pounds"),
+                "print metres, seconds and newtons instead of feet, inches and pounds"),
     OPTION_FLAG("--version", version, NULL),
     OPTION_FLAG("--help", help, NULL),
 };

@@ -73,7 +73,7 @@ struct command_operands {
 struct command {
     const char *name;
     int (*run)(int argc, char **argv, const struct cli *cli);
-    /* Words after the name in the usage line; alternatives are separated by " | ". */
+    /* Words after the name in the usage line; a line for each alternative. */
     const char *words;
     const char *summary; /* one line, no full stop */
     const struct command_part *parts;

@@ -9,6 +9,11 @@
 #include "common/version.h"
 #include "host/base/xmalloc.h"
 #include "host/base/quantity.h"
+#include "host/base/answer.h"
+
+#define LINE_WIDTH   100 /* as for the output of commands */
+#define TERM_MOST    14  /* longest term whose text begins on the same line */
+#define USAGE_COLUMN 13  /* of "usage: matrig" */
 
 const char *help_group_title(enum command_group group)
 {
@@ -20,20 +25,26 @@ const char *help_group_title(enum command_group group)
     return titles[group];
 }
 
-/* Includes the options allowed before every command. */
-static void print_usage(const char *words)
+/* Includes the options allowed before every command. `words` has a line for each alternative. */
+static void print_usage(const char *command, const char *words)
 {
-    fputs("usage: matrig", stdout);
-    for (size_t i = 0; i < command_matrig.count; i++) {
-        if (command_matrig.parts[i].text)
-            printf(" [%s]", command_matrig.parts[i].option.name);
+    for (const char *line = words; *line;) {
+        size_t length = strcspn(line, "\n"), column = 0;
+        char *text = xasprintf("%s%s%.*s", command, command[0] ? " " : "", (int)length, line);
+        fputs(line == words ? "usage: matrig" : "       matrig", stdout);
+        for (size_t i = 0; line == words && i < command_matrig.count; i++) {
+            if (command_matrig.parts[i].text)
+                column += (size_t)printf(" [%s]", command_matrig.parts[i].option.name);
+        }
+        wrap_print(text, USAGE_COLUMN + column, USAGE_COLUMN + 4, LINE_WIDTH, stdout);
+        free(text);
+        line += length + (line[length] == '\n');
     }
-    printf(" %s\n", words);
 }
 
 void help_overview(const struct command_table *table)
 {
-    print_usage(command_matrig.words);
+    print_usage("", command_matrig.words);
     putchar('\n');
     for (size_t i = 0; i < table->count; i++) {
         const struct command_entry *entry = &table->commands[i];
@@ -66,10 +77,8 @@ void help_overview(const struct command_table *table)
 void help_command(const struct command *command)
 {
     char *text = help_page_text(command);
-    char *words = xasprintf("%s %s", command->name, command->words);
-    print_usage(words);
+    print_usage(command->name, command->words);
     printf("\n%s.\n\n%s", command->summary, text);
-    free(words);
     free(text);
 }
 
@@ -184,9 +193,6 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     return 0;
 }
 
-#define LINE_MOST 80 /* longest line of text that still has room for a unit */
-#define TERM_MOST 14 /* longest term with its text on the same line */
-
 void help_each_part(const struct command *command,
                     void (*each)(void *context, const struct command_part *part), void *context)
 {
@@ -221,15 +227,12 @@ static void put_text(FILE *out, const struct command_part *part)
     }
 }
 
-/* Prints the unit of a bare number, on a new line if the last one is full. */
-static void put_unit(FILE *out, const struct command_part *part)
+/* Prints the unit of a bare number. */
+static void put_unit(FILE *out, const struct command_option *option)
 {
-    const struct command_option *option = &part->option;
     if (option->kind != OPTION_IS_NUMBER || !quantity_kind_of(option->unit))
         return;
-    const char *last = strrchr(part->text, '\n');
-    size_t length = strlen(last ? last + 1 : part->text);
-    fprintf(out, "%s(unit: %s", length < LINE_MOST ? " " : "\n", option->unit);
+    fprintf(out, " (unit: %s", option->unit);
     if (option->unit_si)
         fprintf(out, ", with --si %s", option->unit_si);
     fputc(')', out);
@@ -242,7 +245,7 @@ static char *made_text(const struct command_part *part, const char *before)
     FILE *out = xopen_memstream(&text, &length);
     fputs(before, out);
     put_text(out, part);
-    put_unit(out, part);
+    put_unit(out, &part->option);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
     if (!prose || written == 0 || part->text[written - 1] != ' ') /* blank: the line continues */
@@ -302,18 +305,34 @@ void help_page_free(struct help_page *page)
     *page = (struct help_page){NULL, 0};
 }
 
-static void put_item(FILE *out, const struct help_row *row)
+/* Writes lines of text, wrapped and indented. The first begins at `column` of its line. A line that
+ * begins with a blank and the lines of an example, up to an empty line, stay as they are. */
+static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
 {
-    int column = HELP_TEXT_COLUMN;
-    if (strlen(row->term) > TERM_MOST)
-        fprintf(out, "  %s\n%*s", row->term, column, "");
-    else
-        fprintf(out, "  %-*s ", TERM_MOST, row->term);
-    for (const char *line = row->text; *line;) {
+    bool is_example = false;
+    for (const char *line = text; *line; column = 0) {
         size_t length = strcspn(line, "\n");
-        fprintf(out, "%*s%.*s\n", line == row->text ? 0 : column, "", (int)length, line);
+        is_example = length > 0 && (is_example || strncmp(line, "Example", 7) == 0);
+        if (is_example || length == 0 || line[0] == ' ') {
+            fprintf(out, "%*s%.*s\n", (int)(length > 0 ? indent - column : 0), "", (int)length,
+                    line);
+        } else {
+            char *copy = xasprintf("%.*s", (int)length, line);
+            wrap_print(copy, column, indent, LINE_WIDTH, out);
+            free(copy);
+        }
         line += length + (line[length] == '\n');
     }
+}
+
+static void put_item(FILE *out, const struct help_row *row)
+{
+    bool is_long = strlen(row->term) > TERM_MOST;
+    if (is_long)
+        fprintf(out, "  %s\n", row->term);
+    else
+        fprintf(out, "  %-*s", TERM_MOST, row->term);
+    put_lines(out, row->text, is_long ? 0 : HELP_TEXT_COLUMN - 1, HELP_TEXT_COLUMN);
 }
 
 char *help_page_text(const struct command *command)
@@ -326,7 +345,7 @@ char *help_page_text(const struct command *command)
         if (page.row[i].term)
             put_item(out, &page.row[i]);
         else
-            fputs(page.row[i].text, out);
+            put_lines(out, page.row[i].text, 0, 0);
     }
     if (fclose(out) != 0)
         abort();

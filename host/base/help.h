@@ -29,7 +29,7 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
 
 struct help_row {
     char *term; /* "--for S"; NULL: lines of text, with their examples */
-    char *text; /* lines, each with its newline; lines of an item are not indented */
+    char *text; /* paragraphs, each with its newline; wrapped only when the page is printed */
 };
 
 struct help_page {

@@ -31,7 +31,9 @@ static enum mr_status take_line(struct bringup *b, const char *line, size_t leng
     copy[length] = 0;
     struct bringup_line *l = &b->line[b->lines];
     if (sscanf(copy, "%47s %39s %47s %7s", l->name, l->value, l->unit, rest) != 3)
-        return error_set(error, MR_MALFORMED, "bring-up: not a line NAME VALUE UNIT: '%s'", copy);
+        return error_set(
+            error, MR_MALFORMED,
+            "bring-up: '%s' instead of a line NAME VALUE UNIT; check the cable and repeat", copy);
     char *end;
     l->none = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
@@ -49,8 +51,10 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
     unsigned lines, said;
     if (sscanf(line, "end %47s %u %8x", section, &lines, &said) != 3 ||
         strcmp(section, b->section) != 0)
-        return error_set(error, MR_MALFORMED, "bring-up: not the end of %s: '%.60s'", b->section,
-                         line);
+        return error_set(
+            error, MR_MALFORMED,
+            "bring-up: '%.60s' instead of the end of the section %s; check the cable and repeat",
+            b->section, line);
     if (lines != b->lines)
         return error_set(error, MR_TRUNCATED,
                          "bring-up: only %zu of %u lines received: check the cable and repeat",
@@ -76,7 +80,10 @@ static enum mr_status parse(struct bringup *b, const char *text, size_t length, 
     int format;
     size_t at = 0;
     if (sscanf(text, "begin %47s %d", b->section, &format) != 2)
-        return error_set(error, MR_MALFORMED, "bring-up: no first line, but '%.40s'", text);
+        return error_set(error, MR_MALFORMED,
+                         "bring-up: '%.40s' instead of the first line, begin SECTION FORMAT; check "
+                         "the cable and repeat",
+                         text);
     if (format != FORMAT)
         return error_set(
             error, MR_VERSION,

@@ -302,8 +302,8 @@ static enum mr_status turn(struct dialogue *dialogue, double most_s, bool *came,
     enum mr_status status = receive(dialogue, ready, came, error);
     if (status == MR_OK && !*came && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
         errno != EINTR)
-        return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno),
-                         dialogue_spec(dialogue));
+        return error_set(error, MR_IO, "cannot wait for the board (%s): %s; try again",
+                         strerror(errno), dialogue_spec(dialogue));
     return status;
 }
 
@@ -464,7 +464,8 @@ static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payl
         char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
         identity_uid_text(&dialogue->identity, uid);
         keyfile_path(uid, path);
-        status = error_set(error, MR_PROOF, "the board refused `%s`: %s; this is not its key: %s",
+        status = error_set(error, MR_PROOF,
+                           "the board refused `%s`: %s; this file does not hold its key: %s",
                            mr_command_name(payload[0]), dialogue_spec(dialogue), path);
     } else if (status == MR_OK && dialogue->answer.status == MR_PROOF &&
                dialogue->identity.key.state == MR_KEY_DAMAGED) {

@@ -259,7 +259,7 @@ static void health_answer(const struct health_client *talk, struct answer *answe
     answer_open(answer, NULL, "CAN frames dropped");
     answer_count(answer, "dropped_queue_full", "queue full", talk->drops.queue_full);
     answer_count(answer, "dropped_bus_off", "bus-off", talk->drops.bus_off);
-    answer_count(answer, "dropped_timeout", "nothing passed", talk->drops.timeout);
+    answer_count(answer, "dropped_timeout", "no frame through", talk->drops.timeout);
     answer_count(answer, "dropped_silent", "silent", talk->drops.silent);
     answer_close(answer);
     faults_answer(talk, answer);

@@ -244,35 +244,31 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database. The runway is that of the last landing; the model is "
-                    "updated with all landings of\n"
-                    "the same board"),
+    HELP_ITEM("DB", "campaign database; the runway is that of the last landing, and the model is "
+                    "updated with all landings of the same board"),
     OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
                      NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
-    OPTION_TEXT("--temperature", "T", temperature,
-                "predict the deceleration without brakes at this temperature, such as 72 or "
-                "22degC, from landings whose\n"
-                "recorded conditions (matrig record) have a temperature and brake=none"),
+    OPTION_TEXT(
+        "--temperature", "T", temperature,
+        "predict the deceleration without brakes at this temperature, such as 72 or 22degC, from "
+        "landings whose recorded conditions (matrig record) have a temperature and brake=none"),
     OPTION_TEXT("--release", "FT", release,
                 "predict the touchdown speed of a gear that coasts from this release height, from "
                 "recorded conditions"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. The "
-                "rows of the result\n"
-                "are multiples of this profile"),
+                "result has rows for multiples of it"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
-                  "thrust on the strip / (axle weight x a/g), if measured within 3 %; default: "
-                  "unknown (uniform from\n"
-                  "0.7 to 1.3, updated from the recorded landings)"),
+                  "thrust on the strip / (axle weight x a/g), if measured to within 3 %; default: "
+                  "unknown (uniform from 0.7 to 1.3, updated from the recorded landings)"),
     OPTION_NUMBER(
         "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
-        "advise against the landing at this probability of a zone, in %, or above; default: "
-        "{standard}\n"
-        "(assumes that a missed zone costs four times as much as a needlessly gentle landing)"),
+        "probability of a zone, in %, from which on matrig advises against the landing; default: "
+        "{standard} (a missed zone costs four times as much as a needlessly gentle landing)"),
     OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL,
                  "members of the ensemble, {low} to {high}; default: {standard}"),
@@ -280,28 +276,25 @@ static const struct command_part parts[] = {
                  "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before, "advise on landing RUN using only earlier data"),
     OPTION_FLAG("--keep", keep,
-                "store plan and advice in the campaign and compare the next landing with them"),
+                "store plan and advice in the campaign, to be compared with the next landing"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     OPTION_FLAG(
         "--load", load,
         "send chart and plan to the board, which computes its risk from them in the next landing"),
-    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port, such as serial:/dev/ttyUSB0"),
-    HELP_NOTE("The result is clear, caution or against, with the reason; the probability of a zone "
-              "of 50 mats by mean deceleration\n"
-              "and station; and, for the pilot, the hardest braking and the fastest touchdown "
-              "below the limit. matrig ready decides\n"
-              "on go or no-go. Exit 1: against."),
+    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
+    HELP_NOTE(
+        "Result: clear, caution or against, with the reason; the probability of a zone of 50 mats "
+        "by mean deceleration and station; and, for the pilot, the hardest braking and fastest "
+        "touchdown below the limit. matrig ready decides on go or no-go. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
 const struct command command_advise = {
     "advise",
     advise_command,
-    "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--share S] "
-    "[--limit PERCENT]\n"
-    "                         [--temperature T] [--release FT] [--members N] [--seed N] [--before "
-    "RUN]\n"
-    "                         [--keep [--who W]] [--load --serial LINK]",
+    "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--share S] [--limit "
+    "PERCENT] [--temperature T] [--release FT] [--members N] [--seed N] [--before RUN] [--keep "
+    "[--who W]] [--load --serial LINK]",
     "advice before a landing: probability of a zone, hardest braking",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

@@ -321,25 +321,19 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE", "an input; default: the report's example. A number alone has the unit "
-                            "given here: weight (lb),\n"
-                            "deceleration (ft/s2), bands, width and thickness (in) or area (in2), "
-                            "yield, modulus (psi), mat (lb),\n"
-                            "friction, held (mats that act against a connection), every (rows from "
-                            "rivet to rivet), row (ft,\n"
-                            "length of a mat), gear (ft, width of influence of the gear), length "
-                            "(ft between springs; default:\n"
-                            "the longest possible), spring (lb/ft), at (0 to 1, where the braking "
-                            "force acts along the length),\n"
-                            "tension (lb, T0)"),
-    HELP_ITEM("UNIT", "unit of the input: lb kip N kN kgf kg (the weight of that mass), ft in m "
-                      "mm, ft/s mph m/s, ft/s2 g\n"
-                      "m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE("Exit 1 when the theory predicts a loose or yielding band. The theory omits the "
-              "impacts that occur\n"
-              "when the force passes from one rivet to the next, so simulate the band before "
-              "building it (matrig\n"
-              "sim, host/scenes/model_runway_bands.json)."),
+    HELP_ITEM("NAME=VALUE",
+              "an input; default: the report's example. Inputs and their units: weight (lb), "
+              "deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus "
+              "(psi), mat (lb), friction, held (mats that act against a connection), every (rows "
+              "from rivet to rivet), row (ft, length of a mat), gear (ft, width of influence of "
+              "the gear), length (ft between springs; default: longest possible), spring (lb/ft), "
+              "at (0 to 1, where the braking force acts along the length), tension (lb, T0)"),
+    HELP_ITEM("UNIT",
+              "a different unit: lb kip N kN kgf kg (the weight of that mass), ft in m mm, ft/s "
+              "mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
+    HELP_NOTE("Exit 1 when a band becomes loose or yields. The theory omits impacts when the force "
+              "passes from rivet to rivet, so simulate the band before building it (matrig sim, "
+              "host/scenes/model_runway_bands.json)."),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),

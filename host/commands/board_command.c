@@ -218,10 +218,10 @@ static void record_answer(const struct box_client_record *r, struct answer *answ
     answer_flag(answer, "complete", NULL, r->record.complete);
     answer_count(answer, "first_block", NULL, (int64_t)r->span.first_block);
     answer_count(answer, "blocks", NULL, r->span.blocks);
-    answer_value(answer, NULL, "lasts", UNIT_TIME,
+    answer_value(answer, NULL, "duration", UNIT_TIME,
                  r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
     answer_count(answer, "lost", "blocks lost", r->span.lost);
-    answer_words(answer, NULL, "its end", "%s",
+    answer_words(answer, NULL, "end", "%s",
                  r->record.complete ? "closed" : "not closed: power was lost");
 }
 
@@ -231,10 +231,10 @@ static int list(const struct request *request, const struct box_client *talk)
     answer_words(answer, "state", "black box", "%s", mr_box_condition_text(talk->state.state));
     answer_count(answer, NULL, "sectors", talk->space.sectors);
     answer_count(answer, "ready_sectors", "erased", talk->state.ready);
-    answer_count(answer, "reserve_sectors", "a landing needs", talk->state.reserve);
-    answer_count(answer, "dirty_sectors", "to be erased", talk->space.dirty);
+    answer_count(answer, "reserve_sectors", "needed to arm", talk->state.reserve);
+    answer_count(answer, "dirty_sectors", "not yet erased", talk->space.dirty);
     answer_count(answer, "bad_sectors", "bad", talk->space.bad);
-    answer_value(answer, "wear", "erases each", UNIT_NUMBER, (double)talk->space.wear, 2);
+    answer_value(answer, "wear", "mean erases", UNIT_NUMBER, (double)talk->space.wear, 2);
     answer_value(answer, "wait", NULL, UNIT_TIME, (double)talk->state.wait_s, 1);
     answer_table(answer, "records", "");
     for (size_t i = 0; i < talk->count; i++) {
@@ -412,8 +412,8 @@ static void shunts_answer(const struct gage_client *talk, struct answer *answer)
         const struct mr_shunt_check *c = &talk->shunts.check[i];
         answer_row(answer);
         answer_count(answer, "gage", "gage", r->gage);
-        answer_value(answer, "span", "found", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
-        answer_value(answer, "expected", "of", UNIT_TENSION, (double)c->expected_lb, 2);
+        answer_value(answer, "span", "span", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
+        answer_value(answer, "expected", "expected", UNIT_TENSION, (double)c->expected_lb, 2);
         answer_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
         answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)->plus =
             true;
@@ -726,7 +726,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     answer_words(answer, "board", "board", "%s", uid);
     answer_words(answer, "key", "key", "%s", new ? "set" : "cleared");
     if (new)
-        answer_words(answer, "file", "its file", "%s", path);
+        answer_words(answer, "file", "key file", "%s", path);
     return answer_show(request->cli, answer, 0);
 }
 
@@ -853,48 +853,40 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port (see matrig log --help); the board must be idle"),
     HELP_ITEM("(no command)",
-              "show version, commit and CRC of the firmware, and whether the image is intact; "
-              "--image FILE (.elf or\n"
+              "show version, commit, CRC and integrity of the firmware; --image FILE (.elf or "
               ".bin) compares it with a file. Exit 1 when the image differs or is damaged"),
     HELP_WORD("list", "list the records of the black box and its free space"),
-    HELP_WORD("read N", "read record N of the black box. With --db DB, data of record N that the "
-                        "campaign lacks is added to\n"
-                        "the landing with the same board, number and arming, or to landing RUN; if "
-                        "there is no such landing,\n"
-                        "one is created. Exit 1 when a page cannot be read"),
+    HELP_WORD("read N", "read record N of the black box. --db DB adds data that the campaign lacks "
+                        "to the landing with the same board, number and arming, or to landing RUN; "
+                        "if there is none, it is created. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_WITH(command_board_config),
-    HELP_WORD("runway", "show the predictor's runway: landings, joints, origin; -o writes it to a "
-                        "file. load F sends a runway\n"
-                        "file to the board; forget resets the runway to unknown. Refused from "
-                        "arming until the landing is\n"
-                        "done.\n"
-                        "  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
-    HELP_WORD("arm [LANDING]", "arm the board for landing LANDING; default: the next number. --can "
-                               "works while matrig log uses the\n"
-                               "interface, --serial only when no other program uses the port. Exit "
-                               "2: refused in the present state.\n"
-                               "Exit 3: not ready (try again), or no answer within 3 s.\n"
-                               "  matrig board --can can:can0 arm 7"),
+    HELP_WORD(
+        "runway",
+        "show the predictor's runway: landings, joints, origin; -o writes it to a file. load F "
+        "sends a file to the board; forget resets the runway to unknown. Refused from arming until "
+        "the landing is done.\n  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("arm [LANDING]",
+              "arm the board for landing LANDING; default: the next number. --can works while "
+              "matrig log uses the interface, --serial only when no other program uses the port. "
+              "Exit 2: refused in the present state. Exit 3: not ready (try again), or no answer "
+              "within 3 s.\n  matrig board --can can:can0 arm 7"),
     HELP_WORD("disarm", "return to idle, even during a recording"),
-    HELP_WORD("zero [1|2]", "measure the zeros of all channels, of the transducers (1) or of the "
-                            "gages (2), each as a mean over\n"
-                            "0.25 s. The zeros are valid until a reset. Exit 1, and no new zeros, "
-                            "when a reading moves or is not\n"
-                            "valid, or a gage is under tension"),
-    HELP_WORD("shunt",
-              "shunt calibration of the gages (1 s); exit 1 when a result is not good. A running "
-              "matrig log on CAN\n"
-              "stores the result: the calibrations before and after a landing show the drift"),
+    HELP_WORD("zero [1|2]",
+              "measure the zeros of all channels, of the transducers (1) or of the gages (2) as "
+              "means over 0.25 s, valid until a reset. Exit 1 and no new zeros when a reading "
+              "moves or is not valid, or a gage is under tension"),
+    HELP_WORD(
+        "shunt",
+        "shunt calibration of the gages (1 s). A running matrig log on CAN stores the result: "
+        "calibrations before and after a landing show the drift. Exit 1 when a result is not good"),
     HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
-                               "shunt, survey, runway, chart). The\n"
-                               "maintenance jumper must be fitted. The key is stored for this "
-                               "user, and matrig uses it automatically"),
+                               "shunt, survey, runway, chart), with the maintenance jumper fitted. "
+                               "The key is stored for this user, and matrig uses it automatically"),
     HELP_WITH(command_board_bringup),
     HELP_WORD("health", "show restarts and their causes, memories, stack, CAN, faults, and the "
-                        "state at a processor fault\n"
-                        "(arm-none-eabi-addr2line -pfe IMAGE.elf ADDRESS names the function). Exit "
-                        "1 when there is a fault"),
+                        "state at a processor fault (arm-none-eabi-addr2line -pfe IMAGE.elf "
+                        "ADDRESS names the function). Exit 1 when there is a fault"),
     HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp. Exit "
                            "1 when a test fails"),
     HELP_WORD("reset", "restart the board"),
@@ -910,14 +902,11 @@ static const struct command_part parts[] = {
 const struct command command_board = {
     "board",
     board_command,
-    "--serial LINK [--image FILE] | list | read N --db DB [--run RUN] | free "
-    "N |\n"
-    "                        config get|set|check [-o F] [--force] [--can LINK] | "
-    "runway [show|load F|forget] [-o F] |\n"
-    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
-    "| health | "
-    "self-test | reset | key new|clear |\n"
-    "                        bringup [report|brown-out|rom]",
+    "--serial LINK [--image FILE]\n--serial LINK list | read N [--db DB [--run RUN]] | free "
+    "N\n(--serial LINK | --can LINK) config get|set|check [-o F] [--force]\n--serial LINK runway "
+    "[show|load F|forget] [-o F]\n(--serial LINK | --can LINK) arm [LANDING] | disarm\n--serial LINK "
+    "zero [1|2] | shunt | health | self-test | reset | key new|clear\n--serial LINK bringup "
+    "[report|brown-out|rom]",
     "bring-up, firmware, black box, configuration, runway and health of a board",
     COMMAND_PARTS(parts),
     {0, 3,

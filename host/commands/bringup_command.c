@@ -215,14 +215,12 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("bringup", "check the output of a new board's bring-up image (make bringup; 115200 "
-                         "baud) against limits; each\n"
-                         "line is marked ok, look or wrong, with advice. LINK may be file:F, the "
-                         "output saved by a terminal\n"
-                         "program. brown-out sets the brown-out level for the board's supply; rom "
-                         "starts the boot ROM for the\n"
-                         "next image. Exit 1 when a line is wrong.\n"
-                         "  matrig board --serial serial:/dev/ttyUSB0 bringup"),
+    HELP_WORD("bringup",
+              "check the output of a new board's bring-up image (make bringup; 115200 baud) "
+              "against limits: each line is ok, look or wrong, with advice. LINK may be file:F, "
+              "saved by a terminal program. brown-out sets the brown-out level for the board's "
+              "supply; rom starts the boot ROM for the next image. Exit 1 when a line is wrong.\n  "
+              "matrig board --serial serial:/dev/ttyUSB0 bringup"),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
 };
 

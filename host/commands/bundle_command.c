@@ -117,12 +117,10 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     OPTION_TEXT("-o", "F.db", path,
                 "file to write: a campaign with this landing as RUN 1, the firmware image, and "
-                "SHA-256 of image and\n"
-                "record (table bundles). All commands can read it"),
+                "SHA-256 of image and record (table bundles). All commands can read it"),
     OPTION_TEXT("--elf", "F", elf,
-                "image that recorded the landing (any other is refused); default: the image "
-                "installed with matrig, if\n"
-                "it matches"),
+                "image that recorded the landing (any other is refused); default: the installed "
+                "image, if it matches"),
     HELP_NOTE("For readers without matrig, use matrig report or matrig export."),
     HELP_EXAMPLE("matrig bundle campaign.db 5 -o passed-on.db"),
 };

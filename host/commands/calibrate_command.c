@@ -69,7 +69,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
                  100.0 * fit->gain_error);
     answer_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
     answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
-    answer_value(answer, "zero_code", "zero at", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
+    answer_value(answer, "zero_code", "zero code", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
     answer_remark(answer, " codes");
     answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
     answer_value(answer, "linearity_error",
@@ -314,11 +314,10 @@ static void guide(const struct request *r, struct dialogue *dialogue,
         }
         measure(r, dialogue, &g, &point);
         bool moves = point.spread > MOVES_CODES;
-        cli_note(
-            r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
-            moves
-                ? ": not taken, because the reading is moving; let it rest and type the value again"
-                : "");
+        cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
+                 moves ? ": not accepted, because the reading is moving; let it rest and type the "
+                         "value again"
+                       : "");
         if (!moves)
             points->point[points->count++] = point;
     }
@@ -566,51 +565,40 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "calibrate on the board, which must be idle: matrig asks for one known value after "
+                "calibrate on the board, which must be idle; matrig asks for one known value after "
                 "another"),
     OPTION_TEXT("--points", "F", points,
-                "calibrate from a file of VALUE,CODE rows, for the configuration of --config "
-                "(matrig board config\n"
-                "get). The first line names the unit of the values and the codes, such as mm,codes "
-                "or load (lb),codes;\n"
-                "a value may have its own unit: 12.7 mm,372.4"),
+                "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from "
+                "matrig board config get). The first line names the unit of the values and the "
+                "codes: mm,codes or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
-                "write the configuration with the new calibration; matrig board config set F sends "
-                "it to the board"),
+                "write the configuration with the new calibration, for matrig board config set"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
                   "days until the calibration expires; default: 365"),
     OPTION_TEXT(
         "--known", "E", known_text,
         "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
-    OPTION_FLAG("--table", table,
-                "store the values as a table of points (2 to 8); default: a straight line"),
+    OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
-                  "values; default: {standard}.\n"
-                  "If a point deviates more, nothing is written, and the output names the point "
-                  "that is probably wrong"),
+                  "values; default: {standard}. If it is exceeded, nothing is written, and the "
+                  "output names the probable wrong point"),
     OPTION_TEXT("--accept", "T", accept,
-                "accept a larger deviation; T is the reason, written at the top of the file"),
+                "accept a larger deviation; T is the reason, written into the file"),
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
-    OPTION_TEXT("--certificate", "C", certificate,
-                "store the sensor's calibration certificate in the campaign of --db:\n"
-                "  'number=2026-4711, laboratory=L, calibrated=2026-03-02, due=2027-03-01, "
-                "uncertainty=0.4%, coverage=2'\n"
-                "The uncertainty is the expanded uncertainty: in inches or pounds, in another unit "
-                "(0.05mm), or as a\n"
-                "share of the reading (0.4%). due=never is allowed. The newest certificate "
-                "applies; after its due\n"
-                "date matrig ready reports no-go. --sensor S is the serial number, which ready "
-                "compares with the\n"
-                "configuration"),
-    OPTION_TEXT("--recompute", "C", recompute,
-                "apply the calibration of configuration C to recorded landings of DB (all, a "
-                "series, or one).\n"
-                "Readings are recomputed from the stored integers; the old values are kept (table "
-                "recalibrations).\n"
-                "Without --zeros, the zeros of the gages stay as measured; with --zeros, they are "
-                "those of C"),
+    OPTION_TEXT(
+        "--certificate", "C", certificate,
+        "store the sensor's calibration certificate in the campaign of --db:\n  'number=2026-4711, "
+        "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, coverage=2'\nState "
+        "the expanded uncertainty: in inches or pounds, with a unit (0.05mm), or as a share of the "
+        "reading (0.4%). due=never is allowed. The newest certificate applies; after its due date "
+        "matrig ready reports no-go. ready also compares --sensor S with the configuration"),
+    OPTION_TEXT(
+        "--recompute", "C", recompute,
+        "apply the calibration of configuration C to recorded landings of DB: all, a series, or "
+        "one. Readings are recomputed from the stored integers; old values are kept (table "
+        "recalibrations). --zeros also applies the zeros of the gages; default: zeros as measured"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
@@ -625,11 +613,9 @@ static const struct command_part parts[] = {
 const struct command command_calibrate = {
     "calibrate",
     calibrate_command,
-    "CHANNEL (--serial LINK | --points F --config F) [-o F] [--force] [--sensor S] "
-    "[--days N] [--known E] [--table] [--miss P] [--accept T] |\n"
-    "                         CHANNEL --certificate C --db DB [--sensor S] |\n"
-    "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
-    "T [--who W]",
+    "CHANNEL (--serial LINK | --points F --config F) [-o F] [--force] [--sensor S] [--days N] "
+    "[--known E] [--table] [--miss P] [--accept T]\nCHANNEL --certificate C --db DB [--sensor "
+    "S]\nDB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
     "calibrate a channel against known values; apply a corrected calibration to recorded landings",
     COMMAND_PARTS(parts),
     {1, 1, "CHANNEL or DB"},

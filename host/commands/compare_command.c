@@ -40,8 +40,8 @@ static void read_words(const char *const words[3], struct request *request)
     const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
     if (!words[1] && !request->series && !request->scene)
         error_set(fatal, MR_USAGE,
-                  "argument missing: matrig compare needs DB RUN, DB CAMPAIGN or DB --series NAME; "
-                  "see matrig compare --help");
+                  "argument missing: matrig compare needs DB RUN, DB FILE or DB --series NAME; see "
+                  "matrig compare --help");
     if (words[1] && file != words[1])
         run_parse(words[1], &request->run, fatal);
     if (file == words[1] && words[2])
@@ -159,21 +159,19 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
-    HELP_ITEM("FILE", "scene or study file; default: the model runway. A study file gives an "
-                      "ensemble of runways, so the\n"
-                      "result includes a spread. Without RUN, all landings are compared in order, "
-                      "each on the runway that\n"
-                      "the preceding landing left"),
+    HELP_ITEM("FILE",
+              "scene or study file; default: the model runway. A study file gives an ensemble of "
+              "runways, so the result includes a spread. Without RUN, all landings are compared in "
+              "order, each on the runway that the preceding landing left"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "compare only the landings of this series (matrig landing --series); default: all "
                 "landings"),
     OPTION_TEXT("--limits", "F", limits_path,
                 "file of limits for values of the JSON result, named by path: the largest "
-                "magnitude allowed; for\n"
-                "share and within, the smallest value allowed. Exit 1 when a limit is violated:\n"
-                "  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n"
-                "   \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
+                "magnitude allowed; for share and within, the smallest value allowed. Exit 1 when "
+                "a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": "
+                "0.1,\n   \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when the rms difference of a channel exceeds IN"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
@@ -183,8 +181,7 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
     OPTION_FLAG("--void", voided, "include a voided landing (matrig landing)"),
     HELP_NOTE("The result states whether measurement and simulation agree, and which value differs "
-              "most. Exit 1 when a limit is\n"
-              "violated."),
+              "most."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };
@@ -192,9 +189,8 @@ static const struct command_part parts[] = {
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--all] [--void] | "
-    "DB FILE "
-    "[--series NAME] | DB --series NAME",
+    "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--all] "
+    "[--void]\nDB FILE [--series NAME]\nDB --series NAME",
     "compare measurement and simulation of a landing or a series",
     COMMAND_PARTS(parts),
     {1, 3, "DB RUN"},

@@ -299,17 +299,15 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("config get", "print the active configuration as text; -o writes it to a file. Works "
-                            "over --can LINK or --serial"),
-    HELP_WORD("config set F", "check F, show the changes, send F and verify that it is stored. "
-                              "Refused from arming until the\n"
-                              "landing is done, and over CAN without the maintenance jumper. A "
-                              "gain that differs from the board's\n"
-                              "by more than 10 % needs --force; for a first calibration or a new "
-                              "serial number, this limit is a\n"
-                              "factor of 1.5 for a transducer and 5 for a gage. With --can LINK, a "
-                              "base that another board uses is\n"
-                              "refused"),
+    HELP_WORD(
+        "config get",
+        "print the active configuration; -o writes it to a file. Works over --can or --serial"),
+    HELP_WORD("config set F",
+              "check F, show the changes, send F and verify that it is stored. Refused from arming "
+              "until the landing is done, and over CAN without the maintenance jumper. A gain that "
+              "differs from the board's by more than 10 % needs --force (for a first calibration "
+              "or a new serial number: by more than a factor of 1.5 for a transducer, 5 for a "
+              "gage). With --can, a CAN base that another board uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

@@ -969,15 +969,13 @@ static int day_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
-    HELP_NOTE("Steps: look, series, calibrate, survey, load, advise, ready, land. Press Enter to "
-              "run the next step, 1 to 8 to run\n"
-              "that step, s to skip the next step until after the landing, r to write the report, "
-              "q to quit. The log runs in a\n"
-              "separate terminal; the checklist shows the command for it."),
-    OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); default: that of the last log, "
-                "otherwise the program\n"
-                "asks"),
+    HELP_NOTE(
+        "Steps: look, series, calibrate, survey, load, advise, ready, land. Keys: Enter runs the "
+        "next step, 1 to 8 that step, s skips the next step until after the landing, r writes the "
+        "report, q quits. The log runs in a separate terminal; the checklist shows its command."),
+    OPTION_TEXT(
+        "--serial", "LINK", serial,
+        "the board's serial port; default: that of the last log, otherwise the program asks"),
     OPTION_TEXT("--can", "LINK", can, "the board's CAN bus, or none; default: as for --serial"),
     HELP_NOTE("--json prints the completed steps and the next step as one object."),
     HELP_EXAMPLE("matrig day campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),

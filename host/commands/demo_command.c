@@ -38,15 +38,13 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DIR", "folder for campaign.db and report.html, created if missing; default: "
-                     "./matrig-demo. An existing\n"
-                     "campaign is not overwritten (exit code 2)"),
+                     "./matrig-demo. An existing campaign is not overwritten (exit 2)"),
     OPTION_TEXT("--elf", "F", elf, "firmware image; default: the one installed with matrig"),
-    HELP_NOTE("Plays a test day with synthetic landings on matrig-board: two landings, a survey, "
-              "and advice against the next landing.\n"
-              "That landing is then played three times: against the advice, as advised, and braked "
-              "hard from touchdown. Each landing\n"
-              "is logged over CAN and serial and compared with the simulation. No hardware or "
-              "network is needed."),
+    HELP_NOTE(
+        "Plays a test day with synthetic landings on matrig-board: two landings, a survey, and "
+        "advice against the next landing. That landing is then played three times: against the "
+        "advice, as advised, and braked hard from touchdown. Each landing is logged over CAN and "
+        "serial and compared with the simulation. No hardware or network is needed."),
     HELP_EXAMPLE("matrig demo first"),
 };
 

@@ -304,18 +304,17 @@ static const struct command_part parts[] = {
     HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file, without DB RUN"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
     HELP_ITEM("--format candump",
-              "the CAN frames in the format of `candump -L`. Times are times of day computed from "
-              "the board's\n"
-              "clock; if no time of day is known, board time plus 1000000000 s (a date in 2001)"),
+              "the CAN frames as candump -L writes them, with times of day from the board's clock; "
+              "if no time of day is known, board time plus 1000000000 s (a date in 2001)"),
     HELP_ITEM("--format frames",
               "one row per frame of the camera: time, position of the gear and its error"),
-    HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and "
-                               "invalidation bits, CAN frames as bus logging\n"
-                               "with the DBC attached"),
+    HELP_ITEM("--format mdf4",
+              "ASAM MDF 4.10: readings and gear at 1 kHz with units and invalidation bits, CAN "
+              "frames as bus logging with the DBC attached"),
     OPTION_TEXT("-o", "F.csv, .mf4, .dbc or .log", path,
-                "file to write; default: standard output. Its extension selects the format"),
+                "file to write; default: standard output. The extension selects the format"),
     OPTION_TEXT("--base", "B", base,
-                "CAN base of the board, added to every identifier (dbc), such as 400 or 0x190"),
+                "CAN base of the board, added to every identifier (dbc): 400 or 0x190"),
     HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv\n"
                  "         matrig export --format dbc -o matrig.dbc"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|dbc|frames|mdf4", NULL),
@@ -324,7 +323,7 @@ static const struct command_part parts[] = {
 const struct command command_export = {
     "export",
     export_command,
-    "DB RUN --format csv|candump|frames|mdf4 [-o F] | --format dbc [--base B] [-o F]",
+    "DB RUN --format csv|candump|frames|mdf4 [-o F]\n--format dbc [--base B] [-o F]",
     "export one landing, or the DBC, for other tools",
     COMMAND_PARTS(parts),
     {0, 2, "DB RUN"},

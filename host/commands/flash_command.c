@@ -440,24 +440,20 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct session
 static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
-                      "baud rate in LINK applies\n"
-                      "to the firmware, not to the boot ROM"),
+                      "baud rate in LINK is that of the firmware, not of the boot ROM"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
     OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
                  "baud rate of the boot ROM, {low} to {high}; default: {standard}, the highest "
-                 "rate guaranteed for the\n"
-                 "chip"),
+                 "rate guaranteed for the chip"),
     OPTION_FLAG("--force", force,
-                "flash even when the board already runs this image or is of a different type, or "
-                "the image has no header"),
+                "flash even if the board already runs this image or is of a different type, or the "
+                "image has no header"),
     HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
-              "arming until the landing is done). If\n"
-              "no hello arrives, restart the board with BOOT0 high. stm32flash programs the chip "
-              "and reads every byte back; the\n"
-              "configuration is kept. If the cable was pulled, switch the board off and on and "
-              "repeat the command: a board with an\n"
-              "incomplete image starts its boot ROM.\n"
-              "Exit 1 when the board does not run the image afterwards."),
+              "arming until the landing is done). Without a hello, restart the board with BOOT0 "
+              "high. stm32flash programs the chip and reads every byte back; the configuration is "
+              "kept. If the cable was pulled, switch the board off and on and repeat the command: "
+              "a board with an incomplete image starts its boot ROM. Exit 1 when the board does "
+              "not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 

@@ -43,7 +43,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
     answer_words(answer, "verdict", "verdict", "%s", row->verdict);
-    answer_count(answer, "rows", "taken", (int64_t)result->rows)->end =
+    answer_count(answer, "rows", "imported", (int64_t)result->rows)->end =
         strcmp(row->format, "csv") == 0 ? " rows" : " frames";
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
     answer_words(answer, "format", NULL, "%s", row->format);
@@ -221,44 +221,32 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
-    HELP_ITEM("FILE", "a candump -L log of a matrig board; the landings on that board's bus are "
-                      "imported as if logged live.\n"
-                      "With --map, FILE is a file of a different instrument"),
+    HELP_ITEM("FILE", "a candump -L log of a matrig board, imported as if logged live; with --map, "
+                      "a file of a different instrument"),
     OPTION_TEXT(
         "--map", "M.json", map,
-        "import as a landing: a table of a different instrument (CSV), or the frames of that "
-        "instrument in a\n"
-        "candump log. M names the columns:\n"
-        "  {\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
-        "\"missing\": [\"---\"],\n"
-        "   \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
-        "   \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", "
-        "\"switch\": 3},\n"
-        "   \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", "
-        "\"scale\": 2.5, \"offset\": -1,\n"
-        "                 \"station_ft\": 40, \"error\": 0.05}]}\n"
-        "  header_lines: lines above the rows, counting blank lines but not comments\n"
-        "  column: name of the column, or its number from 1\n"
-        "  channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m, in, mm; "
-        "gives\n"
-        "    an edge at each switch), switch1 to switch64 (with threshold and edge)\n"
-        "  scale, offset: value = (number in the file * scale + offset) in unit; error: standard "
-        "error\n"
-        "  unit of times: s, ms, us, min\n"
-        "Optional: touchdown_ft, switch_error_ft, note, gap_s (a longer gap is missing data; "
-        "default: 1.5\n"
-        "times the usual step), last_line_open (true: the last line needs no newline). For frames, "
-        "replace\n"
-        "column by:\n"
-        "  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
+        "import a table of a different instrument (CSV), or its frames in a candump log, as a "
+        "landing. M names the columns:\n  {\"separator\": \";\", \"decimal\": \",\", "
+        "\"header_lines\": 2, \"comment\": \"#\", \"missing\": [\"---\"],\n   \"time\": "
+        "{\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n   \"align\": {\"column\": "
+        "\"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", \"switch\": 3},\n   \"channels\": "
+        "[{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": 2.5, "
+        "\"offset\": -1,\n                 \"station_ft\": 40, \"error\": 0.05}]}\n  header_lines: "
+        "lines above the rows; blank lines count, comments do not\n  column: name of the column, "
+        "or its number from 1\n  channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, "
+        "kip), gear (ft, m, in, mm; gives\n    an edge at each switch), switch1 to switch64 (with "
+        "threshold and edge)\n  scale, offset: value = (number in the file * scale + offset) in "
+        "unit; error: standard error\n  unit of times: s, ms, us, min\nOptional: touchdown_ft, "
+        "switch_error_ft, note, gap_s (a longer gap is missing data; default: 1.5 times the usual "
+        "step), last_line_open (true: the last line needs no newline). For frames, replace column "
+        "by:\n  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
-               "the readings belong to the same landing as RUN: gear, switches, survey and "
-               "stations of RUN are\n"
-               "copied, and time 0 is the touchdown of RUN unless align names an edge"),
+               "readings of the same landing as RUN: gear, switches, survey and stations of RUN "
+               "are copied, and time 0 is its touchdown unless align names an edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
                 "bus to read from a log of several buses, such as can1"),
-    OPTION_FLAG("--again", again, "import a file that was imported before"),
+    OPTION_FLAG("--again", again, "import a file again"),
     HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
               "exit 4); the good part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"

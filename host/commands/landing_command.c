@@ -138,7 +138,7 @@ static void list_withdrawn(struct store *store, struct answer *answer)
         answer_row(answer);
         answer_words(answer, "kind", "withdrawn", "%s", rows[i].kind);
         answer_words(answer, "name", "name", "%s", rows[i].name);
-        answer_words(answer, "made", "on", "%s", when);
+        answer_words(answer, "made", "entered", "%s", when);
         answer_words_or_none(answer, "who", "by", rows[i].who, "-");
         answer_words(answer, "reason", "reason", "%s", rows[i].reason);
     }
@@ -409,35 +409,29 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN]", "campaign database and landing; without RUN, all landings are listed. "
-                          "Nothing is deleted: author,\n"
-                          "time, old value and reason of a change are kept and shown"),
+    HELP_ITEM("DB [RUN]",
+              "campaign database and landing; without RUN, all landings are listed. Nothing is "
+              "deleted: author, time, old value and reason of a change are kept and shown"),
     OPTION_TEXT("--note", "T", note, "add a note"),
     OPTION_TEXT("--correct", "F=V", correct,
                 "correct touchdown_ft (touchdown station), weight_lb (aircraft weight), pattern, "
-                "modification, runway\n"
-                "or series; needs --reason"),
+                "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing: report omits it with a note, and compare refuses it without "
-                "--void. --unvoid\n"
-                "includes it again. Both need --reason"),
+                "exclude the landing: report omits it with a note, compare refuses it without "
+                "--void. --unvoid includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "
-                  "--height IN, --side\n"
-                  "left|right|centre|across, --form T (two-panel, end connector, ...), --at S "
-                  "(after touchdown), --note\n"
-                  "T"),
+                  "--height IN, --side left|right|centre|across, --form T (two-panel, end "
+                  "connector, ...), --at S (after touchdown), --note T"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                  "withdraw observation N; needs --reason"),
     OPTION_TEXT("--series", "NAME", series,
-                "begin a series: all later landings belong to it; with --runway T, --pattern T, "
-                "--modification T,\n"
-                "--note T. matrig landing DB lists the series"),
+                "begin a series: all later landings belong to it. With --runway T, --pattern T, "
+                "--modification T, --note T. matrig landing DB lists the series"),
     OPTION_TEXT("--withdraw-series", "NAME", withdraw_series,
-                "withdraw a series that was begun by mistake: its landings move to the preceding "
-                "series; needs\n"
-                "--reason"),
-    OPTION_TEXT("--who", "W", who, "author of the entry; default: the user"),
+                "withdraw a series begun by mistake: its landings move to the preceding series; "
+                "needs --reason"),
+    OPTION_TEXT("--who", "W", who, "author; default: the user"),
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
@@ -457,10 +451,8 @@ const struct command command_landing = {
     "landing",
     landing_command,
     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | "
-    "--void | --unvoid] [--reason T] [--who W] |\n"
-    "                         DB --series NAME [--runway T] [--pattern T] [--modification T] "
-    "[--note T] [--who W] |\n"
-    "                         DB --withdraw-series NAME --reason T [--who W]",
+    "--void | --unvoid] [--reason T] [--who W]\nDB --series NAME [--runway T] [--pattern T] "
+    "[--modification T] [--note T] [--who W]\nDB --withdraw-series NAME --reason T [--who W]",
     "notes, corrections and observations of landings, with history; series of landings",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},

@@ -152,7 +152,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--port", "PORT", port,
                 "port of the page on 127.0.0.1; default: 8473; 0: any free port"),
     HELP_NOTE("--json prints the newest message of each kind as one object. This page is for "
-              "viewing only; the page of matrig log\n"
+              "viewing only; the page of matrig log "
               "--live can also arm and disarm. From another computer: ssh -L 8473:127.0.0.1:8473 "
               "HOST, then open the printed address."),
     HELP_EXAMPLE(

@@ -87,10 +87,12 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
     polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news, .events = POLLIN};
     if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
-        return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
+        return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
+                         strerror(errno));
     if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 &&
         errno != EAGAIN)
-        return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
+        return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
+                         strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
                       (logger->open[link] && !held &&
@@ -199,7 +201,7 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     if (logger->news < 0)
         return error_set(
             error, MR_IO,
-            "cannot create an eventfd (%s): the links; check the limits of this system",
+            "cannot create an eventfd (%s): matrig log; check the limits of this system",
             strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
@@ -236,7 +238,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
         status = error_set(error, late.status, "%s", late.text);
     if (status == MR_OK && logger->taken[0])
         status = logger->saved[0]
-                   ? error_set(error, MR_IO, "%s; all that was logged%s%s is in %s", logger->taken,
+                   ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s", logger->taken,
                                logger->lost_before[0] ? " since " : "", logger->lost_before,
                                logger->saved)
                    : error_set(error, MR_IO, "%s; the data could not be saved next to it",
@@ -409,26 +411,19 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; default: when the links end, or on Ctrl-C"),
     OPTION_TEXT("--live", "PORT", live,
-                "live page in a browser on this computer, which can also arm and disarm; see "
-                "matrig live --help"),
+                "live page in a browser on this computer, which can also arm and disarm"),
     OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "accept arm [N] and disarm, one per line, when standard input is not a terminal "
-                "(from a terminal,\n"
-                "they are always accepted). After arm, matrig asks for confirmation: the next line "
-                "must be yes"),
+                "accept arm [N] and disarm, one per line, on standard input even if it is not a "
+                "terminal. After arm, the next line must be yes"),
     OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
-    OPTION_TEXT(
-        "--page", "F.html", page,
-        "keep the report in F up to date; it is rewritten in the background after each landing"),
+    OPTION_TEXT("--page", "F.html", page, "rewrite the report F after each landing"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
                   "wait S seconds for a device that is unplugged or down; default: 3600 for a "
-                  "device that is lost\n"
-                  "during the log, 0 for a device that is missing at the start"),
-    HELP_NOTE("matrig log names the board that answered. If the board goes silent, matrig log "
-              "reports this within 2 s. A summary is\n"
-              "printed after each landing; if the links go silent during a landing, the summary "
-              "covers the data received so far."),
+                  "device lost during the log, 0 for a device missing at the start"),
+    HELP_NOTE("matrig log prints which board answered, reports a silent board within 2 s, and "
+              "prints a summary after each landing. If the links go silent during a landing, the "
+              "summary covers the data received so far."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"
@@ -437,17 +432,12 @@ static const struct command_part parts[] = {
 #include "host/link/kinds.def"
     HELP_NOTE(
         "Exit 3: " LINK_NO_HELLO
-        " (no data, wrong bit rate, or error frames only); the message gives the reason.\n"
-        "While serial data arrives, the record is made from serial only; when a landing ends, "
-        "gaps are filled from the CAN\n"
-        "frames.\n"
-        "matrig log waits for a disconnected device, and counts and reports the data lost.\n"
-        "If the campaign is locked, or the disk slow or full, a queue in memory holds 60 s of data "
-        "at full\n"
-        "rate; further data is dropped and counted as lost. If the campaign is moved, replaced, "
-        "deleted or "
-        "overwritten, logging\n"
-        "continues in DB-saved-DATE.db in the same folder, and the exit code is 3."),
+        ": no data, wrong bit rate, or error frames only; the message gives the reason. While "
+        "serial data arrives, only serial data is recorded; after a landing, CAN frames fill the "
+        "gaps. matrig log waits for a disconnected device, and counts and reports the data lost. "
+        "If the campaign is locked, or the disk slow or full, 60 s of data wait in memory; further "
+        "data is dropped and counted as lost. If the campaign is moved, replaced, deleted or "
+        "overwritten, logging continues in DB-saved-DATE.db in the same folder, with exit code 3."),
 };
 
 const struct command command_log = {

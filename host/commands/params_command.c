@@ -512,31 +512,24 @@ static int params_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct params_request
 static const struct command_part parts[] = {
-    HELP_ITEM(
-        "READINGS",
-        "JSON with any of these tests. A reading is a number, {\"value\": V, \"error\": E} or "
-        "{\"readings\": [...],\n"
-        "\"error\": E}, where E is a standard error.\n"
-        "  inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of the "
-        "oscillation: gives W and I\n"
-        "  tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, "
-        "stretch_in: gives KL\n"
-        "  hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: gives KT and TAD_deg\n"
-        "              (leave out readings within the free travel: they are refused)\n"
-        "  pull        pull_lb, weight_lb: gives f\n"
-        "  deflection  load_lb, deflection_in [, mats]: gives KV\n"
-        "  plate       lists load_lb, settlement_in; plate_in (diameter), mat_length_ft, "
-        "mat_width_ft: gives KV"),
+    HELP_ITEM("READINGS",
+              "JSON with any of these tests. A reading is a number, {\"value\": V, \"error\": E} "
+              "or {\"readings\": [...], \"error\": E}, where E is a standard error.\n  inertia     "
+              "weight_lb, spacing_ft and cord_ft of two cords, period_s of the oscillation: gives "
+              "W and I\n  tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists "
+              "force_lb, stretch_in: gives KL\n  hinge       lists angle_deg, moment_ft_lb [, "
+              "strip_in, joint_in]: gives KT and TAD_deg\n              (leave out readings within "
+              "the free travel: they are refused)\n  pull        pull_lb, weight_lb: gives f\n  "
+              "deflection  load_lb, deflection_in [, mats]: gives KV\n  plate       lists load_lb, "
+              "settlement_in; plate_in (diameter), mat_length_ft, mat_width_ft: gives KV"),
     OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the start of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("\n"
               "Push tests (displacement of a loaded mat along the runway) give gear_k_lb_ft, "
               "gear_unloading, gear_axle_law, f:"),
-    OPTION_TEXT(
-        "--push", "F.csv", push_path,
-        "readings in order; the first line names the columns with their units: test,load "
-        "(lb),force\n"
-        "(lb),displacement (in). N, kg and mm are accepted too; see docs/howto/push-test.md"),
+    OPTION_TEXT("--push", "F.csv", push_path,
+                "readings in order; the first line names the columns with their units (also N, kg, "
+                "mm): test,load (lb),force (lb),displacement (in). See docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
                  "number of mats under the load that moved together; k is given per mat"),
     OPTION_TEXT("--plot", "F", plot_path,

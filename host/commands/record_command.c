@@ -372,13 +372,11 @@ static int record_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [KIND] [PLACE]",
-              "campaign database, kind of record, and whose it is: RUN, number of the mat or "
-              "joint, or station in ft, as\n"
-              "the kind needs. Without fields, the records are listed"),
+              "campaign database, kind of record, and its place as the kind needs: RUN, number of "
+              "the mat or joint, or station in ft. Without fields, the records are listed"),
     HELP_ITEM("FIELD=VALUE",
               "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
-              "0.1 mm'. A kept field\n"
-              "has the value of the last record if you leave it out"),
+              "0.1 mm'. A kept field that you leave out has the value of the last record"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
     OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
                  "change fields of record N; FIELD= removes one. Needs --reason"),
@@ -391,7 +389,7 @@ static const struct command_part parts[] = {
                 "add a record for each line of a file; its first line names place and fields, as "
                 "-o writes it"),
     OPTION_TEXT("-o", "F.csv", path, "write the records of KIND to a file"),
-    OPTION_TEXT("--who", "W", who, "author of the entry; default: the user"),
+    OPTION_TEXT("--who", "W", who, "author; default: the user"),
     HELP_EXAMPLE("matrig record campaign.db mat 12 joint_lb_in=12.5+-0.4 slack_in=0.031"),
     OPTION_TEXT("--reason", "T", reason, NULL),
 };
@@ -399,9 +397,8 @@ static const struct command_part parts[] = {
 const struct command command_record = {
     "record",
     record_command,
-    "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W] | DB --correct N FIELD=VALUE ... --reason T |\n"
-    "                        DB --withdraw N --reason T | DB --compare RUN RUN | DB KIND --csv F | "
-    "DB KIND -o F | --kinds",
+    "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W]\nDB --correct N FIELD=VALUE ... --reason T\nDB "
+    "--withdraw N --reason T\nDB --compare RUN RUN\nDB KIND --csv F | -o F\n--kinds",
     "run conditions, acceptance of subgrade and mats, damage, launch, pictures",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "DB"},

@@ -236,16 +236,14 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct replay
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]", "campaign database and landing; default: RUN 1. The digests of a bundle "
-                          "are checked, and its image is\n"
-                          "used"),
+                          "are checked, and its image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
                   "max, or real (real time); default: max"),
     OPTION_TEXT("--elf", "F", board.elf,
                 "firmware image; default: that of the bundle, or the one installed with matrig"),
     OPTION_FLAG("--exact", exact_asked,
                 "require equal fields even when a different image recorded the landing; default: "
-                "such a landing is\n"
-                "compared within tolerances, which the output lists"),
+                "tolerances, which the output lists"),
     HELP_NOTE("Exit 1 when anything differs."),
     HELP_EXAMPLE("matrig replay landing5.db"),
 };

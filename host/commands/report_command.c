@@ -61,10 +61,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),
     OPTION_RUN("--run", "RUN", run, "limit the report to this landing"),
-    OPTION_FLAG("--void", voided, "include the landings that were voided (matrig landing)"),
-    HELP_NOTE("Print the page in the browser, or save it there as PDF."),
-    HELP_NOTE("The first page names the command that adds each missing entry (date, place, "
-              "operator, ...)."),
+    OPTION_FLAG("--void", voided, "include voided landings (matrig landing)"),
+    HELP_NOTE("Print the page in the browser, or save it there as PDF. The first page names the "
+              "command that adds each missing entry (date, place, operator, ...)."),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 

@@ -413,12 +413,11 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
               "a quantity, by name or symbol; without any argument, all ratios are listed"),
-    HELP_ITEM("SCENE", "scene file, JSON: every key is scaled. Keys left at a default that depends "
-                       "on the scale are written\n"
-                       "out with the scaled value"),
     HELP_ITEM(
-        "STUDY",
-        "study file, JSON: its runway, aircraft, landings, modifications and scene are scaled"),
+        "SCENE",
+        "scene file, JSON: every key is scaled. Defaults that depend on the scale are written out"),
+    HELP_ITEM("STUDY",
+              "study file, JSON: runway, aircraft, landings, modifications and scene are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
                   "convert to prototype (from model values) or to model; default: prototype"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
@@ -437,8 +436,8 @@ static const struct command_part parts[] = {
 const struct command command_scale = {
     "scale",
     scale_command,
-    "[NAME=VALUE... | SCENE | STUDY] [--to model|prototype] [--n N] [--keep density|modulus] "
-    "[-o F] [--force]",
+    "[NAME=VALUE... | SCENE | STUDY] [--to model|prototype] [--n N] [--keep density|modulus] [-o "
+    "F] [--force]",
     "convert quantities, scenes and study files between model and prototype",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "NAME=VALUE... or SCENE"},

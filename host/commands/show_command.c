@@ -333,13 +333,10 @@ static int show_command(int argc, char **argv, const struct cli *cli)
 }
 
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database. Without RUN: one row per landing, with time of arming, "
-                    "series, touchdown speed,\n"
-                    "stop station (+- one standard error), first warning, frames lost and "
-                    "observations. Landings logged or\n"
-                    "imported twice are marked. The last lines count the outcomes of the warnings, "
-                    "as found by survey and\n"
-                    "by transducers"),
+    HELP_ITEM("DB", "campaign database. Without RUN, one row per landing: time of arming, series, "
+                    "touchdown speed, stop station (+- one standard error), first warning, frames "
+                    "lost, observations. Landings logged or imported twice are marked. The last "
+                    "lines count how many warnings survey and transducers confirm"),
     HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };

@@ -163,12 +163,10 @@ static const struct command_part parts[] = {
         "SCENE",
         "scene file, JSON; a number may be text with a unit: \"ground_damping\": \"175 N s/m\""),
     OPTION_FLAG("--keys", keys, "list the keys of a scene with default, unit and meaning"),
-    OPTION_TEXT(
-        "--solver", "S", options.solver,
-        "solver; default: auto, which chooses one and states the reason. Planar models: "
-        "event, implicit,\n"
-        "cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each computes twice, and "
-        "the error is estimated from the difference"),
+    OPTION_TEXT("--solver", "S", options.solver,
+                "solver; default: auto, which chooses one and states the reason. Planar models: "
+                "event, implicit, cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each "
+                "computes twice; the difference gives the error estimate"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for the chain, the largest error estimate as a share "
                   "of the largest movement"),
@@ -176,10 +174,9 @@ static const struct command_part parts[] = {
                   "time step of rk4 and staggered"),
     OPTION_TEXT("--csv", "F.csv", csv_path,
                 "write displacement and left-end height over time, for the mats in the scene key "
-                "u_mats (default: all)"),
-    OPTION_NUMBER(
-        "--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
-        "stop after S seconds and print the results so far, as on Ctrl-C; default: no limit"),
+                "u_mats; default: all"),
+    OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
+                  "stop after S seconds and print the results so far; default: no limit"),
     HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints the results "
               "so far (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
@@ -188,7 +185,7 @@ static const struct command_part parts[] = {
 const struct command command_sim = {
     "sim",
     sim_command,
-    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--limit S] | --keys",
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--limit S]\n--keys",
     "simulate the mat described in a scene file",
     COMMAND_PARTS(parts),
     {0, 1, "SCENE"},

@@ -88,11 +88,9 @@ static const struct command_part error_parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
                 "plot error against run time (.svg, .png, .pdf). Errors are in ft, even with --si"),
-    HELP_NOTE("\n"
-              "Every solver of the scene's model runs at several tolerances or steps. The "
-              "reference is a solution\n"
-              "on which two different methods agree. If no two methods agree, there is no table "
-              "(exit 5)."),
+    HELP_NOTE(
+        "Every solver of the scene's model runs at several tolerances or steps. The reference is a "
+        "solution on which two different methods agree; without one, there is no table (exit 5)."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
@@ -114,12 +112,10 @@ static const struct command_part study_parts[] = {
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "number of seeds, starting with the first seed of the file; default: the number "
-                 "in the file"),
+                 "number of seeds, from the first seed of the file on; default: as in the file"),
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
                   "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
-                  "the ground deflects\n"
-                  "(key elastic); default: as in the file"),
+                  "the ground deflects (key elastic); default: as in the file"),
     OPTION_TEXT("--plot", "F", plot,
                 "plot movement and buckles along the runway (.svg, .png, .pdf)"),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
@@ -132,7 +128,7 @@ const struct command command_study = {
     "study",
     study_exec,
     "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
-    "simulate a series of landings on an ensemble of runways: when each buckles",
+    "simulate a series of landings on an ensemble of runways, to find when each buckles",
     COMMAND_PARTS(study_parts),
     {1, 1, "FILE"},
 };
@@ -142,20 +138,17 @@ const struct command command_study = {
 
 #define VALUES struct sweep_request
 static const struct command_part sweep_parts[] = {
-    HELP_ITEM("FILE", "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs "
-                      "to vary, outputs. Without\n"
-                      "an option, the cases of the sweep are listed, one line of JSON each"),
+    HELP_ITEM("FILE",
+              "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs to vary, "
+              "outputs. Without an option, the cases are listed, one line of JSON each"),
     OPTION_TEXT("--cases", "N..M", cases,
-                "run cases N to M, one after the other; N.. runs case N to the last case, N only "
-                "case N. Each result\n"
-                "is a line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
+                "run cases N to M in turn; N..: case N to the last; N: this case. Each result is a "
+                "line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
                 "summarize the result files R.jsonl...: counts, reasons for failures, sensitivity "
-                "indices, all cases.\n"
-                "Exit 1 when cases are missing"),
-    OPTION_TEXT("-o", "F", output,
-                "file to write: the results of --cases, or the cases of --table as CSV"),
-    HELP_NOTE("A failed case also has a result line, with the reason for the failure."),
+                "indices, all cases. Exit 1 when cases are missing"),
+    OPTION_TEXT("-o", "F", output, "file to write: results of --cases, or cases of --table as CSV"),
+    HELP_NOTE("A failed case has a result line, too, with the reason for the failure."),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
 };
@@ -163,7 +156,7 @@ static const struct command_part sweep_parts[] = {
 const struct command command_sweep = {
     "sweep",
     study_exec,
-    "FILE | FILE --cases N..M [-o R.jsonl] | FILE --table R.jsonl... [-o T.csv]",
+    "FILE\nFILE --cases N..M [-o R.jsonl]\nFILE --table R.jsonl... [-o T.csv]",
     "run many cases of a scene or study: Cartesian, Latin hypercube, thresholds, indices",
     COMMAND_PARTS(sweep_parts),
     {1, 1 + SWEEP_FILES_MAX, "FILE"},
@@ -175,19 +168,16 @@ const struct command command_sweep = {
 #define VALUES struct fit_request
 static const struct command_part fit_parts[] = {
     HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all landings with known "
-                             "motion. Exit 1 when the model cannot\n"
-                             "describe the data"),
+                             "motion. Exit 1 when the model cannot describe the data"),
     OPTION_TEXT(
         "--scene", "S", scene,
         "scene file with the runway (model chain) and the prior values; default: the model runway"),
     OPTION_TEXT("--fit", "NAMES", fitted,
                 "parameters to fit, from gap,grit,f,share,KL; the others stay fixed; default: all"),
     OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "prior value and standard error (lb, in, lb/ft); default: values from the scene, "
-                "with errors of 50 %\n"
-                "for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, and 20 % for f; share "
-                "is 1/12 with an\n"
-                "error of 15 %"),
+                "prior value and standard error (lb, in, lb/ft); default: values of the scene, "
+                "with errors of 50 % for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, "
+                "and 20 % for f; share: 1/12, error 15 %"),
     OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
                  "simulated data sets per round, at least {low}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,

@@ -428,7 +428,7 @@ static void take_sheet(struct typist *typist)
         } else if (outcome == SURVEY_DOUBTED) {
             char text[120];
             survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(request->cli, "reading not taken, %+.3f %s away from %s: %s",
+            cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
                      shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
                      unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
                      isnan(desk->previous_in[i]) ? "the design distance" : "the last reading",
@@ -443,7 +443,7 @@ static void take_sheet(struct typist *typist)
     if (doubted)
         error_set(
             fatal, MR_LIMIT,
-            "%zu reading%s not taken: %s; measure again, or accept all readings with --doubtful",
+            "%zu reading%s not accepted: %s; measure again, or accept all readings with --doubtful",
             doubted, doubted == 1 ? "" : "s", request->from);
 }
 
@@ -771,16 +771,13 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. An unfinished survey is continued"),
-    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that acts as a "
-                             "keyboard: a number and Enter. Each\n"
-                             "reading is on disk before the next prompt. Commands: s skip, u undo, "
-                             "b back, n TEXT note, q quit, ?\n"
-                             "help"),
+    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that acts as one: "
+                             "a number and Enter. Each reading is on disk before the next prompt. "
+                             "Commands: s skip, u undo, b back, n TEXT note, q quit, ? help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
-                  "edges at which stations are read; default: left. diagonal is for mats laid at "
-                  "45 degrees: stations\n"
-                  "and transverse distances on all four lines along the runway, and distances "
-                  "along seven lines at 45 degrees"),
+                  "edges at which stations are read; default: left. diagonal, for mats laid at 45 "
+                  "degrees: stations and transverse distances on all four lines along the runway, "
+                  "and distances along seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
@@ -789,28 +786,25 @@ static const struct command_part parts[] = {
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
                      "standard error of a reading; default: {standard}"),
     OPTION_TEXT("--from", "CSV", from,
-                "read a sheet. Readings that need confirmation are refused, with exit 1; "
-                "--doubtful accepts them"),
+                "read a sheet. Readings that need confirmation are refused (exit 1) unless "
+                "--doubtful is given"),
     OPTION_TEXT("--sheet", "F.csv", sheet,
-                "write a sheet with all readings in walking order and their last values (-: "
-                "standard output)"),
+                "write a sheet with all readings in walking order and their last values; -: to "
+                "standard output"),
     OPTION_FLAG("--end", end, "end an incomplete survey"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "withdraw survey N; needs --reason. It stays in the campaign but is no longer "
-                 "used. matrig landing DB\n"
-                 "lists it"),
+                 "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
+                 "landing DB lists it"),
     OPTION_FLAG("--show", show,
-                "show the survey of --survey N (default: the newest): opening and closing per ten "
-                "mats, movement,\n"
-                "in-plane bow"),
+                "show survey --survey N (default: the newest): opening and closing per ten mats, "
+                "movement, in-plane bow"),
     OPTION_TEXT("--load", "LINK", load,
                 "send the openings to the board and read them back, over serial or CAN (a can: "
-                "link, or --can). Exit 1\n"
-                "when the board reports different values"),
+                "link, or --can). Exit 1 when the board reports different values"),
     OPTION_FORCE(force),
-    HELP_NOTE("matrig asks again for a reading that differs from that of the previous survey "
-              "(first survey: from the nominal value)\n"
-              "by more than ten joints allow (10 x 0.036 in; a station: 1 in)."),
+    HELP_NOTE(
+        "matrig asks again for a reading that differs from the previous survey (first survey: from "
+        "the nominal value) by more than ten joints allow (10 x 0.036 in; a station: 1 in)."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
@@ -822,11 +816,9 @@ static const struct command_part parts[] = {
 const struct command command_survey = {
     "survey",
     survey_command,
-    "DB [--edges left|both|none|diagonal] [--new] [--closed IN] [--error IN] "
-    "[--note T]\n"
-    "                         [--from CSV [--doubtful] | --end | --withdraw N --reason T | --sheet "
-    "F "
-    "[--force] | --show | --load LINK [--can]] [--survey N]",
+    "DB [--edges left|both|none|diagonal] [--new] [--closed IN] [--error IN] [--note T] [--from "
+    "CSV [--doubtful] | --sheet F [--force]]\nDB --end | --show | --load LINK [--can] [--survey "
+    "N]\nDB --withdraw N --reason T",
     "caliper survey of the mat's gage points: gaps, movement, in-plane bow; joint openings are "
     "sent to the board",
     COMMAND_PARTS(parts),

@@ -313,11 +313,11 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database. By default, the budget is for the newest landing, with "
-                    "each channel at its peak"),
+    HELP_ITEM(
+        "DB",
+        "campaign database; the budget is for the newest landing, with each channel at its peak"),
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: print the full budget of this channel; default: the "
-                         "combined uncertainty of all\n"
-                         "channels"),
+                         "combined uncertainty of all channels"),
     OPTION_RUN("--run", "RUN", run, "use this landing instead of the newest"),
     OPTION_TEXT(
         "--config", "F", config,
@@ -331,8 +331,7 @@ static const struct command_part parts[] = {
         "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
         "with --config: time from zeroing of the gages to the reading; default: {standard}"),
     HELP_NOTE("The budget adds certificate, position and temperature to the stated error of each "
-              "reading. x, u(x) and c are in inches\n"
-              "and pounds, even with --si."),
+              "reading. x, u(x) and c are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 

@@ -134,7 +134,7 @@ void compare_zones_answer(const struct compare_zones *zones, struct answer *answ
         answer_table(answer, NULL, "");
         for (size_t source = 0; source < COMPARE_SOURCES; source++) {
             answer_row(answer);
-            answer_words(answer, NULL, "as", "%s", names[source]);
+            answer_words(answer, NULL, "source", "%s", names[source]);
             zone_answer(names[source], &m->zone[source], answer);
             if (source == COMPARE_BOARD)
                 overlap_answer("overlap_board", &m->board, answer);
@@ -193,7 +193,7 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
         answer_none(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->against);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =
         ", estimated by its solver";
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
@@ -331,7 +331,7 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     answer_count(answer, NULL, "landings", (int64_t)set->count);
     answer_count(answer, "compared", "compared", (int64_t)set->compared);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
         " (largest), estimated by its solver";
     landings_answer(set, answer);
     channels_answer(set, answer);

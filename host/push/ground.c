@@ -92,10 +92,11 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
                         "factor. Check the curves for a bend, a drift, or a rod that seats late.",
                         ground->scatter);
     if (!isnan(rho->value) && rho->low > SPRUNG)
-        answer_sentence(answer, NULL,
-                        "The mat returned by more than it had moved (%.2f, at least %.2f): check "
-                        "the zero of the dial and the load. gear_unloading is written as 1.",
-                        rho->value, rho->low);
+        answer_sentence(
+            answer, NULL,
+            "The mat moved back further than it had moved forward (ratio %.2f, at least %.2f): "
+            "check the zero of the dial and the load. gear_unloading is set to 1.",
+            rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->untold > 0)
         answer_sentence(answer, NULL,
                         "%zu test%s moved too little to give a stiffness and are left out: stiff "
@@ -161,7 +162,7 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
         answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->most_lb, 1);
         add_interval(answer, "k_lb_in", "all mats,|lb/in (95 %)", &fit->k_lb_in, 0);
         add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading, 2);
-        answer_value(answer, "slid_lb", "slid|at, lb", UNIT_NUMBER, fit->limit_lb, 1);
+        answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->limit_lb, 1);
         answer_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
         answer_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
         answer_count(answer, "freedom", NULL, (int64_t)fit->freedom);

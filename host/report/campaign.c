@@ -598,7 +598,7 @@ static void warnings(const struct report *report, FILE *out)
         "Zone reached: the wheel reached at least 50 closed mats before it stopped, by "
         "survey and transducers or by observation, never by the predictor. Hit: the warning came "
         "before that; too late: after it; missed: a zone without a warning; false: a warning "
-        "without a zone; rightly quiet: neither. Measured "
+        "without a zone; correctly quiet: neither. Measured "
         "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
         "by the survey after the landing. Times count from touchdown. The survey's segments "
         "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time, which "
@@ -643,7 +643,7 @@ static void advice_row(const struct store_advice *advice, const struct report_fa
     answer_words(answer, NULL, "followed", "%s",
                  !facts || facts->record.advice.id != advice->id ? "\xe2\x80\x93"
                  : facts->record.followed                        ? "yes"
-                 : facts->record.off_plan                        ? "not flown as planned"
+                 : facts->record.off_plan                        ? "plan not followed"
                  : strcmp(advice->verdict, "against") == 0       ? "no"
                                                                  : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",

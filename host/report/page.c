@@ -585,10 +585,10 @@ static void general(const struct report *report, struct answer *answer)
     answer_words(answer, NULL, "made", "%s", when);
     answer_words(answer, NULL, "database", "%s, version %d", report_name(report), STORE_VERSION);
     if (stat(report->path, &file) == 0)
-        answer_words(answer, NULL, "its size", "%lld bytes", (long long)file.st_size);
+        answer_words(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
     snprintf(log, sizeof log, "%s-wal", report->path); /* with the newest writes, not in the file */
     if (!(stat(log, &file) == 0 && file.st_size) && SHA256File(report->path, hash))
-        answer_words(answer, NULL, "its SHA-256", "%s", hash);
+        answer_words(answer, NULL, "SHA-256", "%s", hash);
 }
 
 static void landing_row(const struct report_facts *facts, struct answer *answer)
@@ -655,8 +655,8 @@ static void calibrations(const struct report_landing *landing, struct answer *an
             sensor_facts(&landing->config->channel[i], measured->landing.armed_us / 1000000 / DAY_S,
                          answer);
         answer_words(answer, NULL, "in or lb per code", "%.9g", (double)channel->unit_per_code);
-        answer_value(answer, NULL, "its error, %", UNIT_NUMBER, 100.0 * (double)channel->gain_error,
-                     3);
+        answer_value(answer, NULL, "gain error, %", UNIT_NUMBER,
+                     100.0 * (double)channel->gain_error, 3);
         answer_value(answer, NULL, "error of the zero, in or lb", UNIT_NUMBER,
                      (double)channel->zero_error, 4);
     }

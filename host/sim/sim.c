@@ -36,7 +36,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give 0 to 1e+06 s",
                          options->dt_s);
     if (!(options->limit_s >= 0.0))
-        return error_set(error, MR_USAGE, "limit out of range: %g s; give 0, for none, or more",
+        return error_set(error, MR_USAGE, "limit out of range: %g s; give 0 (no limit) or more",
                          options->limit_s);
     if (options->rtol != 0.0 && !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
@@ -155,7 +155,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (scene->model == SIM_CHAIN && scene->friction_law != SIM_NONE &&
         scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE,
-                         "no soil in model chain: %s: friction_normal soil; give weight", where);
+                         "no soil in model chain: %s: friction_normal is soil; give weight", where);
     struct sim_scene counted;
     sim_scene_from_start(&counted, scene);
     result->start_s = sim_scene_start_s(scene);
@@ -245,9 +245,9 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
     answer_remark(answer, ", in segment %zu", most + 1);
     answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
         DIGITS;
-    answer_value(answer, NULL, "most carried", UNIT_TENSION, s->band_load_lb[load], -4);
+    answer_value(answer, NULL, "largest load", UNIT_TENSION, s->band_load_lb[load], -4);
     answer_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
-    answer_value(answer, NULL, "most slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
+    answer_value(answer, NULL, "largest slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
     answer_remark(answer, ", at the connection at mat %.0f; %zu of %zu connections pulled out",
                   s->band_mat[slip], out, s->connections);
 }
@@ -259,7 +259,7 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
     for (size_t i = 0; i < s->cleats; i++)
         sum += s->cleat_left[i];
     answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
-    answer_value(answer, NULL, "hold of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
+    answer_value(answer, NULL, "hold of a cleat", UNIT_NUMBER, sum / (double)s->cleats, -3);
     answer_remark(answer, " of the initial hold is left on average, %.3g on mat %.0f",
                   s->cleat_left[worst], s->cleat_mat[worst]);
 }
@@ -429,7 +429,8 @@ static void add_active(struct answer *answer, const struct sim_result *result)
     answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
         9;
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
-    answer_value(answer, "pass_ms", "this pass took", UNIT_NUMBER, result->pass_ms, 1)->end = " ms";
+    answer_value(answer, "pass_ms", "time of this pass", UNIT_NUMBER, result->pass_ms, 1)->end =
+        " ms";
     answer_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out[i]; i++)
         answer_sentence(answer, NULL, "%s", result->left_out[i]);

@@ -307,8 +307,7 @@ static struct answer *fit_described(const struct fit_landings *list, const struc
     add_parameters(answer, list, fit, misfit);
     add_correlations(answer, list, fit);
     if (fit->stopped)
-        answer_sentence(answer, NULL,
-                        "the estimate did not settle in %u rounds: give narrower priors",
+        answer_sentence(answer, NULL, "the fit did not converge in %u rounds: give narrower priors",
                         fit->rounds);
     add_misfit(answer, list, misfit);
     return answer;

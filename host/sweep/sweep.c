@@ -690,8 +690,7 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
     }
     if (!input)
         return error_set(error, MR_MALFORMED,
-                         "no such place: %s: a dotted key leads nowhere in the base; correct it",
-                         path);
+                         "no such key: %s: a dotted key is not in the base; correct it", path);
     snprintf(where, sizeof where, "%s: first case", path);
     if (sweep->study) {
         if (series_from_json(&series, where, input, error) == MR_OK)

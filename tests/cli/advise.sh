@@ -50,7 +50,7 @@ w = r["warnings"]
 assert r["off_plan"] == 1 and not any(a["came"] + a["did_not"] + a["unknown"] for a in r["advice"])
 assert w["hits"] + w["late"] == 1 and w["misses"] == 0 and w["silences"] == 1 and w["unknown"] == 0' "$tmp/show.json" &&
         $matrig show "$db" | xargs | grep 'In 1 landings the wheel reached a zone: [01] warned in time, [01] too late, 0 missed' &&
-        sed -n '/id="record"/,/<[/]section/p' "$tmp/report.html" >"$tmp/record.html" && grep -q ', not flown as planned' "$tmp/record.html"
+        sed -n '/id="record"/,/<[/]section/p' "$tmp/report.html" >"$tmp/record.html" && grep -q ', plan not followed' "$tmp/record.html"
 }
 check "advice and warning are added up with what came of them" recorded
 rows_hold() {

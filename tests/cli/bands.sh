@@ -36,7 +36,7 @@ shunts_are_stored() {
 drift_is_reported() { # 3 % of 40 lb
     [ "$(in_db shunts 'select abs(a.span_lb - b.span_lb - 1.2) < 0.05 from shunts a join shunts b on a.gage = b.gage and a.number = 2 and b.number = 1 where a.gage = 5')" = 1 ] &&
         [ "$(in_db shunts 'select abs(change_lb - 1.2) < 0.05 from shunts where number = 2 and gage = 5')" = 1 ] &&
-        $matrig report "$tmp/shunts.db" -o "$tmp/report.html" >/dev/null && in_report 'found before' && in_report '<td>good</td><td>wrong</td>'
+        $matrig report "$tmp/shunts.db" -o "$tmp/report.html" >/dev/null && in_report 'span before' && in_report '<td>good</td><td>wrong</td>'
 }
 # The truth in the run file: least and most by the columns of the gages from the first edge on, in 0.01 lb.
 truth() { # BAND min|max

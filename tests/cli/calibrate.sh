@@ -78,7 +78,7 @@ per_in = 0.5 * 4096 / 3.3
 kept = {0.0: 0, 0.5: 0, 1.0: 0}
 def type_in(value):
     p.stdin.write(b"%g\n" % value)
-    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: not taken[^\n]*)?\n")
+    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: not accepted[^\n]*)?\n")
     answer(r"point \d+, in: ")
     return float(m.group(1)), bool(m.group(3))
 zero = 0.05 / 0.5 * per_in  # the bridge's offset of 50 mV

@@ -102,7 +102,7 @@ wrong_input_is_told() {
         fails_with 2 'one runway; give a study file with --seeds' $matrig compare "$db" 1 --seeds 4 &&
         fails_with 2 'both a RUN and a series' $matrig compare "$db" 1 --series spring &&
         fails_with 2 'only for a single landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
-        fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"
+        fails_with 2 'needs DB RUN, DB FILE or DB --series' $matrig compare "$db"
 }
 ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)
     local sentence='Landing 1 differs from slippery.json: [0-9]* of [0-9]* peaks, ends and arrivals differ by more than twice their errors; largest: the '

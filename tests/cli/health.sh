@@ -15,7 +15,7 @@ a_fault_is_logged() {
     build/matrig log --all --serial "file:$tmp/serial" --can "file:$tmp/can" --db "$tmp/log.db" >"$tmp/log.txt" 2>&1 || return 1
     cat "$tmp/log.txt"
     grep -Eq 'the board restarted after a usage fault at 0x080[0-9a-f]{5}' "$tmp/log.txt" &&
-        grep -q 'nobody acknowledges: unplugged\|good again after 1\.[45][0-9] s; 1 outage since' "$tmp/log.txt" &&
+        grep -q 'no acknowledgement: unplugged\|good again after 1\.[45][0-9] s; 1 outage since' "$tmp/log.txt" &&
         [ "$(sqlite3 "$tmp/log.db" "select count(distinct code), count(*) from events where kind = 'crash'")" = '42|42' ] &&
         [ "$(sqlite3 "$tmp/log.db" "select group_concat(distinct code) from events where kind = 'can-state' and code = 3")" = 3 ]
 }
@@ -33,7 +33,7 @@ self_test_passes() { with_board --serial "unix:$sockets/serial" -- build/matrig 
 self_test_fails() {
     printf 'matrig-faults 1\nat 0 lamp broken\n' >"$tmp/lamp"
     with_board --serial "unix:$sockets/serial" --faults "$tmp/lamp" -- build/matrig --quiet board --serial "unix:$sockets/serial" self-test >"$tmp/test.txt"
-    [ $? = 1 ] && cat "$tmp/test.txt" && grep -q 'warning lamp, lit  *FAILED' "$tmp/test.txt"
+    [ $? = 1 ] && cat "$tmp/test.txt" && grep -q 'warning lamp, on  *FAILED' "$tmp/test.txt"
 }
 it_restarts() { with_board --serial "unix:$sockets/serial" -- build/matrig --quiet board --serial "unix:$sockets/serial" reset && grep -q 'resets 1,' "$tmp/board.err"; }
 

@@ -55,7 +55,7 @@ a_stamp_of_a_frame() {
     done
 }
 # ---- header lines ----
-eleven_taken() { tee "$tmp/taken" && grep -q "verdict  *complete$" "$tmp/taken" && grep -q "^taken  *11 rows$" "$tmp/taken"; }
+eleven_taken() { tee "$tmp/taken" && grep -q "verdict  *complete$" "$tmp/taken" && grep -q "^imported  *11 rows$" "$tmp/taken"; }
 by_lines() { # HEADER-LINES TEXT: imported with columns counted
     numbered "$1"
     printf "$2" >"$tmp/h.csv"

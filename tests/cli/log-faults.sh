@@ -72,7 +72,7 @@ disk_full() {
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/full.marks")
     echo "exit $status; read 100 ms before: $read; kept $(fills_in full)"
     [ $status = 3 ] &&
-        grep -Eq "^matrig: .*/full.db accepted no more data \(cannot write \(database or disk is full; [a-z0-9.]+ at /[^)]*\): .*full.db; free space on the disk\); all that was logged is in .*/full-saved-.*\.db$" "$tmp/full.err" &&
+        grep -Eq "^matrig: .*/full.db accepted no more data \(cannot write \(database or disk is full; [a-z0-9.]+ at /[^)]*\): .*full.db; free space on the disk\); the data logged is in .*/full-saved-.*\.db$" "$tmp/full.err" &&
         [ "$read" -gt 3000 ] && [ "$(fills_in full)" -ge "$read" ] && intact full
 }
 after_that_it_goes_on() { # with room again, the same campaign takes the next landing, and shows what it has of the other

@@ -167,7 +167,7 @@ ended_while() { # NAME
     [ "$1" = given-up ] && let_go
     saved=$(json "$1" db)
     [ $status = 3 ] && [[ $saved == $dbs/$1-saved-*.db ]] &&
-        [ "$(grep -c "^matrig: $dbs/$1\.db accepted no more data .*; all that was logged is in $saved$" "$tmp/$1.err")" = 1 ] || return 1
+        [ "$(grep -c "^matrig: $dbs/$1\.db accepted no more data .*; the data logged is in $saved$" "$tmp/$1.err")" = 1 ] || return 1
     saved=$(basename "$saved" .db)
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/$1.marks")
     kept=$(db "$saved" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")
@@ -221,7 +221,7 @@ taken() { # NAME WHAT COMMAND...
     awk -v from="${from/,/.}" -v at="${at/,/.}" 'BEGIN { printf "told after %.2f s\n", at - from }'
     saved=$(json "$name" db)
     echo "$saved"
-    [[ $saved == $dbs/$name-saved-*.db ]] && [ "$(grep -c "while it was logged; all that was logged is in $saved$" "$tmp/$name.err")" = 1 ] &&
+    [[ $saved == $dbs/$name-saved-*.db ]] && [ "$(grep -c "while it was logged; the data logged is in $saved$" "$tmp/$name.err")" = 1 ] &&
         all_there "$name" "$(basename "$saved" .db)"
 }
 moved() { # its journal goes with it, so that it is whole

@@ -239,7 +239,7 @@ check "no-go: the black box is dead" no_go 'at 0 nor dead' 'black box +no memory
 check "no-go: the warning lamp is broken" only_no_go 'at 0 lamp broken' 'warning lamp +does not light'
 check "no-go: another configuration" only_no_go '' 'configuration .*CRC 12345678, as given' --expect-config 12345678
 check "no-go: another image than the last landing's" another_image
-check "no-go: CAN is unplugged" no_go 'at 0.3 bus unplug' 'CAN +nobody acknowledges'
+check "no-go: CAN is unplugged" no_go 'at 0.3 bus unplug' 'CAN +no acknowledgement'
 check "no-go: no thermometer answers" no_go 'at 0.01 thermometer dead' 'thermometer +no'
 check "no-go: both bands are slack" pretension
 check "no-go: a switch was left open, by name" a_latch_left_open

@@ -34,7 +34,7 @@ rows = re.findall(r"<tr><td[^>]*>(\d+)</td>(.*?)</tr>", section)
 said = [re.sub("<[^>]*>", "|", cells) for _, cells in rows]
 print(w, *said, sep="\n")
 assert "Warnings and their outcome" in section and len(rows) == 3
-assert sum("|missed|" in s for s in said) == w["misses"] and sum("|rightly quiet|" in s for s in said) == w["silences"]
+assert sum("|missed|" in s for s in said) == w["misses"] and sum("|correctly quiet|" in s for s in said) == w["silences"]
 assert sum("|not known|" in s for s in said) >= w["unknown"] and sum(w.values()) == 3
 EOP
 }

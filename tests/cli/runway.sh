@@ -24,17 +24,17 @@ with_board() { # OUT WORD...: on a board of its own, which ends with the link
     stop
     return $status
 }
-new_board() { with_board new && [ "$(in_json new source)" = 'nobody has measured it' ] && [ "$(in_json new landings)" = 0 ] && [ "$(in_json new copy_a)" = blank ]; }
+new_board() { with_board new && [ "$(in_json new source)" = 'not measured' ] && [ "$(in_json new landings)" = 0 ] && [ "$(in_json new copy_a)" = blank ]; }
 loaded() {
     make_file "$tmp/seven.txt"
     with_board loaded load "$tmp/seven.txt" -o "$tmp/back.txt" && [ "$(in_json loaded landings)" = 7 ] &&
-        [ "$(in_json loaded source)" = 'given by the host' ] && [ "$(in_json loaded copy_a)" = whole ] &&
+        [ "$(in_json loaded source)" = 'from the host' ] && [ "$(in_json loaded copy_a)" = whole ] &&
         diff <(grep -v '^#' "$tmp/back.txt") "$tmp/seven.txt"
 }
 after_restart() { with_board again && [ "$(in_json again source)" = 'from memory, copy A' ] && [ "$(in_json again crc)" = "$(in_json loaded crc)" ] && [ "$(in_json again landings)" = 7 ]; }
 damaged() { # a bit of copy A, sector 4094 of the memory
     printf '\x55' | dd of="$tmp/nor.bin" bs=1 seek=$((4094 * 4096 + 300)) conv=notrunc 2>/dev/null
-    with_board damaged && [ "$(in_json damaged source)" = 'nobody has measured it' ] && in_json damaged copy_a | grep -q '^damaged'
+    with_board damaged && [ "$(in_json damaged source)" = 'not measured' ] && in_json damaged copy_a | grep -q '^damaged'
 }
 forgotten() {
     with_board give load "$tmp/seven.txt" && with_board forget forget && [ "$(in_json forget landings)" = 0 ]

@@ -96,7 +96,7 @@ EOF
 sheet_faults() {
     sed 's/^gap,1,8,[^,]*,/gap,1,8,34.9,/' "$tmp/filled.csv" >"$tmp/far.csv"
     $matrig survey "$tmp/f.db" --new --edges both --from "$tmp/far.csv" >/dev/null 2>"$tmp/far.err"
-    [ $? = 1 ] && grep -q 'not taken, +1.400 in away from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
+    [ $? = 1 ] && grep -q 'not accepted, +1.400 in away from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
         [ "$(kept "$tmp/f.db")" = 193 ] || return 1
     $matrig survey "$tmp/f.db" --edges both --from "$tmp/far.csv" --doubtful >/dev/null 2>&1 && [ "$(kept "$tmp/f.db" "and confirmed")" = 1 ] || return 1
     printf 'kind,line,place,reading_in\ngap,5,0,33.5\n' >"$tmp/bad.csv"

@@ -208,7 +208,7 @@ bad "an empty list" 4 'list of the wrong length: .*vary F' "{$b, \"vary\": {\"F\
 bad "a range without count" 4 'vary F; give "count"' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2}}, $o}"
 bad "a log range below 0" 4 'a log range above 0' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
 bad "too many cases" 4 'too many cases' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2, \"count\": 9999}, \"KL\": {\"from\": 1, \"to\": 2, \"count\": 9999}}, $o}"
-bad "a dotted key that leads nowhere" 4 'no such place' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
+bad "a dotted key that leads nowhere" 4 'no such key' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
 bad "a search without a field" 4 'find: .*field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
 bad "a search of a varied key" 4 'varied and searched' "{$b, \"vary\": {\"F\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"field\": \"peak_u_ft\", \"above\": 1}}"
 c='"base": "runway/series.json"' co='"outputs": ["buckled_share"]'
@@ -216,7 +216,7 @@ bad "a scene given as a campaign" 4 'wrong value: .*landings' "{\"base\": {\"sce
 bad "a key that campaigns lack" 4 'unknown key: .*first case: .*"friction"' "{$c, \"vary\": {\"friction\": [1]}, $co}"
 bad "a key that its runway lacks" 4 'unknown key: .*runway."gaps"' "{$c, \"vary\": {\"runway.gaps\": [1]}, $co}"
 bad "a key that its scene lacks" 4 'Thrust' "{$c, \"vary\": {\"scene.Thrust\": [1]}, $co}"
-bad "a landing that it lacks" 4 'no such place' "{$c, \"vary\": {\"landings.2.speed_ft_s\": [1]}, $co}"
+bad "a landing that it lacks" 4 'no such key' "{$c, \"vary\": {\"landings.2.speed_ft_s\": [1]}, $co}"
 bad "a campaign whose scene is not there" 3 'cannot open scene: .*runway/gone.json' \
     "{\"base\": {\"scene\": \"runway/gone.json\", \"landings\": []}, \"vary\": {\"seeds\": [1]}, $co}"
 unknown_output() { printf '%s' "{$b, \"vary\": {\"F\": [1]}, \"outputs\": [\"lift\"]}" >"$tmp/bad.json" && run bad && cat "$tmp/bad.jsonl" &&

@@ -764,10 +764,10 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
             error, MR_MALFORMED,
             "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give only one", where);
     if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
-        return error_set(
-            error, MR_MALFORMED,
-            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give at least one",
-            where);
+        return error_set(error, MR_MALFORMED,
+                         "diagonal joints cannot slide: %s: lay_deg without lay_slide, lay_mu or "
+                         "slack; give at least one",
+                         where);
     for (size_t i = 0; i < m->torn.count; i++) {
         if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
             return error_set(error, MR_MALFORMED,
