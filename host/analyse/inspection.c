@@ -356,7 +356,7 @@ static void shown_text(const struct inspection_field *field, const json_t *value
     inspection_text(field, values, out);
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     if (!isnan(value))
-        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.6g" : "%.6g \xc2\xb1 %.2g",
+        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.6g" : "%.6g +- %.2g",
                  factor * (value - zero), factor * error);
     else if (field->type == INSPECTION_PICTURE && digest)
         snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);

@@ -55,9 +55,9 @@ struct estimate params_soil(struct estimate load_lb, struct estimate deflection_
 
 /* Soil stiffness under one mat end from a plate bearing test: pressure under the plate against its
  * settlement gives the modulus of soil reaction, which model and prototype have in common (2.2),
- * and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the plate is
- * seated does not matter. 1.96 errors are a 95 % interval: Student's t is included. MR_TOO_FEW: fewer
- * than three readings, or one settlement only. */
+ * and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the plate
+ * is seated does not matter. 1.96 errors are a 95 % interval: Student's t is included. MR_TOO_FEW:
+ * fewer than three readings, or one settlement only. */
 enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
                             struct estimate plate_ft, struct estimate mat_ft2,
                             struct estimate *kv_lb_ft, struct error *error);

@@ -1,4 +1,5 @@
-/* matrig record: what the crew sets, inspects and writes down. The kinds are in host/store/records.def. */
+/* matrig record: what the crew sets, inspects and writes down. The kinds are in
+ * host/store/records.def. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

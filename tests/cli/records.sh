@@ -90,7 +90,7 @@ what_was_different() {
     $matrig --json record "$db" --compare 1 2 >"$tmp/said" && python3 - "$tmp/said" <<'PY'
 import json, sys
 d = {r["field"]: (r["from"], r["to"]) for r in json.load(open(sys.argv[1]))["differences"]}
-assert d == {"weight_lb": (None, "1300"), "temperature_f": ("68", "73.4 ± 1.8"), "planned_braking_ft_s2": ("4", "4.6")}, d
+assert d == {"weight_lb": (None, "1300"), "temperature_f": ("68", "73.4 +- 1.8"), "planned_braking_ft_s2": ("4", "4.6")}, d
 PY
 }
 csv_round_trip() {
@@ -119,7 +119,7 @@ in_the_report() {
         grep -q '&lt;i&gt;overrun' "$tmp/with.html" && ! grep -q '<i>overrun' "$tmp/with.html" && grep -q '12.8 (was 11.5)' "$tmp/with.html" && grep -q 'wrong mat' "$tmp/with.html" &&
         grep -q "SHA-256 $(sha256sum "$tmp/bow.jpg" | cut -c 1-12)" "$tmp/with.html" && sed 's/<[^>]*>/ /g' "$tmp/with.html" | grep 'braking planned (ft/s.*) *4 *4.6 '
 }
-in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 ± 1 "; }
+in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
 with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
 day() { printf "$1" | timeout 600 $matrig day "$2" 2>&1 >"$tmp/said.raw"; tr '\r' '\n' <"$tmp/said.raw" >"$tmp/said"; }
 day_asks_for_what_is_used() { # once a landing, with the last values; Enter keeps them

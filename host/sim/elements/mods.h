@@ -99,9 +99,9 @@ struct mods *mods_make(const struct sim_scene *scene);
 void mods_reset(struct mods *mods); /* returns to t = 0 */
 void mods_free(struct mods *mods);
 
-/* Updates bands and anchors for one step: tensions at the present displacements, then slip at connections
- * whose hold is exceeded, then the force on each riveted mat (carried_lb). Rivets under the wheel
- * may pull out. */
+/* Updates bands and anchors for one step: tensions at the present displacements, then slip at
+ * connections whose hold is exceeded, then the force on each riveted mat (carried_lb). Rivets under
+ * the wheel may pull out. */
 void mods_pull_bands(struct mods *mods, const struct mods_view *view, const struct sim_touch *touch,
                      int count);
 
@@ -111,8 +111,8 @@ double mods_cleat_lb(const struct mods *mods, int mat);
 void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_s, int first,
                       int last);
 
-/* Adds the forces of stiffeners, sliding joints, absorbers and end springs to the tensions of joints first..last, and tears
- * joints whose strength is exceeded. */
+/* Adds the forces of stiffeners, sliding joints, absorbers and end springs to the tensions of
+ * joints first..last, and tears joints whose strength is exceeded. */
 void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first, int last);
 
 bool mods_is_torn(const struct mods *mods, int joint);

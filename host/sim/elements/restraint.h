@@ -1,9 +1,9 @@
 /* Restraints: springs with dampers at every n-th mat or joint of a runway. MODIFICATIONS.md,
  * "Restraints". One row of the table in restraint.c describes a kind.
  *
- * A restraint exerts k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor), the
- * rise of its middle above the settled mat (tie-down), or the opening of a joint (absorber), ft.
- * Anchors and tie-downs are pulled out beyond their grip: zero follows x. Tie-downs only pull.
+ * A restraint exerts k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor),
+ * the rise of its middle above the settled mat (tie-down), or the opening of a joint (absorber),
+ * ft. Anchors and tie-downs are pulled out beyond their grip: zero follows x. Tie-downs only pull.
  *
  * The functions are parts of mods.h, which calls them; its scheme of units, counting and ownership
  * applies. */
