@@ -11,9 +11,8 @@
 #include "host/base/quantity.h"
 #include "host/base/answer.h"
 
-#define LINE_WIDTH   100 /* as for the output of commands */
-#define TERM_MOST    14  /* longest term whose text begins on the same line */
-#define USAGE_COLUMN 13  /* of "usage: matrig" */
+#define LINE_WIDTH 100 /* as for the output of commands */
+#define TERM_MOST  14  /* longest term whose text begins on the same line */
 
 const char *help_group_title(enum command_group group)
 {
@@ -29,15 +28,13 @@ const char *help_group_title(enum command_group group)
 static void print_usage(const char *command, const char *words)
 {
     for (const char *line = words; *line;) {
-        size_t length = strcspn(line, "\n"), column = 0;
-        char *text = xasprintf("%s%s%.*s", command, command[0] ? " " : "", (int)length, line);
-        fputs(line == words ? "usage: matrig" : "       matrig", stdout);
+        size_t length = strcspn(line, "\n");
+        fputs(line == words ? "Usage: matrig" : "   or: matrig", stdout);
         for (size_t i = 0; line == words && i < command_matrig.count; i++) {
             if (command_matrig.parts[i].text)
-                column += (size_t)printf(" [%s]", command_matrig.parts[i].option.name);
+                printf(" [%s]", command_matrig.parts[i].option.name);
         }
-        wrap_print(text, USAGE_COLUMN + column, USAGE_COLUMN + 4, LINE_WIDTH, stdout);
-        free(text);
+        printf("%s%s %.*s\n", command[0] ? " " : "", command, (int)length, line);
         line += length + (line[length] == '\n');
     }
 }

@@ -37,6 +37,6 @@ check "scene with an unknown key" fails_with 4 "Nn" $matrig compare "$tmp/f.db" 
 
 # --- help ---
 check "help names every command" bash -c "for c in log sim compare report export import; do $matrig --help | grep -q \"^  \$c \" || exit 1; done"
-check "every command has help" bash -c "for c in log sim compare report export import; do $matrig \$c --help | grep -q \"^usage: matrig .* \$c\" || exit 1; done"
+check "every command has help" bash -c "for c in log sim compare report export import; do $matrig \$c --help | grep -q \"^Usage: matrig .* \$c\" || exit 1; done"
 check "help of a command needs nothing else" $matrig log --db --help
 finish

@@ -12,7 +12,7 @@ check "the table is there" sh -c "[ $(wc -w <<<"$commands") -ge 25 ]"
 examples() {
     local command
     for command in $commands; do
-        $m $command --help >"$tmp/help" && grep -q "^usage: matrig .* $command" "$tmp/help" &&
+        $m $command --help >"$tmp/help" && grep -q "^Usage: matrig .* $command" "$tmp/help" &&
             sed -n '/Example:/,$p' "$tmp/help" | grep -q "matrig $command " || { echo "$command has no example"; return 1; }
         cmp "$tmp/help" <($m help $command) || return 1
     done
