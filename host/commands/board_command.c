@@ -904,7 +904,8 @@ const struct command command_board = {
     board_command,
     "--serial LINK [--image FILE]\n--serial LINK list | read N [--db DB [--run RUN]] | free "
     "N\n(--serial LINK | --can LINK) config get|set|check [-o F] [--force]\n--serial LINK runway "
-    "[show|load F|forget] [-o F]\n(--serial LINK | --can LINK) arm [LANDING] | disarm\n--serial LINK "
+    "[show|load F|forget] [-o F]\n(--serial LINK | --can LINK) arm [LANDING] | disarm\n--serial "
+    "LINK "
     "zero [1|2] | shunt | health | self-test | reset | key new|clear\n--serial LINK bringup "
     "[report|brown-out|rom]",
     "bring-up, firmware, black box, configuration, runway and health of a board",

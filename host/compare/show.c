@@ -193,8 +193,8 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
         answer_none(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->against);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =
-        ", estimated by its solver";
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)
+        ->end = ", estimated by its solver";
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
         answer_words(answer, NULL, "runways",
