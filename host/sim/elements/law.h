@@ -138,6 +138,23 @@ LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double jo
                               joined * joint->cl_lb_s_ft / mass_slug};
 }
 
+/* Extension of a joint's spring; negative: compression. */
+LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
+{
+    return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
+}
+
+/* Rate of a joint's damper over a step: only the movement in the last step during which the joint
+ * was closed. Otherwise the damper would act for all or none of a step in which the joint closes or
+ * opens, and its impulse would have an error of the same size at every longer step. */
+LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
+                                       double step_s)
+{
+    double now_ft = law_engaged_ft(g_ft, slack_ft),
+           before_ft = law_engaged_ft(g_ft - rate_ft_s * step_s, slack_ft);
+    return now_ft * before_ft > 0.0 ? rate_ft_s : (now_ft - before_ft) / step_s;
+}
+
 /* ---- hinge ---- */
 
 /* Hinge: the moment between two mats that are turned by d relative to each other. README.md, "Joint

@@ -338,7 +338,7 @@ static void assign_places(struct mods *m)
                             &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
     for (size_t i = 0; i < 8; i++, at += joints)
         *per_joint[i] = at;
-    m->restraint_lb = at;
+    m->restraint_ft = at;
     at += m->state->restraint_count;
     if (m->banded)
         mods_place_bands(m, at);
@@ -351,7 +351,7 @@ static void assign_places(struct mods *m)
             .zero_ft = m->state->restraint_zero_ft + before,
             .load_lb = m->state->restraint_load_lb + before,
             .at = m->state->restraint_at + before,
-            .now_lb = m->restraint_lb + before,
+            .stretch_ft = m->restraint_ft + before,
         };
         before += m->state->restraints[k];
     }

@@ -78,7 +78,7 @@ struct mods {
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];
     int *anchor_brace;    /* per anchor: index of its mat among the braced mats */
-    double *restraint_lb; /* present loads of all restraints */
+    double *restraint_ft; /* work space: present stretch of all restraints */
     double *band_lb;      /* tensions of all groups */
     int braces;           /* number of mats to which bands are riveted, or that have anchors */
     int *brace_mat;       /* numbers of these mats, in order */

@@ -21,7 +21,8 @@ void restraints_reset(struct restraints *r, const struct sim_scene *scene)
         double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
         r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
         r->at[i] = at;
-        r->load_lb[i] = r->now_lb[i] = 0.0;
+        r->load_lb[i] = 0.0;
+        r->stretch_ft[i] = start_ft - r->zero_ft[i];
     }
 }
 
@@ -30,8 +31,9 @@ double restraint_lb(struct restraints *r, int i, double x_ft, double rate_ft_s)
     const struct sim_restraint *s = r->made;
     const struct kind *kind = &kinds[r->kind];
     double spring_lb = s->k_lb_ft * (x_ft - r->zero_ft[i]);
+    r->stretch_ft[i] = 0.0;
     if (kind->only_pulls && !(spring_lb > 0.0))
-        return r->now_lb[i] = 0.0;
+        return 0.0;
     if (kind->pulls_out && fabs(spring_lb) > s->grip_lb) {
         spring_lb = copysign(s->grip_lb, spring_lb);
         r->zero_ft[i] = x_ft - spring_lb / s->k_lb_ft;
@@ -39,7 +41,8 @@ double restraint_lb(struct restraints *r, int i, double x_ft, double rate_ft_s)
     double lb = spring_lb + s->c_lb_s_ft * rate_ft_s;
     lb = fmax(kind->only_pulls ? 0.0 : -s->grip_lb, fmin(lb, s->grip_lb));
     r->load_lb[i] = fmax(r->load_lb[i], fabs(lb));
-    return r->now_lb[i] = lb;
+    r->stretch_ft[i] = x_ft - r->zero_ft[i];
+    return lb;
 }
 
 int restraint_of(const struct restraints *r, int at)
@@ -52,9 +55,13 @@ int restraint_of(const struct restraints *r, int at)
 
 double restraints_energy_lb_ft(const struct restraints *r)
 {
+    const struct sim_restraint *s = r->made;
     double energy = 0.0;
-    for (int i = 0; i < r->count; i++)
-        energy += 0.5 * r->now_lb[i] * r->now_lb[i] / r->made->k_lb_ft;
+    for (int i = 0; i < r->count; i++) {
+        double stretch_ft = fabs(r->stretch_ft[i]),
+               elastic_ft = fmin(stretch_ft, s->grip_lb / s->k_lb_ft);
+        energy += s->k_lb_ft * elastic_ft * (stretch_ft - 0.5 * elastic_ft);
+    }
     return energy;
 }
 

@@ -18,7 +18,7 @@ struct restraints {
     const struct sim_restraint *made; /* in the scene */
     int count;
     double *zero_ft, *load_lb, *at; /* load_lb: largest load so far; at: mat or joint */
-    double *now_lb;                 /* present load */
+    double *stretch_ft;             /* present x - zero */
 };
 
 /* Returns to t = 0. */

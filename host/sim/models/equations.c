@@ -266,11 +266,17 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
     KERNEL_DISPATCH(consistent_kernel, model, t_s, z, accel)
 }
 
+static __attribute__((noinline)) void heave_varied(const struct model *m, double step_s,
+                                                   const double *z, double *accel)
+{
+    consistent_kernel(m, 0.0, z, accel,
+                      (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
+}
+
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
     if (m->varied)
-        consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
+        heave_varied(m, step_s, z, accel);
     else if (m->brace_lb)
         consistent_kernel(m, 0.0, z, accel,
                           (struct kernel_parts){false, false, true, true, false, SIM_NONE, step_s});

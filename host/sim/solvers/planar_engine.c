@@ -174,22 +174,6 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-/* Extension of a joint's spring; negative: compression. */
-LAW_INLINE double engaged_ft(double g_ft, double slack_ft)
-{
-    return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
-}
-
-/* Rate of a joint's damper over a step: only the movement in the last step during which the joint
- * was closed. Otherwise the damper would act for all or none of a step in which the joint closes or
- * opens, and its impulse would have an error of the same size at every longer step. */
-LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft, double step_s)
-{
-    double now_ft = engaged_ft(g_ft, slack_ft),
-           before_ft = engaged_ft(g_ft - rate_ft_s * step_s, slack_ft);
-    return now_ft * before_ft > 0.0 ? rate_ft_s : (now_ft - before_ft) / step_s;
-}
-
 LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied)
 {
     const struct model *m = &l->model;
@@ -208,7 +192,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied
         double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft,
                rate = v_r - v_l + left.ft_s + right.ft_s;
         if (law == JOINT_SLACK && l->last_step_s > 0.0)
-            rate = damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
+            rate = law_damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
         if (varied)
             joint.kl_lb_ft = l->kl_lb_ft[j];
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
@@ -227,11 +211,16 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied
     }
 }
 
+static __attribute__((noinline)) void stretch_varied(struct planar_engine *l)
+{
+    stretch(l, l->joints, true);
+}
+
 /* Each joint law has a loop of its own. */
 static void stretch_joints(struct planar_engine *l)
 {
     if (l->model.varied)
-        stretch(l, l->joints, true);
+        stretch_varied(l);
     else if (l->joints == JOINT_LINEAR)
         stretch(l, JOINT_LINEAR, false);
     else if (l->joints == JOINT_SLACK)
@@ -293,10 +282,12 @@ static void brace_heaves(struct planar_engine *l)
     mods_brace_heave(l->mods, &heave);
 }
 
-static double node_soil_lb(const struct planar_engine *l, int node)
+LAW_INLINE double node_soil_lb(const struct planar_engine *l, int node, bool varied)
 {
     const struct model *m = &l->model;
     const double *z = l->z;
+    if (!varied)
+        return kernel_soil_lb(m, z, z + m->size, node);
     return m->contact[node]
              ? soil_lb(l->kv_lb_ft[node], l->cv_lb_s_ft[node], z[2 * node], z[m->size + 2 * node])
              : 0.0;
@@ -308,7 +299,7 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
         return l->friction_force_lb[node];
-    double now_lb = fmax(0.0, node_soil_lb(l, node));
+    double now_lb = fmax(0.0, node_soil_lb(l, node, l->model.varied));
     bool known = node >= l->rub_first && node <= l->rub_last;
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
@@ -321,7 +312,8 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
     const struct model *m = &l->model;
     if (l->in_parts || l->rub_share < 1.0)
         return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
-    return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
+    return m->friction * (fmax(0.0, node_soil_lb(l, n, m->varied)) +
+                          fmax(0.0, node_soil_lb(l, n + 1, m->varied)));
 }
 
 /* Step a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
@@ -351,8 +343,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
                             double h_s, bool cleated, bool elements, bool geared, bool varied)
 {
     const struct model *m = &l->model;
-    double mass_slug = m->mass_slug, *v = l->z + m->size,
-           *thrust = l->u; /* `u` is free until outputs are written */
+    double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
     unsigned stops = 0;
     for (int n = l->slides.first; n <= l->slides.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
@@ -363,8 +354,6 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = varied ? l->limit_lb[n] : m->weight_limit_lb;
-        if (varied)
-            mass_slug = l->mass_slug[n];
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
             limit = soil_limit_lb(l, n);
         for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
@@ -377,17 +366,19 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
             if (varied)
-                l->gear->mass_slug = mass_slug;
-            step_geared(l, n, thrust[n], limit, h_s, mass_slug);
+                l->gear->mass_slug = l->mass_slug[n];
+            step_geared(l, n, thrust[n], limit, h_s, varied ? l->mass_slug[n] : m->mass_slug);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(&m->elements, mat, h_s, mass_slug);
+            struct element_step step = element_step(&m->elements, mat, h_s,
+                                                    varied ? l->mass_slug[n] : m->mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
-                                               limit, step.as_if_s, mass_slug, &stops);
+                                               limit, step.as_if_s,
+                                               varied ? l->mass_slug[n] : m->mass_slug, &stops);
         } else {
-            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, mass_slug,
-                                               &stops);
+            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s,
+                                               varied ? l->mass_slug[n] : m->mass_slug, &stops);
         }
     }
     return stops;
@@ -434,20 +425,26 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
 
 /* The soil never pulls. At the end of the step, release nodes that it would pull and catch nodes
  * that it would push. True: a node has changed. */
-static bool settle_contacts(struct planar_engine *l, double h_s)
+LAW_INLINE bool settle(struct planar_engine *l, double h_s, bool varied)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
     bool changed = false;
     for (int j = m->first; j <= m->last + 1; j++) {
         double y_ft = l->z[2 * j];
-        bool pushed = y_ft > 0.0 && l->kv_lb_ft[j] * y_ft +
-                                            l->cv_lb_s_ft[j] * (v[2 * j] + h_s * l->accel[2 * j]) >
+        bool pushed = y_ft > 0.0 && (varied ? l->kv_lb_ft[j] : m->kv) * y_ft +
+                                            (varied ? l->cv_lb_s_ft[j] : m->cv) *
+                                                (v[2 * j] + h_s * l->accel[2 * j]) >
                                         0.0;
         changed = changed || pushed != m->contact[j];
         m->contact[j] = pushed;
     }
     return changed;
+}
+
+static bool settle_contacts(struct planar_engine *l, double h_s)
+{
+    return l->model.varied ? settle(l, h_s, true) : settle(l, h_s, false);
 }
 
 /* Update the vertical speeds over h_s. Returns the largest change of a node's speed by the soil. */
@@ -786,8 +783,8 @@ static void sample_shape(struct planar_engine *l)
  * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
  * the step's beginning to half a step after it. The soil's force after that belongs to the next
  * step. Returns the largest change of a node's speed. */
-static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
-                             double h_s)
+LAW_INLINE double heave_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
+                              double h_s, bool varied)
 {
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
@@ -795,7 +792,8 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean from before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
-        l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
+        l->friction_force_lb[j] = known ? l->rub_next_lb[j]
+                                        : early * fmax(0.0, node_soil_lb(l, j, varied));
         l->rub_next_lb[j] = 0.0;
     }
     for (int k = 0; k < LANDING_PARTS; k++) {
@@ -807,7 +805,7 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
         jolt_ft_s = fmax(jolt_ft_s, kick_heaves(l, kick_s));
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
-            double push_lb = fmax(0.0, node_soil_lb(l, j));
+            double push_lb = fmax(0.0, node_soil_lb(l, j, varied));
             l->friction_force_lb[j] += now_s / h_s * push_lb;
             l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
@@ -817,6 +815,13 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     l->rub_first = m->first;
     l->rub_last = m->last + 1;
     return jolt_ft_s;
+}
+
+static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
+                             double h_s)
+{
+    return l->model.varied ? heave_parts(l, after_parts, first_kick_s, h_s, true)
+                           : heave_parts(l, after_parts, first_kick_s, h_s, false);
 }
 
 /* A march in progress. */
