@@ -146,9 +146,15 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct request request;
     struct compare_model model;
     read_request(argc, argv, cli, &request);
-    struct store *store = program_campaign(request.db, STORE_OPEN);
+    struct error cannot = {0};
+    bool stored = access(request.db, F_OK) != 0 ||
+                  store_place_to_write(request.db, &cannot) == MR_OK;
+    struct store *store = program_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
     store_run_find(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
+    model.not_stored = !stored;
+    if (!stored)
+        cli_note(cli, "the comparison is not stored: %s", cannot.text);
     int exit_code = request.run ? compare_one(store, &request, &model, cli)
                                 : compare_many(store, &request, &model, cli);
     compare_model_free(&model);

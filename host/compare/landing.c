@@ -563,7 +563,8 @@ enum mr_status compare_landing(struct store *store, int64_t run, struct compare_
         simulate(model, index, &survey, landing, &scene_json, error) == MR_OK &&
         find_figures(store, landing, &survey, error) == MR_OK) {
         fill_rows(landing);
-        keep(store, landing, scene_json, error);
+        if (!model->not_stored)
+            keep(store, landing, scene_json, error);
     }
     free(scene_json);
     return error->status;

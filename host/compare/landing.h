@@ -48,6 +48,7 @@ struct compare_model {
     /* Per seed and joint: current state of the runway; NULL before the first landing. */
     double *gap_ft, *closing_lb;
     float survey_in[MR_SEGMENTS]; /* survey of the previous landing */
+    bool not_stored; /* comparisons are not stored with the landings; default: they are */
 };
 
 /* Loads a model. `seeds` 0: as many as the file states. MR_USAGE: the scale is different. Other

@@ -48,6 +48,9 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
                           struct error *error);
 /* True if a log has the campaign open. */
 bool store_is_logged(struct store *store);
+/* Checks that a campaign can be written at the path; MR_IO: it cannot, and `error` has the
+ * reason. */
+enum mr_status store_place_to_write(const char *path, struct error *error);
 void store_close(struct store *store); /* rolls back uncommitted changes; NULL is allowed */
 const char *store_path(const struct store *store);
 

@@ -286,9 +286,6 @@ void store_file_system(const char *path, char out[STORE_TEXT]);
 /* Process that holds the lock of a file, from the kernel, as text: "process 4711, sqlite3 holds its
  * lock". If the kernel does not know it, a text without a process. */
 void store_holder(const char *path, char out[STORE_TEXT]);
-/* Checks that a campaign can be written at the path; MR_IO: it cannot, and `error` has the
- * reason. */
-enum mr_status store_place_to_write(const char *path, struct error *error);
 /* True if the file system supports locks. Call it only while this process has no connection to the
  * file: closing a descriptor releases SQLite's locks. */
 bool store_place_has_locks(const char *path);

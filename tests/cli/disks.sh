@@ -35,6 +35,16 @@ nine "$tmp/known" "$db" env >"$tmp/out" 2>&1 || sed 's/^/# /' "$tmp/out"
 check "nine commands read what is on read-only media" same_answers read-only
 check "and on a drive without locks" same_answers no-locks
 check "and without shared memory" same_answers no-shared
+# compare stores its result with the landing where it can.
+compares() {
+    local what
+    $matrig compare "$db" 1 >"$tmp/compared" || return 1
+    for what in read-only no-locks no-shared; do
+        on $what $matrig compare "$there/c.db" 1 >"$tmp/out" 2>"$tmp/err" && cmp "$tmp/compared" "$tmp/out" &&
+            grep '^matrig: the comparison is not stored: ' "$tmp/err" || { cat "$tmp/err"; return 1; }
+    done
+}
+check "compare reads there, too, and says that it stores nothing" compares
 check "and on a full one" same_answers no-quota
 check "and on one that takes nothing" same_answers failing
 
