@@ -490,6 +490,23 @@ TEST(an_overwritten_capture_is_reported)
     ear_close(ear);
 }
 
+/* A frame was lost because the FIFO was full (RM0090 32.9.3, FOVR0): the board counts it once, not at
+ * every frame after it. */
+TEST(an_overrun_of_the_can_fifo_is_counted_once)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.3);
+    ear->board->state.mcu.can.rfr[0] |= 16u; /* FOVR */
+    for (unsigned i = 0; i < 3; i++) {
+        ear_command(ear, EAR_CAN, MR_COMMAND_STATE, 0, (uint16_t)(1 + i));
+        ear_until(ear, 0.4 + 0.1 * i);
+    }
+    ear_until(ear, 2.0);
+    assert_int_equal(ear->fault[MR_FAULT_CAN_RX_OVERRUN].count, 1);
+    assert_int_equal(ear->fault[MR_FAULT_CAN_RX_OVERRUN].detail, 0);
+    ear_close(ear);
+}
+
 /* For 27 s no block comes, whatever is begun again: an edge of the time before would pass for one
  * to come, and hold up those behind it for 24 s more. */
 TEST(an_old_edge_holds_nothing_up)
