@@ -490,8 +490,8 @@ TEST(an_overwritten_capture_is_reported)
     ear_close(ear);
 }
 
-/* A frame was lost because the FIFO was full (RM0090 32.9.3, FOVR0): the board counts it once, not at
- * every frame after it. */
+/* A frame was lost because the FIFO was full (RM0090 32.9.3, FOVR0): the board counts it once, not
+ * at every frame after it. */
 TEST(an_overrun_of_the_can_fifo_is_counted_once)
 {
     struct ear *ear = ear_open(NULL, 0);
