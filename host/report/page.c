@@ -1,5 +1,6 @@
 #include "host/report/report.h"
 
+#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <sha2.h>
@@ -587,8 +588,13 @@ static void general(const struct report *report, struct answer *answer)
     if (stat(report->path, &file) == 0)
         answer_words(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
     snprintf(log, sizeof log, "%s-wal", report->path); /* with the newest writes, not in the file */
-    if (!(stat(log, &file) == 0 && file.st_size) && SHA256File(report->path, hash))
+    if (stat(log, &file) == 0 && file.st_size)
+        return;
+    if (SHA256File(report->path, hash))
         answer_words(answer, NULL, "SHA-256", "%s", hash);
+    else
+        error_set(report->error, MR_IO, "cannot read (%s): %s; check the path and the disk",
+                  strerror(errno), report->path);
 }
 
 static void landing_row(const struct report_facts *facts, struct answer *answer)
