@@ -40,7 +40,8 @@ static void miss_block(struct app *app, uint32_t index)
         app->tension_lb[index % 4][i] = MR_NAN;
 }
 
-/* Clears the histories of channels with a new zero: no mean may mix readings of two zeros. */
+/* Clears the history of each channel with a new zero, so that no mean mixes readings from before
+ * and after. */
 static void follow_zeros(struct app *app)
 {
     uint32_t changed = zero_take_changed();
@@ -702,7 +703,7 @@ static void excuse_tasks(void)
 }
 
 /* Whether a row that continues without scans is due at this phase of the round. */
-static bool due_without_scans(uint32_t phase)
+static bool report_due_without_scans(uint32_t phase)
 {
     bool due = false;
 #define BLOCKS(NAME, period, phase_, stalled, who, why) due |= (stalled) && DUE(NAME, phase);
@@ -716,7 +717,7 @@ static bool due_without_scans(uint32_t phase)
 static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
-        if (due_without_scans(phase))
+        if (report_due_without_scans(phase))
             regular_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         if (DUE(NONCE, phase))
             proof_second(&app->proof, &app->keystore, &app->telemetry);

@@ -156,7 +156,8 @@ void reference_messages(FILE *out)
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "Layout version %u. A bold name begins a message: CAN identifier (also the type of the "
+        "Layout version %u. Each message begins with its name in bold: CAN identifier (also the "
+        "type of the "
         "serial "
         "frame), name, period, and what the message contains. The rows below it are its fields.\n\n"
         "- A message has 8 bytes and is sent on CAN and serial, unless its third column states "

@@ -132,7 +132,7 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 }
 
 /* Chip select rises: executes the command shifted in. */
-static void act(struct hil_w25q_device *dev, uint64_t t_ps)
+static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
     bool reset_enabled = w->reset_enabled;
@@ -309,7 +309,7 @@ static void end_command(void *device, uint64_t at, bool in_byte)
     uint64_t t_ps = hil_clock_ps(&dev->core->state.clock, at);
     settle(dev, t_ps);
     if (w->selected && w->count && !in_byte && accepts(w))
-        act(dev, t_ps);
+        execute_command(dev, t_ps);
     w->selected = false;
 }
 

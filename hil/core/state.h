@@ -155,7 +155,7 @@ enum hil_event_slot {
     HIL_EVENT_REPLAY,
     HIL_EVENT_ADC1, /* before the timers, so that a scan ends before a trigger at the same time */
     HIL_EVENT_ADC3,
-    HIL_EVENT_TIM4, /* before TIM2, which TIM4 triggers */
+    HIL_EVENT_TIM4, /* before TIM2: TIM4 triggers TIM2 */
     HIL_EVENT_TIM2,
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,

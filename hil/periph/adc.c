@@ -367,7 +367,7 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
     }
 }
 
-/* Converter of a register; refuses one whose clock is off. */
+/* Finds the converter to which a register belongs. False: its clock is off. */
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;

@@ -71,7 +71,7 @@ static uint32_t item_bytes(const struct hil_dma_stream *s)
     return 1u << (s->cr >> 11 & 3u);
 }
 
-static void account(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
+static void count_transfer(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     uint32_t half = s->reload / 2u;
@@ -146,7 +146,7 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
         for (uint32_t b = 0; b < bytes; b++)
             p[b] = (uint8_t)(value >> (8u * b));
     }
-    account(dev, r->controller, r->stream, n);
+    count_transfer(dev, r->controller, r->stream, n);
 }
 
 bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
@@ -159,7 +159,7 @@ bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request
         return false;
     for (uint32_t i = 0; i < n; i++)
         values[i] = memory[(s->cr & CR_MINC) ? i * bytes : 0];
-    account(dev, r->controller, r->stream, n);
+    count_transfer(dev, r->controller, r->stream, n);
     return true;
 }
 
@@ -176,7 +176,7 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
         return;
     for (uint32_t b = 0; b < item_bytes(s); b++)
         memory[b] = (uint8_t)(value >> (8u * b));
-    account(dev, controller, stream, 1);
+    count_transfer(dev, controller, stream, 1);
 }
 
 static void notify_enabled(const struct hil_dma_device *dev, unsigned unit)

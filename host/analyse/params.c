@@ -91,7 +91,7 @@ struct estimate params_mean(const double *readings, size_t count, double each)
 }
 
 /* Student's t with a two-sided probability of 1 %, by degrees of freedom. */
-static double student(size_t freedom)
+static double student_t(size_t freedom)
 {
     static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,
                                3.707, 3.499, 3.355, 3.250, 3.169};
@@ -109,7 +109,7 @@ enum mr_status params_spring(const double *x, const double *y, size_t count,
            variance = line.intercept.error * line.intercept.error + 2.0 * free * line.covariance +
                       free * free * line.slope.error * line.slope.error;
     *spring = (struct params_spring){
-        .known = slope > student(count - 2) * line.slope.error,
+        .known = slope > student_t(count - 2) * line.slope.error,
         .scatter = line.scatter,
         .k = line.slope,
         .free = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},

@@ -68,7 +68,7 @@ struct account {
     uint32_t count_of[MR_PLACES]; /* the board's last count of each message */
     /* block of that count, from the last can_health or serial frame */
     int64_t count_block[MR_PLACES];
-    /* frames of the message received when that count arrived */
+    /* number of frames of the message received by the time the board's count arrived */
     int64_t received_at_count[MR_PLACES];
     /* Missing frames by all counts so far, in all boots; frames that the board dropped are
      * included. */

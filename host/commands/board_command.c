@@ -864,8 +864,9 @@ static const struct command_part parts[] = {
     HELP_WORD(
         "runway",
         "show the predictor's runway: landings, joints, origin; -o writes it to a file. load F "
-        "sends a file to the board; forget resets the runway to unknown. Refused from arming until "
-        "the landing is done.\n  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+        "sends a file to the board; forget resets the runway to unknown. Refused while the board "
+        "is armed, until the landing is done.\n  matrig board --serial serial:/dev/ttyUSB0 runway "
+        "-o before.txt"),
     HELP_WORD("arm [LANDING]",
               "arm the board for landing LANDING; default: the next number. --can works while "
               "matrig log uses the interface, --serial only when no other program uses the port. "
@@ -879,14 +880,17 @@ static const struct command_part parts[] = {
     HELP_WORD(
         "shunt",
         "shunt calibration of the gages (1 s). A running matrig log on CAN stores the result: "
-        "calibrations before and after a landing show the drift. Exit 1 when a result is not good"),
+        "calibrations before and after a landing show the drift. Exit 1 when a result is outside "
+        "its limits"),
     HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
                                "shunt, survey, runway, chart), with the maintenance jumper fitted. "
                                "The key is stored for this user, and matrig uses it automatically"),
     HELP_WITH(command_board_bringup),
-    HELP_WORD("health", "show restarts and their causes, memories, stack, CAN, faults, and the "
-                        "state at a processor fault (arm-none-eabi-addr2line -pfe IMAGE.elf "
-                        "ADDRESS names the function). Exit 1 when there is a fault"),
+    HELP_WORD(
+        "health",
+        "show restarts and their causes, the state of memories, stack and CAN, "
+        "faults, and the processor's state at a fault (arm-none-eabi-addr2line -pfe IMAGE.elf "
+        "ADDRESS names the function). Exit 1 when there is a fault"),
     HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp. Exit "
                            "1 when a test fails"),
     HELP_WORD("reset", "restart the board"),

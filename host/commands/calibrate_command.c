@@ -569,8 +569,9 @@ static const struct command_part parts[] = {
                 "another"),
     OPTION_TEXT("--points", "F", points,
                 "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from "
-                "matrig board config get). The first line names the unit of the values and the "
-                "codes: mm,codes or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
+                "matrig board config get). The first line is the head of the columns, values "
+                "(with their unit) and codes: mm,codes or load (lb),codes. A value may have its "
+                "own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration, for matrig board config set"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
@@ -593,7 +594,7 @@ static const struct command_part parts[] = {
         "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, coverage=2'\nState "
         "the expanded uncertainty: in inches or pounds, with a unit (0.05mm), or as a share of the "
         "reading (0.4%). due=never is allowed. The newest certificate applies; after its due date "
-        "matrig ready reports no-go. ready also compares --sensor S with the configuration"),
+        "matrig ready reports no-go. matrig ready also compares --sensor S with the configuration"),
     OPTION_TEXT(
         "--recompute", "C", recompute,
         "apply the calibration of configuration C to recorded landings of DB: all, a series, or "

@@ -91,8 +91,8 @@ static void read_place(const struct request *r, struct store *store, struct stor
 }
 
 /* Fields that are left out and keep the value of the last record; says which. */
-static void keep_last(const struct inspections *all, const struct inspection_kind *kind,
-                      json_t *values, struct answer *answer)
+static void copy_kept_fields(const struct inspections *all, const struct inspection_kind *kind,
+                             json_t *values, struct answer *answer)
 {
     const struct inspection *last = inspection_newest(all, kind, 0);
     char text[INSPECTION_TEXT], word[INSPECTION_TEXT + 80];
@@ -148,7 +148,7 @@ static enum mr_status add_one(const struct request *r, struct store *store,
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
         inspection_read(kind, r->field[i], values, error);
     if (!old && !r->csv)
-        keep_last(all, kind, values, answer);
+        copy_kept_fields(all, kind, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
@@ -377,7 +377,8 @@ static const struct command_part parts[] = {
               "the mat or joint, or station in ft. Without fields, the records are listed"),
     HELP_ITEM("FIELD=VALUE",
               "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
-              "0.1 mm'. A kept field that you leave out has the value of the last record"),
+              "0.1 mm'. A field marked kept (--kinds) has the value of the last record if you "
+              "leave it out"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
     OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
                  "change fields of record N; FIELD= removes one. Needs --reason"),

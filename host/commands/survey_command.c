@@ -771,7 +771,7 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. An unfinished survey is continued"),
-    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that acts as one: "
+    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that types as one: "
                              "a number and Enter. Each reading is on disk before the next prompt. "
                              "Commands: s skip, u undo, b back, n TEXT note, q quit, ? help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",

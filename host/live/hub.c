@@ -28,7 +28,7 @@
 /* one minute: 50 events of messages, 20 of readings and 5 of state per second */
 #define EVENTS           4500u
 #define EVENT_BYTES      0x400000u /* bytes of all events together */
-/* least time between two events of messages, but a warning is sent at once */
+/* shortest time between two message events; a warning is sent at once */
 #define MESSAGES_MS      20
 #define READINGS_MS      50
 #define STATE_MS         200

@@ -178,8 +178,8 @@ size_t fit_campaign_set_gap(struct fit_landings *list);
 
 struct fit_surveyed {
     double sum_in[MR_SEGMENTS]; /* sum of each segment; NaN: not surveyed */
-    double error_in;            /* standard error of a sum read at gage points; 0: none was read */
-    size_t segments, gages;     /* number of known segments, and of those read at gage points */
+    double error_in; /* standard error of a sum of openings between gage points; 0: not read */
+    size_t segments, gages; /* number of known segments, and of those read at gage points */
 };
 
 /* Loads the survey before landing `run`, or after it and before the next landing is armed. `board`:
