@@ -6,7 +6,8 @@
 set -um # -m: what runs in the background is interrupted as it would be in the foreground
 cd "$(dirname "$0")/.."
 export PATH=/usr/bin:/bin:$PATH # the packages that the tests need, whatever else of the same name this computer has
-limit_s=900 # of a program, on a computer that has much else to do
+limit_s=${MATRIG_LONG:+3600} # of a program, on a computer that has much else to do
+limit_s=${limit_s:-900}
 jobs=${TEST_JOBS:-$(($(nproc) + 3))}
 passed=0 failed=0 processor_ms=0
 programs=("$@")
