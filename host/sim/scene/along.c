@@ -95,44 +95,51 @@ bool mods_any(const struct sim_scene *scene)
            m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
+/* Every n-th mat from `first` (0: from n) to `last`: the i-th, from 0, and their number. */
+static int place_at(int first, int every, int i)
+{
+    return (first > 0 ? first : every) + i * every;
+}
+
+static int place_count(int first, int every, int last)
+{
+    int begin = place_at(first, every, 0);
+    return every > 0 && begin <= last ? (last - begin) / every + 1 : 0;
+}
+
 int mods_connections(const struct sim_scene *scene, int group)
 {
     const struct sim_bands *b = &scene->mods.band[group];
-    int first = mods_connection_mat(scene, group, 0);
     int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
-    return b->count > 0.0 && first <= last ? (last - first) / b->every + 1 : 0;
+    return b->count > 0.0 ? place_count(b->first, b->every, last) : 0;
 }
 
 int mods_connection_mat(const struct sim_scene *scene, int group, int i)
 {
     const struct sim_bands *b = &scene->mods.band[group];
-    return (b->first > 0 ? b->first : b->every) + i * b->every;
+    return place_at(b->first, b->every, i);
 }
 
 int mods_cleats(const struct sim_scene *scene)
 {
-    const struct sim_mods *m = &scene->mods;
-    int first = m->cleat_first > 0 ? m->cleat_first : m->cleat_every;
-    return m->cleat_every > 0 && first <= scene->mats ? (scene->mats - first) / m->cleat_every + 1
-                                                      : 0;
+    return place_count(scene->mods.cleat_first, scene->mods.cleat_every, scene->mats);
 }
 
 int mods_cleat_mat(const struct sim_scene *scene, int i)
 {
-    const struct sim_mods *m = &scene->mods;
-    return (m->cleat_first > 0 ? m->cleat_first : m->cleat_every) + i * m->cleat_every;
+    return place_at(scene->mods.cleat_first, scene->mods.cleat_every, i);
 }
 
 int mods_restraints(const struct sim_scene *scene, int kind)
 {
-    int every = scene->mods.restraint[kind].every, first = mods_restraint_at(scene, kind, 0);
-    return every > 0 && first <= scene->mats ? (scene->mats - first) / every + 1 : 0;
+    const struct sim_restraint *r = &scene->mods.restraint[kind];
+    return place_count(r->first, r->every, scene->mats);
 }
 
 int mods_restraint_at(const struct sim_scene *scene, int kind, int i)
 {
     const struct sim_restraint *r = &scene->mods.restraint[kind];
-    return (r->first > 0 ? r->first : r->every) + i * r->every;
+    return place_at(r->first, r->every, i);
 }
 
 const char *mods_restraint_name(int kind)
