@@ -7,6 +7,7 @@
 
 #include "host/analyse/inspection.h"
 #include "host/base/command.h"
+#include "host/base/csv.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
@@ -163,11 +164,8 @@ static enum mr_status add_one(const struct request *r, struct store *store,
 
 static void write_cell(FILE *out, const char *text, char behind)
 {
-    bool quoted = strpbrk(text, ",\"\n\r") != NULL;
-    fputs(quoted ? "\"" : "", out);
-    for (const char *c = text; *c; c++)
-        fprintf(out, *c == '"' ? "\"\"" : "%c", *c);
-    fprintf(out, quoted ? "\"%c" : "%c", behind);
+    csv_write(out, text);
+    fputc(behind, out);
 }
 
 static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
@@ -197,28 +195,6 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     output_end(&output, fatal);
 }
 
-/* Splits a line into cells in place, quotes removed; returns their number. */
-static size_t split(char *line, char *cell[WORDS_MAX])
-{
-    size_t count = 0;
-    for (char *at = line; at && count < WORDS_MAX;) {
-        char *to = at, *from = at;
-        bool quoted = false;
-        for (; *from && (quoted || *from != ','); from++) {
-            if (*from == '"' && quoted && from[1] == '"')
-                *to++ = *from++;
-            else if (*from == '"')
-                quoted = !quoted;
-            else
-                *to++ = *from;
-        }
-        cell[count++] = at;
-        at = *from ? from + 1 : NULL;
-        *to = '\0';
-    }
-    return count;
-}
-
 /* The first line names the cells of the others, each of which is a request. */
 static void read_csv(const struct request *r, struct store *store, const struct inspections *all,
                      struct answer *answer)
@@ -230,16 +206,16 @@ static void read_csv(const struct request *r, struct store *store, const struct 
     FILE *in = fopen(r->csv, "r");
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
-    while (in && error.status == MR_OK && getline(&line, &room, in) >= 0) {
+    while (error.status == MR_OK && getline(&line, &room, in) >= 0) {
         struct request one = *r;
         line[strcspn(line, "\r\n")] = '\0';
         if (++number == 1) {
             header = xstrdup(line + output_mark(line, strlen(line)));
-            columns = split(header, head);
+            columns = csv_split(header, head, WORDS_MAX);
         }
         if (number == 1 || !line[0])
             continue;
-        if (split(line, cell) != columns)
+        if (csv_split(line, cell, WORDS_MAX) != columns)
             error_set(&error, MR_MALFORMED,
                       "the header has %zu cells; quote a text that has commas", columns);
         for (size_t c = 0; c < columns && error.status == MR_OK; c++) {

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "host/base/csv.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/units.h"
@@ -353,33 +354,6 @@ void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si)
     }
 }
 
-/* Split a line into cells, in place; quoted cells lose their quotes. */
-static size_t split(char *line, char *cell[COLUMNS_MAX])
-{
-    size_t count = 0;
-    line[strcspn(line, "\r\n")] = '\0';
-    for (char *p = line; count < COLUMNS_MAX;) {
-        char *to = p;
-        bool quoted = *p == '"';
-        cell[count++] = p;
-        for (p += quoted; *p && (quoted || *p != ','); p++) {
-            if (quoted && *p == '"') {
-                quoted = p[1] == '"';
-                if (!quoted)
-                    continue;
-                p++;
-            }
-            *to++ = *p;
-        }
-        bool more = *p == ',';
-        *to = '\0';
-        if (!more)
-            break;
-        p++;
-    }
-    return count;
-}
-
 static bool whole(const char *text, unsigned *value)
 {
     char *end;
@@ -479,11 +453,12 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
             status = error_set(error, MR_MALFORMED,
                                "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
-            status = find_columns(path, cell, split(line + output_mark(line, strlen(line)), cell),
-                                  column, &mm, error);
+            status = find_columns(
+                path, cell, csv_split(line + output_mark(line, strlen(line)), cell, COLUMNS_MAX),
+                column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = take_row(path, number, cell, split(line, cell), column, mm, plan, sheet,
-                              error);
+            status = take_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), column, mm,
+                              plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; give a file", path);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/csv.h"
 #include "host/base/progress.h"
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
@@ -658,15 +659,8 @@ static void csv_cell(void *ctx, const char *head, const json_t *value)
 {
     struct csv *csv = ctx;
     char *text = csv->heads ? xstrdup(head) : cell_text(value);
-    bool quoted = strpbrk(text, ",\"\n") != NULL;
     fputs(csv->begun ? "," : "", csv->out);
-    fputs(quoted ? "\"" : "", csv->out);
-    for (const char *c = text; *c; c++) {
-        if (*c == '"')
-            fputc('"', csv->out);
-        fputc(*c, csv->out);
-    }
-    fputs(quoted ? "\"" : "", csv->out);
+    csv_write(csv->out, text);
     csv->begun = true;
     free(text);
 }

@@ -1,0 +1,39 @@
+#include "host/base/csv.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+void csv_write(FILE *out, const char *text)
+{
+    bool quoted = strpbrk(text, ",\"\n\r") != NULL;
+    fputs(quoted ? "\"" : "", out);
+    for (const char *c = text; *c; c++)
+        fprintf(out, *c == '"' ? "\"\"" : "%c", *c);
+    fputs(quoted ? "\"" : "", out);
+}
+
+size_t csv_split(char *line, char *cell[], size_t most)
+{
+    size_t count = 0;
+    line[strcspn(line, "\r\n")] = '\0';
+    for (char *p = line; count < most;) {
+        char *to = p;
+        bool quoted = *p == '"';
+        cell[count++] = p;
+        for (p += quoted; *p && (quoted || *p != ','); p++) {
+            if (quoted && *p == '"') {
+                quoted = p[1] == '"';
+                if (!quoted)
+                    continue;
+                p++;
+            }
+            *to++ = *p;
+        }
+        bool more = *p == ',';
+        *to = '\0';
+        if (!more)
+            break;
+        p++;
+    }
+    return count;
+}
