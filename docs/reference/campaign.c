@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/catalogue.h"
 #include "docs/reference/reference.h"
 
 #define LINES_MAX 1000
@@ -123,8 +122,7 @@ static bool comment_of(size_t at, char *text, size_t size)
            (comment_in(sources()->line[at], text, size) || comment_before(at, text, size));
 }
 
-/* The columns of the table that are written after it: those with a meaning of their own have a row
- * each, the others share the row of the table. */
+/* The columns of the table that are written after it: those with a description have a row each. */
 #define COLUMNS_MAX 50
 
 static struct {
@@ -133,39 +131,14 @@ static struct {
     size_t columns;
 } open_table;
 
-/* Whether the text of the table names a message with this field: the page of messages has it. */
-static bool is_field_of_message(const char *text, const char *column)
-{
-    size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
-    for (size_t i = 0; i < count; i++) {
-        char name[60];
-        snprintf(name, sizeof name, "`%s`", messages[i].name);
-        for (size_t n = 0; strstr(text, name) && n < messages[i].field_count; n++) {
-            if (strcmp(messages[i].fields[n].name, column) == 0)
-                return true;
-        }
-    }
-    return false;
-}
-
 static void write_table(FILE *out)
 {
-    char text[1000], about[1000] = "";
-    const char *before = " ";
+    char text[1000];
     if (!open_table.table)
         return;
     fprintf(out, "| **%s** | ", open_table.table);
-    if (comment_of(find_table(open_table.row), about, sizeof about))
-        write_text(out, about);
-    for (size_t i = 0; i < open_table.columns; i++) {
-        if (comment_of(find_column(open_table.row, open_table.column[i]), text, sizeof text))
-            continue;
-        if (is_field_of_message(about, open_table.column[i]))
-            continue;
-        fprintf(out, "%s`%s`", before, open_table.column[i]);
-        before = ", ";
-    }
+    if (comment_of(find_table(open_table.row), text, sizeof text))
+        write_text(out, text);
     fputs(" |\n", out);
     for (size_t i = 0; i < open_table.columns; i++) {
         if (!comment_of(find_column(open_table.row, open_table.column[i]), text, sizeof text))
@@ -195,14 +168,14 @@ void reference_campaign(FILE *out)
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs(
-        "A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
-        "constraints. A bold row begins a table; its columns without a description stand in "
-        "the bold row, the others below it.\n\n"
+        "A campaign is one SQLite file. A bold row below begins a table; the rows that follow "
+        "explain those of its columns whose name is not enough. `sqlite3 campaign.db .schema` "
+        "prints all columns with types, keys and constraints.\n\n"
         "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
         "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
         "commands, RUN is the `id` of a landing.\n"
-        "- A table with contents of [messages](messages.md) has their fields as columns, too; only "
-        "columns with other names are listed. A column name ends with the unit.\n"
+        "- A table with contents of [messages](messages.md) has their fields as columns. A column "
+        "name ends with the unit.\n"
         "- Columns ending in `_us` are times in microseconds. Board times count from the first "
         "scan, host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is "
         "the index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 "

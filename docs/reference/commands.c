@@ -27,30 +27,19 @@ static void write_text(FILE *out, const char *text)
     fputs(was == BLOCK_END ? "" : "\n", out);
 }
 
-/* Paragraphs; the lines of an example, up to an empty line, are code. */
+/* Paragraphs, without the examples: their lines, up to an empty line, are in --help alone. */
 static void write_prose(FILE *out, const char *text)
 {
     bool is_example = false;
     for (const char *line = text; *line;) {
         size_t length = strcspn(line, "\n");
-        const char *at = line, *end = line + length;
-        bool is_first = strncmp(line, "Example:", strlen("Example:")) == 0;
-        is_example = length > 0 && (is_example || is_first);
-        at += is_first ? strlen("Example:") : 0;
-        at += strspn(at, " ");
-        if (is_first)
-            fputs("\nExample:", out);
-        if (is_example && at < end)
-            fprintf(out, " `%.*s`", (int)(end - at), at);
-        else if (length > 0 && !is_example)
+        is_example = length > 0 &&
+                     (is_example || strncmp(line, "Example:", strlen("Example:")) == 0);
+        if (length > 0 && !is_example)
             fprintf(out, "\n%.*s\n", (int)length, line);
         line += length + (line[length] == '\n');
-        if (is_example && (*line == '\n' || *line == '\0'))
-            fputc('\n', out);
     }
 }
-
-#define SYNOPSIS_MAX 1000
 
 #define SYNOPSIS_MAX 1000
 
@@ -154,9 +143,9 @@ void reference_commands(FILE *out)
 {
     reference_head(out, "Commands",
                    "the descriptors in `host/commands/`, which `matrig COMMAND --help` prints too");
-    fputs("`matrig COMMAND --help` prints the complete synopsis of a command. Exit codes: "
-          "[exit codes](exit-codes.md). Units of numbers: [units](units.md). Options before the "
-          "command:\n\n",
+    fputs("`matrig COMMAND --help` prints the complete synopsis of a command and an example. Exit "
+          "codes: [exit codes](exit-codes.md). Units of numbers: [units](units.md). Options before "
+          "the command:\n\n",
           out);
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_part *part = &command_matrig.parts[i];
