@@ -5,8 +5,7 @@
 #include "common/status.h"
 #include "docs/reference/reference.h"
 
-#define EXIT_CODE_MAX         5
-#define EXIT_CODE(code, text) "- " #code ": " text "\n"
+#define EXIT_CODE_MAX 5
 
 struct status {
     const char *name, *text;
@@ -33,12 +32,11 @@ void reference_exit_codes(FILE *out)
 #undef ROW
     };
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
-    fputs("Every `matrig` command ends with one of these exit codes:\n\n" MR_EXIT_TABLE(
-              EXIT_CODE) "\nAn error is one line on standard error, with cause and remedy. With "
-                         "`--json`, the object on standard output also contains `error` (the "
-                         "line), `kind` and `exit` (the exit code). A message of the board "
-                         "contains the status code.\n\n| Exit code | Kind | Status code | Meaning "
-                         "|\n|--:|---|--:|---|\n",
+    fputs("The exit code of a `matrig` command gives the result, and the kind of an error gives "
+          "the reason. An error is one line on standard error, with cause and remedy. With "
+          "`--json`, the object on standard output also contains `error` (the line), `kind` and "
+          "`exit` (the exit code). A message of the board contains the status code.\n\n"
+          "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
           out);
     for (int code = 0; code <= EXIT_CODE_MAX; code++) {
         bool is_first = true;

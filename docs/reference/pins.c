@@ -79,16 +79,6 @@ static void print_use(FILE *out, const struct board_row *row)
     fputs(strcmp(row->pull, "UP") == 0 ? ", pull-up" : "", out);
 }
 
-static void print_board(FILE *out, const struct mr_board *board, const struct board_table *table)
-{
-    fprintf(out,
-            "\n### %s\n\nBoard: %s (%s, %s). Serial link: USART%ld. VDDA: %.1f V. Clock: %s. "
-            "Source: `firmware/boards/%s.def`.\n",
-            board->name, board->text, board->part, board->package, board_fact_of(table, "SERIAL"),
-            (double)board_fact_of(table, "SUPPLY_MV") / 1e3,
-            board_fact_of(table, "CLOCK_BYPASS") ? "8 MHz input" : "8 MHz crystal", board->name);
-}
-
 static const struct board_row *row_of(const struct board_table *table, const char *signal)
 {
     for (size_t i = 0; i < table->rows; i++) {
@@ -174,17 +164,12 @@ static bool had_before(unsigned board, const char *signal)
 void reference_pins(FILE *out)
 {
     unsigned columns = 0;
-    const struct mr_board *board;
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
     fputs("All pins float until the firmware configures them, 10 ms after a reset. Where a "
-          "signal needs a defined level before then, a resistor outside the chip sets it. Parts "
-          "that off-the-shelf boards have on these pins: [boards](../howto/boards.md).\n\n## "
-          "Boards\n",
-          out);
-    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
-        print_board(out, board, board_table_of(i));
-    fputs("\n## Signals\n\nEach cell shows the pin, its number on the package, and the use (in "
+          "signal needs a defined level before then, a resistor outside the chip sets it. Chip, "
+          "supply and other parts of each board: [boards](../howto/boards.md).\n\n"
+          "Each cell shows the pin, its number on the package, and the use (in "
           "brackets: the alternate function). `pull-up` in a pin column is the pull-up inside the "
           "chip.\n\n| Signal | Purpose |",
           out);

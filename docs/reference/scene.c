@@ -21,6 +21,27 @@ static bool is_second_group(const char *name)
     return strncmp(name, "band2_", strlen("band2_")) == 0 || strcmp(name, "bands2") == 0;
 }
 
+/* Keys of restraints that differ in the restraint alone share a row: anchor_K, tie_K. */
+static bool is_alike(const struct sim_key *a, const struct sim_key *b)
+{
+    const char *end_a = strchr(a->name, '_'), *end_b = strchr(b->name, '_');
+    json_t *default_a = sim_key_default(a), *default_b = sim_key_default(b);
+    bool alike = end_a && end_b && strcmp(end_a, end_b) == 0 &&
+                 strcmp(a->meaning, b->meaning) == 0 && strcmp(a->unit, b->unit) == 0 &&
+                 (default_a == default_b || json_equal(default_a, default_b));
+    json_decref(default_a);
+    json_decref(default_b);
+    return alike;
+}
+
+static bool is_in_row_above(size_t key)
+{
+    size_t i = 0;
+    while (i < key && !is_alike(sim_key_at(i), sim_key_at(key)))
+        i++;
+    return i < key;
+}
+
 void reference_scene(FILE *out)
 {
     const struct sim_key *key;
@@ -36,10 +57,15 @@ void reference_scene(FILE *out)
         "| Key | Default | Meaning; unit |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
-        if (is_second_group(key->name))
+        if (is_second_group(key->name) || is_in_row_above(i))
             continue;
         json_t *standard = sim_key_default(key);
-        fprintf(out, "| `%s` | ", key->name);
+        fprintf(out, "| `%s`", key->name);
+        for (size_t n = i + 1; sim_key_at(n); n++) {
+            if (!is_second_group(sim_key_at(n)->name) && is_alike(key, sim_key_at(n)))
+                fprintf(out, ", `%s`", sim_key_at(n)->name);
+        }
+        fputs(" | ", out);
         write_default(out, standard);
         fputs(" | ", out);
         reference_cell(out, key->meaning);

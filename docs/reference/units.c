@@ -1,4 +1,3 @@
-#include <math.h>
 #include <string.h>
 
 #include "docs/reference/reference.h"
@@ -12,8 +11,6 @@ static void write_kind(FILE *out, const struct quantity_kind *kind)
     while ((unit = strsep(&rest, ","))) {
         unit += strspn(unit, " ");
         fprintf(out, "%s`%s`", unit == units ? "" : ", ", unit);
-        if (strcmp(unit, kind->si) != 0)
-            fprintf(out, " = %.15g", quantity_convert(1.0, unit, kind->si));
     }
     fprintf(out, " | %s |\n", kind->si);
 }
@@ -31,16 +28,16 @@ void reference_units(FILE *out)
         "is not a length.\n"
         "- Units combine: `kip/in`, `kN/mm`, `lb s/in`. A power is written as a digit: `mm2`, "
         "`m/s2`.\n"
-        "- `lb` is a force, 4.4482216152605 N. Where a force is expected, `kg` is the weight of "
-        "that "
-        "mass at 9.80665 m/s2.\n"
+        "- Conversions use the exact definitions: `ft` 0.3048 m, `g` 9.80665 m/s2, `kn` 1852 m/h, "
+        "`kip` 1000 lb, `slug` 1 lb s2/ft. `lb` is a force, 4.4482216152605 N. Where a force is "
+        "expected, `kg` is the weight of that mass (`kgf`).\n"
         "- `ft`, `in`, `mm`, `cm`, `m`, `lb`, `N`, `kN`, `kgf` and `kg` may be in capitals, but a "
         "lone `M` is an error (mega). The others are case-sensitive: `g` is an acceleration, `kn` "
         "a knot.\n"
         "- Units may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
         "- The decimal separator is a point. A comma is an error.\n"
         "- The error of a conversion is at most 0.502 units in the last place of a double.\n\n"
-        "| Kind | Units, with their size in SI | SI |\n|---|---|---|\n",
+        "| Kind | Units | SI |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++)
         write_kind(out, kind);
