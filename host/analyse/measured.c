@@ -304,7 +304,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
 
 /* ---- channels ---- */
 
-/* Sample of the first edge; `samples` if there is none: all samples are then before it. */
+/* Sample of the first named edge; `samples` if there is none: all samples are then before it. */
 static size_t first_edge_sample(const struct measured *measured)
 {
     if (measured->gates == 0)
@@ -314,6 +314,27 @@ static size_t first_edge_sample(const struct measured *measured)
     if (!(sample > 0.0))
         return 0;
     return sample < (double)measured->samples ? (size_t)sample : measured->samples;
+}
+
+/* True if the first block of the record is that of arming: the mat is at rest then. */
+static bool begins_at_arming(const struct measured *measured)
+{
+    int64_t armed = measured->landing.armed_block;
+    return armed != STORE_NONE && measured->first_block - armed <= MEASURED_BASELINE_BLOCKS / 5;
+}
+
+/* Samples of the baseline: those before the first edge. If the board had counted edges before, or
+ * there is no edge, the mat may have moved by then: those after arming. An imported record without
+ * an edge has no arming: its first ones. Returns false if there are none. */
+static bool find_rest(const struct measured *measured, size_t edge, size_t *from, size_t *to)
+{
+    size_t begin = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
+    bool first = measured->torn || measured->gates == 0;
+    *from = first ? 0 : begin;
+    *to = !first                                       ? edge
+        : measured->samples < MEASURED_BASELINE_BLOCKS ? measured->samples
+                                                       : MEASURED_BASELINE_BLOCKS;
+    return !measured->torn || begins_at_arming(measured);
 }
 
 /* Noise of one value, which is the mean of `stride` samples. Uses full-rate samples unless there
@@ -397,15 +418,17 @@ static void find_missing(const struct measured *measured, struct measured_channe
 
 void measured_find_facts(struct measured *measured)
 {
-    size_t edge = first_edge_sample(measured);
-    size_t from = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
+    size_t edge = first_edge_sample(measured), from, to;
+    measured->no_rest = !find_rest(measured, edge, &from, &to);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_DISPLACEMENT && channel->config.kind != MR_KIND_TENSION)
             continue;
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
-        find_baseline(channel, from, edge);
+        find_baseline(channel, from, to);
+        if (measured->no_rest) /* the noise is known, the zero is not */
+            channel->baseline = (double)NAN;
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_missing(measured, channel, edge < measured->samples ? edge : 0);
     }
@@ -441,10 +464,24 @@ void measured_find_stretches(struct measured *measured)
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT])
 {
     out[0] = '\0';
-    if (measured->torn)
+    const char *lost = measured->no_rest ? "no speeds and no movements are given"
+                                         : "no speeds are given";
+    if (measured->torn && measured->first_edge > 0)
         snprintf(out, MEASURED_TORN_TEXT,
-                 "torn: the switch edges before number %lld were not received; no speeds are given",
-                 (long long)measured->first_edge);
+                 "torn: the switch edges before number %lld were not received; %s",
+                 (long long)measured->first_edge, lost);
+    else if (measured->torn)
+        snprintf(out, MEASURED_TORN_TEXT, "torn: none of %zu switch edges was received; %s",
+                 measured->unheard_edges, lost);
+}
+
+const char *measured_origin_text(const struct measured *measured)
+{
+    return measured->t0_is_touchdown ? "touchdown"
+         : measured->gates == 0
+             ? (measured->landing.armed_block == STORE_NONE ? "the record's begin" : "arming")
+         : measured->torn ? "the first switch edge received"
+                          : "the first switch edge";
 }
 
 const char *measured_marks(const struct measured *measured)

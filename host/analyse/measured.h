@@ -57,7 +57,7 @@ struct measured_channel {
     uint8_t *validity; /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
     uint8_t *source;   /* enum measured_source: the source of each sample */
     size_t valid;      /* number of samples with MR_VALID */
-    double baseline;   /* mean before the first edge; NaN: none */
+    double baseline;   /* mean at rest, before the first edge; NaN: none */
     double noise;      /* standard deviation of one sample before the first edge */
     size_t rest;       /* number of samples in the baseline */
     /* Number of consecutive samples that share one value. 1 for block records; if any sample is
@@ -126,6 +126,8 @@ struct measured {
     struct measured_channel channel[MR_CHANNELS];
     int64_t first_edge; /* the board's count of the first received edge; 0: none */
     bool torn; /* edges before first_edge are missing; results that need them are not stated */
+    /* Torn, and the record begins after arming: the mat may have moved before. No baselines. */
+    bool no_rest;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated;
     bool dates_known; /* the configuration was read, so calibration dates are known */
@@ -135,8 +137,11 @@ struct measured {
 
 void measured_free(struct measured *measured);
 /* Text "torn: ...", to be printed above numbers; "" if the landing has its first edges. */
-#define MEASURED_TORN_TEXT 100u
+#define MEASURED_TORN_TEXT 120u
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
+/* What t_s counts from: "touchdown", "the first switch edge" (of a torn landing with " received"),
+ * "arming" or "the record's begin". Static text. */
+const char *measured_origin_text(const struct measured *measured);
 /* True if the landing's board was an emulated one: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);

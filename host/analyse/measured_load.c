@@ -532,6 +532,7 @@ static enum mr_status count_missing_edges(struct store *store, int64_t run,
     measured->edges_told = status == MR_OK && found && result.switches != STORE_NONE;
     if (measured->edges_told && result.switches > (int64_t)measured->gates)
         measured->unheard_edges = (size_t)result.switches - measured->gates;
+    measured->torn |= measured->edges == 0 && measured->unheard_edges > 0;
     return status;
 }
 

@@ -232,13 +232,21 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
                                    struct answer *answer)
 {
     char numbers[120];
+    if (measured->no_rest && kind == MR_KIND_DISPLACEMENT)
+        answer_sentence(answer, NULL,
+                        "No reading at rest before the landing was received: movements are not "
+                        "known.");
+    else if (measured->torn && measured->first_edge > 0)
+        answer_sentence(answer, NULL,
+                        "The first switch edges were not received: least, most and end values are "
+                        "those from edge %lld on.",
+                        (long long)measured->first_edge);
     if (measured_ends_early(measured))
         answer_sentence(answer, NULL,
                         "The record ends %.3f s after %s, while the gear %s: peaks and end values "
                         "are those up to that time.",
                         measured_time_s(measured, measured->samples - 1),
-                        measured->t0_is_touchdown ? "touchdown" : "the first switch",
-                        measured_moves_text(measured));
+                        measured_origin_text(measured), measured_moves_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!is_missing_samples(channel, kind) ||

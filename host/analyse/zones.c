@@ -16,13 +16,12 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_s(measured, zone->block);
 }
 
-static void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out,
-                       size_t size)
+/* "2.824 s after touchdown" */
+#define ZONES_MOMENT 60
+static const char *moment_text(double t_s, const char *origin, char out[ZONES_MOMENT])
 {
-    snprintf(out, size, "%.3f s %s %s, decided in block %lld", fabs(warning->t_s),
-             warning->t_s < 0.0 ? "before" : "after",
-             since_touchdown ? "touchdown" : "the first switch or arming",
-             (long long)warning->block);
+    snprintf(out, ZONES_MOMENT, "%.3f s %s %s", fabs(t_s), t_s < 0.0 ? "before" : "after", origin);
+    return out;
 }
 
 static struct zone_warning first_warning(const struct measured *measured,
@@ -121,7 +120,7 @@ static struct zones_received zones_received(const struct measured *measured,
                                             landing->state == MR_LANDING_IDLE,
                                    .pause_from_s = (double)NAN,
                                    .pause_to_s = (double)NAN,
-                                   .since_touchdown = measured->t0_is_touchdown};
+                                   .origin = measured_origin_text(measured)};
     int64_t longest = PAUSE_BLOCKS;
     if (count == 0)
         return heard;
@@ -305,11 +304,12 @@ bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT])
 static void warned_answer(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    char when[80], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
-    zones_when(w, zones->heard.since_touchdown, when, sizeof when);
+    char when[ZONES_MOMENT], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
     quiet_text(zones, quiet);
     if (w->warned)
-        answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
+        answer_words(answer, NULL, "zone", "warned %s, decided in block %lld",
+                     moment_text(w->t_s, zones->heard.origin, when), (long long)w->block)
+            ->warn = true;
     else
         answer_words(answer, NULL, "zone", "%s", quiet)->warn =
             zones_received_doubt(&zones->heard, (double)INFINITY, doubt);
@@ -357,28 +357,26 @@ static void add(char out[ZONES_HEARD_TEXT], const char *text)
 bool zones_received_doubt(const struct zones_received *heard, double before_s,
                           char out[ZONES_HEARD_TEXT])
 {
-    const char *since = heard->since_touchdown ? "touchdown" : "the first switch or arming";
-    char text[160];
+    char text[160], when[ZONES_MOMENT];
     out[0] = '\0';
     if (!heard->any) {
         add(out, "the record has no zone messages from the board");
         return true;
     }
     if (heard->late) {
-        snprintf(text, sizeof text, "no zone messages before %.3f s after %s", heard->first_s,
-                 since);
+        snprintf(text, sizeof text, "no zone messages until %s",
+                 moment_text(heard->first_s, heard->origin, when));
         add(out, text);
     }
     if (heard->pause_from_s < before_s) {
         snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
-                 heard->pause_from_s, heard->pause_to_s, since);
+                 heard->pause_from_s, heard->pause_to_s, heard->origin);
         add(out, text);
     }
     if (!heard->ended && isinf(before_s)) {
-        snprintf(
-            text, sizeof text,
-            "the record ends %.3f s after %s, before the board reported the end of the landing",
-            heard->last_s, since);
+        snprintf(text, sizeof text,
+                 "the record ends %s, before the board reported the end of the landing",
+                 moment_text(heard->last_s, heard->origin, when));
         add(out, text);
     }
     return out[0] != '\0';

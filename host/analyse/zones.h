@@ -18,7 +18,7 @@ struct zones_received {
     bool ended; /* the board reported the end of the landing */
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
-    bool since_touchdown;            /* false: t_s counts from the first switch or from arming */
+    const char *origin;              /* what t_s counts from */
 };
 
 #define ZONES_HEARD_TEXT 300

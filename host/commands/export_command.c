@@ -37,14 +37,11 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
         fputs("# UNCALIBRATED: sensors without a calibration date\n", out);
     fprintf(out,
             "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
-            measured->t0_is_touchdown ? "touchdown"
-            : measured->gates         ? "the first edge"
-                                      : "arming",
-            (double)measured->t0_us / 1e6);
+            measured_origin_text(measured), (double)measured->t0_us / 1e6);
     fprintf(out,
-            "# displacement relative to its mean over the %.1f s before the first edge, downfield "
+            "# displacement relative to its mean over the %s, downfield "
             "positive; tension as measured\n",
-            MEASURED_BASELINE_BLOCKS / 1000.0);
+            measured->torn || measured->gates == 0 ? "first 0.5 s" : "0.5 s before the first edge");
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
@@ -146,9 +143,7 @@ static void export_film(const struct measured *measured, const struct film *film
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
         film->rate_hz, (long long)film->missing);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
-            measured->t0_is_touchdown ? "touchdown"
-            : measured->gates         ? "the first edge"
-                                      : "arming");
+            measured_origin_text(measured));
     fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
           "are standard errors; an empty cell is an unknown value\n",
           out);

@@ -353,12 +353,11 @@ static void describe_reading(struct place *place, const struct measured_channel 
     char name[32], comment[200];
     snprintf(name, sizeof name, "%s_%u", moves ? "displacement" : "tension",
              channel->config.number);
-    int n =
-        snprintf(comment, sizeof comment,
-                 moves ? "station %.*f %s, downfield positive, since its mean before the first edge"
-                       : "band tension",
-                 3, (double)channel->config.station_ft * unit_of(UNIT_STATION, si)->factor,
-                 unit_of(UNIT_STATION, si)->text);
+    int n = snprintf(comment, sizeof comment,
+                     moves ? "station %.*f %s, downfield positive, relative to its mean at rest"
+                           : "band tension",
+                     3, (double)channel->config.station_ft * unit_of(UNIT_STATION, si)->factor,
+                     unit_of(UNIT_STATION, si)->text);
     if (!isnan(one))
         snprintf(comment + n, sizeof comment - (size_t)n,
                  "; standard error of one reading at the peak %.4g %s", one * factor,

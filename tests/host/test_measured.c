@@ -129,6 +129,77 @@ TEST(lost_blocks_stay_missing)
     session_end(&s);
 }
 
+/* A record without its beginning. At 2.6 s the wheel is at 41.7 ft: the mat has moved at 40 ft. */
+static uint32_t lost_from;
+
+static bool lose_the_beginning(const struct stream *stream, uint16_t type)
+{
+    return (type == MR_ID_BLOCK || type == MR_ID_EDGE) && stream->block >= lost_from &&
+           stream->block < 2600;
+}
+
+static bool lose_edges(const struct stream *stream, uint16_t type)
+{
+    (void)stream;
+    return type == MR_ID_EDGE;
+}
+
+static void log_lossy(struct session *s, bool (*drop)(const struct stream *, uint16_t),
+                      struct measured *m)
+{
+    struct stream_truth truth = brisk;
+    session_begin(s, false, true);
+    s->stream.drop_serial = drop;
+    stream_hello(&s->stream, MR_LAYOUT);
+    stream_configuration(&s->stream);
+    stream_idle(&s->stream, 300);
+    stream_landing(&s->stream, &truth, 5);
+    session_log(s, "measured.db");
+    assert_int_equal(measured_load(s->store, 1, m, &s->error), MR_OK);
+}
+
+/* The mean before the first edge that was received is no reading at rest: the transducer at 40 ft
+ * was said to have moved by 0.000 in. */
+TEST(torn_has_no_movements)
+{
+    struct session s;
+    struct measured m;
+    char text[MEASURED_TORN_TEXT];
+    lost_from = 290;
+    log_lossy(&s, lose_the_beginning, &m);
+    assert_true(m.torn && m.no_rest);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        assert_true(isnan(m.channel[i].baseline) && isnan(m.channel[i].peak));
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        const struct measured_channel *c = &m.channel[MR_TRANSDUCERS + i];
+        assert_true(isnan(c->baseline));
+        assert_near(c->high, 101.0 + i, 0.02);
+        assert_true(c->error > 0.0);
+    }
+    measured_torn_text(&m, text);
+    assert_string_equal(text, "torn: the switch edges before number 9 were not received; no speeds "
+                              "and no movements are given");
+    measured_free(&m);
+    session_end(&s);
+}
+
+/* With the blocks after arming, or all of them but no edge, the movements are known. */
+TEST(torn_with_its_rest)
+{
+    struct session s;
+    struct measured m;
+    for (int n = 0; n < 2; n++) {
+        lost_from = 310;
+        log_lossy(&s, n ? lose_edges : lose_the_beginning, &m);
+        assert_true(m.torn && !m.no_rest);
+        assert_int_equal(m.gates > 0, !n);
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+            assert_near(m.channel[i].peak, moved_in(i), 0.001);
+        measured_free(&m);
+        session_end(&s);
+    }
+}
+
 /* Armed for longer than is held in memory: the minute before the first edge is there, and what
  * comes of it is the same. */
 TEST(armed_long_before)
