@@ -27,9 +27,10 @@ SERIES = [
 ]
 HEAD = """# Measured: advice before each landing of the 1973 series
 
-`matrig advise --before RUN` before each landing of the series in [certification](certification.md): synthetic landings with decelerations from the 1973 report. The
-plan is the actual speed and mean braking of the landing; `advise` assumes that it is followed within 10 %. `advise` knows friction, survey and the earlier landings,
-but not the modification (bands, cleats, ...). The outcomes of 1973 are for comparison only, because the thrust, ground and mats of that time are unknown.
+This page shows the advice of `matrig advise --before RUN` for each landing of the series in [certification](certification.md). These are synthetic landings with
+decelerations from the 1973 report. The plan is the actual speed and mean braking of the landing; `advise` assumes that the braking stays within 10 % of it. `advise`
+knows friction, survey and the earlier landings, but not the modification (bands, cleats, ...). The outcomes of 1973 are for comparison only, because thrust, ground
+and mats of that time are unknown.
 
 """
 
