@@ -18,8 +18,9 @@
  * first: the resistance of the group is that of its weakest open joint, updated every 4 blocks. The
  * same rule distributes the openings when the level changes.
  *
- * docs/measured/predictor.md has the cost of a block and how the search for zones is spread over
- * blocks.
+ * docs/measured/predictor.md has the cost of a block. The search for zones is spread over blocks
+ * (common/zonescan.h): at most 1,300 visits of joints in 11 blocks. A switch edge that changes the
+ * deceleration restarts it. A worse result is reported at once, a better one at its end.
  *
  * Units: feet, pounds, seconds. Displacements of transducers and gaps of surveys are in inches, as
  * measured. */
