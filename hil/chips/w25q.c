@@ -7,9 +7,10 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
-#define BUSY         1u
-#define WEL          2u
-#define MANUFACTURER 0xefu
+#define BUSY          1u
+#define WEL           2u
+#define MANUFACTURER  0xefu
+#define HANG_PERMILLE 500u /* how far an operation got that did not end */
 /* Modelled commands: data sheet rev. F, 8.1.2. */
 enum command {
     PAGE_PROGRAM = 0x02,
@@ -117,6 +118,10 @@ static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, ui
     w->end_ps = t_ps +
                 hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
     w->fails_silently = is_ordered_to_fail(dev, program);
+    if (dev->orders->hang) {
+        dev->orders->hang--;
+        w->end_ps = HIL_NEVER;
+    }
     w->status |= BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
     hil_call(&dev->began);
@@ -126,7 +131,9 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
     if (w->operation) /* "data corruption may happen" (8.2.36) */
-        end_operation(dev, (unsigned)((t_ps - w->begin_ps) * 1000u / (w->end_ps - w->begin_ps)));
+        end_operation(dev, w->end_ps == HIL_NEVER ? HANG_PERMILLE
+                                                  : (unsigned)((t_ps - w->begin_ps) * 1000u /
+                                                               (w->end_ps - w->begin_ps)));
     w->status = 0;
     w->powered_down = w->reset_enabled = false;
 }
@@ -164,6 +171,8 @@ static bool accepts(const struct hil_w25q *w)
 {
     if (w->dead)
         return false;
+    if (w->stuck)
+        return w->command == READ_STATUS;
     if (w->operation)
         return w->command == READ_STATUS || w->command == ENABLE_RESET || w->command == RESET;
     return !w->powered_down || w->command == RELEASE;
@@ -196,7 +205,7 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     struct hil_w25q *w = dev->state;
     static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
     switch (w->command) {
-    case READ_STATUS: return w->status;
+    case READ_STATUS: return w->stuck ? w->status | BUSY : w->status;
     case JEDEC_ID: return jedec[(n - 1u) % 3u];
     case READ:
     case PAGE_PROGRAM:
@@ -231,6 +240,7 @@ static void take_orders(struct hil_w25q_device *dev)
     struct hil_w25q *w = dev->state;
     struct hil_nor_orders *orders = dev->orders;
     w->dead = orders->dead;
+    w->stuck = orders->stuck;
     if (orders->fill_requested) {
         memset(dev->cells, 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
         memset(w->used, 0xff, sizeof w->used);

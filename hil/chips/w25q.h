@@ -50,14 +50,14 @@ struct hil_w25q {
     uint8_t in_page[HIL_NOR_PAGE / 8u]; /* bit mask of the bytes shifted in */
     uint32_t page_count;
     /* the operation in progress */
-    uint8_t operation;     /* its command; 0: none */
-    uint32_t first, bytes; /* cells being changed */
-    uint64_t begin_ps, end_ps;
+    uint8_t operation;         /* its command; 0: none */
+    uint32_t first, bytes;     /* cells being changed */
+    uint64_t begin_ps, end_ps; /* end_ps HIL_NEVER: until a reset */
     /* totals */
     uint64_t operations; /* programs and erases begun since creation */
     uint64_t random;
-    /* set by the fault script: the chip is dead; the operation in progress fails */
-    bool dead, fails_silently;
+    /* set by the fault script: the chip is dead; it stays busy; the operation in progress fails */
+    bool dead, stuck, fails_silently;
     /* sectors that are not fully erased, or were not at some time */
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
 };
@@ -67,9 +67,11 @@ struct hil_w25q {
 struct hil_nor_orders {
     /* the chip does not drive its output: all reads give ones, and commands have no effect */
     bool dead;
+    bool stuck;            /* always busy, also after its reset command */
     bool fill_requested;   /* program every byte with zeroes */
     uint32_t fail_program; /* number of following page programs that change nothing */
     uint32_t fail_erase;
+    uint32_t hang; /* number of following programs and erases that end at a reset only */
 };
 
 struct hil_w25q_device {

@@ -393,8 +393,10 @@ static void fail_nor(struct hil_nor_orders *nor, const struct hil_fault *fault)
     case HIL_NOR_FILL: nor->fill_requested = true; break;
     case HIL_NOR_DEAD: nor->dead = true; break;
     case HIL_NOR_MEND: *nor = (struct hil_nor_orders){0}; break;
+    case HIL_NOR_STUCK: nor->stuck = true; break;
     case HIL_NOR_FAIL_PROGRAM: nor->fail_program = fault->count; break;
     case HIL_NOR_FAIL_ERASE: nor->fail_erase = fault->count; break;
+    case HIL_NOR_HANG: nor->hang = fault->count; break;
     }
 }
 
@@ -612,9 +614,10 @@ static const struct action {
     {"switch SWITCH skip", {.action = HIL_FAULT_SKIP}},
     {"switch SWITCH bounce TIMES APART_US", {.action = HIL_FAULT_BOUNCE}},
     {"camera skip COUNT", {.action = HIL_FAULT_CAMERA}},
-    {"nor fill|dead|mend", {.action = HIL_FAULT_NOR}},
+    {"nor fill|dead|mend|stuck", {.action = HIL_FAULT_NOR}},
     {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_PROGRAM}},
     {"nor fail-erase COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_ERASE}},
+    {"nor hang COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_HANG}},
     {"thermometer dead|stuck|hang|mend|berr", {.action = HIL_FAULT_THERMOMETER}},
     {"thermometer stretch MS",
      {.action = HIL_FAULT_THERMOMETER, .choice = HIL_THERMOMETER_STRETCH}},

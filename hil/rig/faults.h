@@ -128,8 +128,10 @@ enum hil_nor_fault {
     HIL_NOR_FILL,
     HIL_NOR_DEAD,
     HIL_NOR_MEND,
+    HIL_NOR_STUCK,
     HIL_NOR_FAIL_PROGRAM,
-    HIL_NOR_FAIL_ERASE
+    HIL_NOR_FAIL_ERASE,
+    HIL_NOR_HANG
 };
 enum hil_thermometer_fault {
     HIL_THERMOMETER_DEAD,
