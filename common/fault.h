@@ -36,7 +36,7 @@
     X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "            \
       "different type [0: at the start, 1: later]")                                               \
     X(NOR_FAILED,          25, "the black-box memory failed [1 program, 2 erase, 3 read, 4 "      \
-      "mark a record as free, 6 store the runway, 7 store the key]")                              \
+      "mark a record as free, 5 it stays busy, 6 store the runway, 7 store the key]")             \
     X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 "  \
       "message]")                                                                                 \
     X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: "  \

@@ -81,10 +81,10 @@ void app_configured(struct app *app)
     predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
-    else if (app->box.state == MR_BOX_MISSING)
+    else if (!blackbox_has_memory(&app->box))
         blackbox_start(&app->box);
-    runwaystore_follow(&app->runwaystore, app->box.state != MR_BOX_MISSING);
-    keystore_follow(&app->keystore, app->box.state != MR_BOX_MISSING);
+    runwaystore_follow(&app->runwaystore, blackbox_has_memory(&app->box));
+    keystore_follow(&app->keystore, blackbox_has_memory(&app->box));
 }
 
 static void note_key(struct app *app)
@@ -378,7 +378,7 @@ static enum mr_status execute_box(struct app *app, const struct mr_command *comm
 
 static enum mr_status execute_key(struct app *app, const struct mr_command *command)
 {
-    if (app->box.state != MR_BOX_MISSING && !blackbox_idle(&app->box))
+    if (blackbox_has_memory(&app->box) && !blackbox_idle(&app->box))
         return MR_WAIT; /* the black box may erase for minutes */
     enum mr_status status = keystore_execute(&app->keystore, command);
     return status == MR_OK ? NO_ANSWER : status; /* answered when the key is written */
@@ -638,7 +638,7 @@ static bool keep_key(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
     struct mr_ack answer;
-    keystore_follow(store, app->box.state != MR_BOX_MISSING);
+    keystore_follow(store, blackbox_has_memory(&app->box));
     while (!keystore_busy(store)) {
         if (!free || !keystore_begin(store))
             break;
@@ -659,11 +659,11 @@ static void share_memory(struct app *app)
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
     bool begun = app->keystore.state != MR_KEY_NOT_READ; /* the key must be read first */
-    runwaystore_follow(store, box->state != MR_BOX_MISSING);
+    runwaystore_follow(store, blackbox_has_memory(box));
     if (!runwaystore_busy(store, &app->predict, app->slack_in) &&
         !keep_key(app, !begun || blackbox_idle(box))) {
         blackbox_poll(box, app->next_index);
-        if (blackbox_idle(box))
+        if (blackbox_idle(box) && blackbox_has_memory(box))
             (void)runwaystore_begin(store, &app->predict, !landing_recording(&app->landing),
                                     app->next_index);
     }

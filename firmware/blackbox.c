@@ -796,6 +796,11 @@ void blackbox_start(struct blackbox *box)
     }
 }
 
+bool blackbox_has_memory(const struct blackbox *box)
+{
+    return box->state != MR_BOX_MISSING && !box->stuck;
+}
+
 void blackbox_leave_out(struct blackbox *box)
 {
     memset(box, 0, sizeof *box);
@@ -807,7 +812,7 @@ void blackbox_leave_out(struct blackbox *box)
 void blackbox_poll(struct blackbox *box, uint32_t now_ms)
 {
     box->now_ms = now_ms;
-    if (box->state == MR_BOX_MISSING)
+    if (!blackbox_has_memory(box))
         return;
     write_end(box);
     for (unsigned n = 0; n < STEPS; n++) {
@@ -817,6 +822,12 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
         if (status == NOR_MISSING) {
             health_count(MR_FAULT_NOR_MISSING, 1);
             box->state = MR_BOX_MISSING;
+            return;
+        }
+        if (status == NOR_STUCK) {
+            health_count(MR_FAULT_NOR_FAILED, 5);
+            box->stuck = true;
+            box->state = MR_BOX_FAILED;
             return;
         }
         finish_job(box, status == NOR_IDLE);

@@ -56,9 +56,10 @@ struct blackbox_writer {
 
 struct blackbox {
     /* MISSING: no memory, or not configured; landings are recorded without it. READY: idle or
-     * armed. CLOSING: writing the last pages of a landing. FAILED: too many pages failed in a row;
-     * not used until the next start. */
+     * armed. CLOSING: writing the last pages of a landing. FAILED: too many pages failed in a row,
+     * or the memory stays busy; not used until the next start. */
     enum mr_box_condition state;
+    bool stuck;      /* FAILED because the memory stays busy */
     bool left_out;   /* excluded by the configuration */
     uint32_t now_ms; /* index of the newest block */
 
@@ -118,6 +119,8 @@ struct blackbox {
 };
 
 void blackbox_start(struct blackbox *box);
+/* Whether there is a memory that executes commands. */
+bool blackbox_has_memory(const struct blackbox *box);
 /* Call if no black box is configured: nothing is recorded, and the memory is not accessed. */
 void blackbox_leave_out(struct blackbox *box);
 /* Continues the operation of the memory, without waiting. `now_ms`: index of the newest block. */

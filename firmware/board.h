@@ -212,12 +212,13 @@ enum nor_status {
     NOR_BUSY,
     NOR_FAILED,  /* the last operation timed out; the next one may be tried */
     NOR_MISSING, /* no chip, or not the expected one; this state is final */
+    NOR_STUCK,   /* a chip answers, but stays busy; this state is final */
 };
 
 /* Continues the operation in progress and returns the state of the memory. */
 enum nor_status nor_poll(void);
 /* Reads the chip's identification. NOR_IDLE: the expected chip; NOR_BUSY: call again later;
- * NOR_MISSING: no chip, or not the expected one. Does not disturb other operations. */
+ * NOR_MISSING and NOR_STUCK as nor_poll. Does not disturb other operations. */
 enum nor_status nor_identify(void);
 /* Reads at most NOR_PAGE bytes. */
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length);

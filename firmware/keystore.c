@@ -214,6 +214,14 @@ static void next_step(struct keystore *store)
     }
 }
 
+static void lose_memory(struct keystore *store)
+{
+    if (store->answer.code && !store->answered)
+        answer(store, MR_IO);
+    store->step = STEP_NONE;
+    keystore_follow(store, false);
+}
+
 bool keystore_busy(struct keystore *store)
 {
     if (!store->under_way)
@@ -222,14 +230,10 @@ bool keystore_busy(struct keystore *store)
     if (status == NOR_BUSY)
         return true;
     store->under_way = false;
-    if (status == NOR_MISSING) {
-        if (store->answer.code && !store->answered)
-            answer(store, MR_IO);
-        store->step = STEP_NONE;
-        keystore_follow(store, false);
-    } else {
+    if (status == NOR_MISSING || status == NOR_STUCK)
+        lose_memory(store);
+    else
         next_step(store); /* reading back shows whether it succeeded */
-    }
     return false;
 }
 
@@ -237,8 +241,13 @@ bool keystore_begin(struct keystore *store)
 {
     bool of_starts = store->step >= STEP_COUNT && store->step <= STEP_CHECK;
     uint32_t address = address_of(store->at, of_starts ? store->page : 0);
+    if (store->step == STEP_NONE)
+        return false;
     /* at a start the chip may still be busy with an operation that a reset interrupted */
-    if (store->step == STEP_NONE || nor_poll() == NOR_BUSY)
+    enum nor_status status = nor_poll();
+    if (status == NOR_MISSING || status == NOR_STUCK)
+        lose_memory(store);
+    if (status != NOR_IDLE && status != NOR_FAILED)
         return false;
     store->under_way = true;
     if (store->step == STEP_ERASE || store->step == STEP_WIPE) {

@@ -149,7 +149,7 @@ bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const 
     if (status == NOR_BUSY)
         return true;
     store->under_way = false;
-    if (status == NOR_MISSING)
+    if (status == NOR_MISSING || status == NOR_STUCK)
         runwaystore_follow(store, false);
     else if (store->step == STEP_ERASE || store->step == STEP_PROGRAM)
         next_page(store); /* reading back shows whether it succeeded */

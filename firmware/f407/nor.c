@@ -20,10 +20,11 @@
 
 /* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be
  * deselected for tSHSL2, or two commands become one. SLEW_NS is the rise time of the line (pins.c).
- * After 0xab the chip needs tRES1 to wake. */
+ * After 0xab the chip needs tRES1 to wake, after a reset tRST. */
 #define DESELECT_NS      50u
 #define SLEW_NS          10u
 #define WAKE_NS          3000u
+#define RESET_NS         30000u
 /* 168 from an internal oscillator that is 4.5 % fast: STM32F407 data sheet, ACC_HSI */
 #define CORE_MHZ_MOST    176u
 #define CYCLES_OF_NS(ns) (((ns)*CORE_MHZ_MOST + 999u) / 1000u)
@@ -34,6 +35,8 @@ enum {
     PROGRAM = 0x02,
     READ = 0x03,
     ERASE = 0x20,
+    ENABLE_RESET = 0x66,
+    RESET = 0x99,
     IDENTITY = 0x9f,
     WAKE = 0xab
 };
@@ -41,7 +44,16 @@ enum {
 #define MANUFACTURER 0xefu
 #define CAPACITY     0x18u /* 2^24 bytes */
 
-static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
+static volatile enum phase {
+    ABSENT,
+    STUCK,
+    STARTING,
+    IDLE,
+    READING,
+    SENDING,
+    PROGRAMMING,
+    ERASING
+} phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
 /* DMA targets: `sink` for bytes received while a page is sent, and the newest status. */
@@ -96,11 +108,20 @@ static uint8_t read_status(void)
     return status;
 }
 
-static void enable_writing(void)
+static void send_alone(uint8_t command)
 {
     select(true);
-    exchange(WRITE_ENABLE);
+    exchange(command);
     select(false);
+}
+
+/* Ends an operation that does not end by itself: a busy chip executes nothing but this. What the
+ * operation was changing is then partly changed (data sheet 8.2.36). */
+static void reset_chip(void)
+{
+    send_alone(ENABLE_RESET);
+    send_alone(RESET);
+    wait_cycles(CYCLES_OF_NS(RESET_NS));
 }
 
 static void begin_phase(enum phase next)
@@ -136,6 +157,8 @@ static bool takes_longer_than(uint32_t ms)
 static void end_program(bool fails)
 {
     select(false);
+    if (fails)
+        reset_chip();
     failed = fails;
     phase = IDLE;
 }
@@ -199,8 +222,8 @@ static void identify(void)
 
 enum nor_status nor_identify(void)
 {
-    if (phase == ABSENT)
-        return NOR_MISSING;
+    if (phase == ABSENT || phase == STUCK)
+        return phase == ABSENT ? NOR_MISSING : NOR_STUCK;
     if (phase != IDLE)
         return NOR_BUSY;
     return is_expected() ? NOR_IDLE : NOR_MISSING;
@@ -211,10 +234,17 @@ enum nor_status nor_identify(void)
 static void detect_chip(void)
 {
     uint8_t status = read_status();
-    if (status == 0xff || takes_longer_than(ERASE_MS))
+    bool late = takes_longer_than(ERASE_MS);
+    if (status != 0xff && (status & STATUS_BUSY) && late) {
+        reset_chip();
+        status = read_status();
+    }
+    if (status == 0xff)
         phase = ABSENT;
     else if (!(status & STATUS_BUSY))
         identify();
+    else if (late)
+        phase = STUCK;
 }
 
 void nor_start(void)
@@ -222,9 +252,7 @@ void nor_start(void)
     SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
     SPI2->CR1 |= SPI_CR1_SPE;
     irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);
-    select(true);
-    exchange(WAKE);
-    select(false);
+    send_alone(WAKE);
     wait_cycles(CYCLES_OF_NS(WAKE_NS));
     begin_phase(STARTING);
     detect_chip();
@@ -247,7 +275,8 @@ enum nor_status nor_poll(void)
     polls++;
     switch (phase) {
     case ABSENT: return NOR_MISSING;
-    case STARTING: detect_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
+    case STUCK: return NOR_STUCK;
+    case STARTING: detect_chip(); return NOR_BUSY; /* the next poll reports what it found */
     case IDLE:
         memory_fence(); /* from here on the caller sees the data that DMA has stored */
         return failed ? NOR_FAILED : NOR_IDLE;
@@ -274,7 +303,7 @@ void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 
 void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
 {
-    enable_writing();
+    send_alone(WRITE_ENABLE);
     begin_phase(SENDING);
     send_command(PROGRAM, address);
     begin_dma(NULL, page, NOR_PAGE);
@@ -282,7 +311,7 @@ void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
 
 void nor_begin_erase(uint32_t address)
 {
-    enable_writing();
+    send_alone(WRITE_ENABLE);
     send_command(ERASE, address);
     select(false);
     begin_phase(ERASING);

@@ -60,13 +60,15 @@ static void end(unsigned permille)
 
 enum nor_status nor_identify(void)
 {
-    return fake_nor.present ? NOR_IDLE : NOR_MISSING;
+    return !fake_nor.present ? NOR_MISSING : fake_nor.stuck ? NOR_STUCK : NOR_IDLE;
 }
 
 enum nor_status nor_poll(void)
 {
     if (!fake_nor.present)
         return NOR_MISSING;
+    if (fake_nor.stuck)
+        return NOR_STUCK;
     if (fake_nor.dark)
         return NOR_BUSY;
     if (fake_nor.operation && fake_nor.now_us < fake_nor.end_us)
@@ -78,7 +80,7 @@ enum nor_status nor_poll(void)
 
 static void begin(unsigned operation, uint32_t address, const uint8_t *page, uint64_t us)
 {
-    if (fake_nor.operation || fake_nor.dark)
+    if (fake_nor.operation || fake_nor.dark || fake_nor.stuck)
         abort(); /* one at a time */
     fake_nor.operation = operation;
     fake_nor.address = address;
@@ -92,7 +94,8 @@ static void begin(unsigned operation, uint32_t address, const uint8_t *page, uin
 
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 {
-    if (fake_nor.operation || length > NOR_PAGE || address + length > FAKE_NOR_SIZE)
+    if (fake_nor.operation || fake_nor.stuck || length > NOR_PAGE ||
+        address + length > FAKE_NOR_SIZE)
         abort();
     memcpy(bytes, fake_nor.cell + address, length);
     fake_nor.address = address;

@@ -21,6 +21,7 @@ enum fake_nor_fault {
 
 struct fake_nor {
     bool present;
+    bool stuck; /* it answers, but stays busy */
     uint8_t cell[FAKE_NOR_SIZE];
     uint64_t now_us;
     uint32_t program_us, erase_us;

@@ -175,15 +175,19 @@ TEST_IN(a_key_that_did_not_come_whole_is_not_taken, begin, NULL)
     assert_int_equal(order(&set, true, 5), MR_TOO_FEW); /* the words were used up */
 }
 
-/* Without a memory: no key, and that is said. */
+/* Without a memory, or with one that stays busy: no key, and that is said. */
 TEST_IN(without_a_memory_there_is_none, begin, NULL)
 {
-    fake_nor.present = false;
-    start(NULL);
-    fake.jumper = true;
-    assert_int_equal(told(), MR_KEY_NO_MEMORY);
-    assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_IO);
-    assert_int_equal(order(&survey, false, 5), MR_OK);
+    for (unsigned stuck = 0; stuck < 2; stuck++) {
+        fake_nor.present = stuck;
+        fake_nor.stuck = stuck;
+        start(NULL);
+        fake.jumper = true;
+        assert_int_equal(told(), MR_KEY_NO_MEMORY);
+        assert_int_equal(app.box.state, stuck ? MR_BOX_FAILED : MR_BOX_MISSING);
+        assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_IO);
+        assert_int_equal(order(&survey, false, 5), MR_OK);
+    }
 }
 
 /* What the black box had there in the time of an older image is no key; a key that does not hold

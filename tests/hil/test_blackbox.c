@@ -249,3 +249,84 @@ TEST(the_power_goes_at_many_points)
                   landed);
     assert_true(landed > points / 3);
 }
+
+static struct mr_box_state box_state(const struct ear *ear)
+{
+    struct mr_box_state state = {0};
+    assert_int_equal(
+        mr_box_state_get(&state, ear->last[EAR_SERIAL][MR_ID_BOX_STATE], MR_MESSAGE_MAX), MR_OK);
+    return state;
+}
+
+/* The third page of the fourth sector never ends to be programmed: the record continues in the
+ * fifth sector, and lacks nothing. */
+TEST(a_page_that_stays_busy_costs_the_rest_of_its_sector)
+{
+    enum { HANGS = 3 * 16 + 2, NEXT = 4 * 16 };
+    struct hil_options options = ear_options();
+    struct ear *ear = ear_open(&options, 5);
+    ear_order(ear, "nor 50 nor hang 1");
+    ear_until(ear, ear->run.duration_s);
+    size_t count = take_pages(ear->board, 0, 1);
+    assert_int_equal(count, HANGS);
+    memcpy(whole, pages, sizeof whole);
+    count = take_pages(ear->board, NEXT, 1);
+    assert_true(count > 100);
+    memmove(pages[HANGS], pages[0], count * MR_BOXPAGE);
+    memcpy(pages[0], whole[0], HANGS * MR_BOXPAGE);
+    memset(present, 1, count += HANGS);
+    struct told told = check_pages(count, NULL);
+    check_end(count, &told);
+    assert_int_equal(told.edges, ear->heard[EAR_SERIAL][MR_ID_EDGE]);
+    assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].count, 1);
+    assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].detail, 1);
+    ear_close(ear);
+}
+
+/* The same for an erase: the others are erased. */
+TEST(a_sector_that_stays_busy_is_left_out)
+{
+    static const uint8_t used = 0x55;
+    struct ear *ear = ear_open(NULL, 0);
+    for (uint32_t sector = 5; sector < 8; sector++)
+        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR, &used, 1);
+    ear_order(ear, "at 0 nor hang 1");
+    ear_until(ear, 9.0);
+    for (uint32_t sector = 5; sector < 8; sector++) {
+        uint8_t cell;
+        hil_w25q_peek(&ear->board->w25q, sector * HIL_NOR_SECTOR, &cell, 1);
+        if (sector > 5)
+            assert_int_equal(cell, 0xff);
+    }
+    assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].count, 1);
+    assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].detail, 2);
+    assert_int_equal(box_state(ear).state, MR_BOX_READY);
+    ear_close(ear);
+}
+
+/* At the start: an operation from before, which a reset of the chip ends; a chip that nothing ends
+ * has failed, it is not absent. */
+TEST(a_chip_that_is_busy_at_the_start_is_not_absent)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    struct hil_w25q *chip = &ear->board->state.w25q;
+    chip->operation = 0x20;
+    chip->bytes = HIL_NOR_SECTOR;
+    chip->status = 3;
+    chip->end_ps = HIL_NEVER;
+    ear_until(ear, 5.5);
+    assert_int_equal(box_state(ear).state, MR_BOX_LOOKING);
+    ear_until(ear, 9.0);
+    assert_int_equal(box_state(ear).state, MR_BOX_READY);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL) & (EAR_BIT(NOR_FAILED) | EAR_BIT(NOR_MISSING)), 0);
+    ear_close(ear);
+
+    ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0 nor stuck");
+    ear_until(ear, 9.0);
+    assert_int_equal(box_state(ear).state, MR_BOX_FAILED);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL) & (EAR_BIT(NOR_FAILED) | EAR_BIT(NOR_MISSING)),
+                     EAR_BIT(NOR_FAILED));
+    assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].detail, 5);
+    ear_close(ear);
+}
