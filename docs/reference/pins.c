@@ -1,4 +1,4 @@
-/* Pins and memory of each board. Where each is on the package comes from ST's pin database, as the
+/* Pins of each board. Where each is on the package comes from ST's pin database, as the
  * test of the tables has it. */
 #include <ctype.h>
 #include <stdbool.h>
@@ -193,28 +193,5 @@ void reference_pins(FILE *out)
             if (!had_before(i, table->row[n].signal))
                 print_signal(out, &table->row[n]);
         }
-    }
-}
-
-void reference_memory(FILE *out)
-{
-    const struct mr_board *board;
-    const struct board_table *zg = board_table_of(MR_BOARD_ZG), *table;
-    reference_head(out, "Memory", "`common/memory.def`");
-    fputs(
-        "Memory map of each board, with the size of each region in KiB. Images are linked by this "
-        "map; their sizes: [measured](../measured/board.md#boards).\n\n| Start |",
-        out);
-    for (unsigned i = 0; (board = mr_board_of(i)); i++)
-        fprintf(out, " %s |", board->name);
-    fputs(" Contents |\n|---|", out);
-    for (unsigned i = 0; mr_board_of(i); i++)
-        fputs("--:|", out);
-    fputs("---|\n", out);
-    for (size_t n = 0; n < zg->regions; n++) {
-        fprintf(out, "| 0x%08lx |", zg->region[n].start);
-        for (unsigned i = 0; (table = board_table_of(i)); i++)
-            fprintf(out, " %lu |", table->region[n].bytes / 1024);
-        fprintf(out, " %s |\n", zg->region[n].text);
     }
 }

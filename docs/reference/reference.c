@@ -56,7 +56,6 @@ int main(int argc, char **argv)
         {"scene", reference_scene},
         {"campaign", reference_campaign},
         {"pins", reference_pins},
-        {"memory", reference_memory},
         {"exit-codes", reference_exit_codes},
         {"bring-up", reference_bringup},
         {"units", reference_units},

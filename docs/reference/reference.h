@@ -16,7 +16,6 @@ void reference_commands(FILE *out); /* host/commands/commands.def and its descri
 void reference_messages(FILE *out);
 void reference_configuration(FILE *out); /* common/config.def */
 void reference_pins(FILE *out);          /* firmware/boards/pins.def */
-void reference_memory(FILE *out);        /* common/memory.def */
 void reference_scene(FILE *out);         /* host/sim/scene/scene.c */
 void reference_bringup(FILE *out);       /* host/board/bringup_limits.def */
 void reference_units(FILE *out);         /* host/base/quantity.c */

@@ -127,11 +127,11 @@ ASSUMED = [
     ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "emulated shunt"),
     ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "shunt in the firmware"),
     ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "time constant of the emulated staircase"),
-    ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "an eighth of the settling time in the firmware"),
+    ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "settling time in the firmware, divided by 8 (time constants)"),
     ("staircase_step_most_codes", "common/staircase.h", r"TOLERANCE_CODES +([\d.]+)", 0.5, "below", "half of the step tolerance in the firmware"),
     ("one_shot_least_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "pulse width of the emulated edge"),
     ("one_shot_most_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "pulse width of the emulated edge"),
-    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "stated switch error, as time at 20 ft/s"),
+    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "stated error of a switch station, divided by 20 ft/s"),
     ("reference_read_sd_rel", "firmware/config.c", r"REFERENCE_GAIN_ERROR +([\d.]+)", 1.1, "below", "stated error of the reference, times 1.1"),
     ("gage_noise_lsb", "common/staircase.h", r"noise of (\d+) codes", 1, "below", "noise assumed by the estimators"),
 ]
@@ -153,7 +153,7 @@ def beside(figures):
 # ---- for people ----
 
 PICTURES = os.path.join(ROOT, "docs", "pictures")
-PAGE = os.path.join(ROOT, "docs", "electronics", "figures.md")
+PAGE = os.path.join(ROOT, "hil", "circuits", "FIGURES.md")
 PARTS_PAGE = os.path.join(ROOT, "docs", "electronics", "parts.md")
 
 
