@@ -26,5 +26,5 @@ $(B)/host/hil/core/cpu.o: $(B)/hil/bootrom.bin
 circuits: $(B)/.circuit-packages ## tests | the reference electronics: rules, pins, parts list, drawings, each block simulated (1 min): build/circuits
 	@python3 hil/circuits/circuits.py $(B)/circuits
 .PHONY: circuits-figures
-circuits-figures: $(B)/.circuit-packages ## longer | the same, and figures.def, docs/electronics and its drawings made anew
+circuits-figures: $(B)/.circuit-packages ## longer | the same, and figures.def, FIGURES.md, docs/electronics and its drawings made anew
 	@python3 hil/circuits/circuits.py --keep $(B)/circuits
