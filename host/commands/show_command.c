@@ -114,10 +114,11 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
     answer_flag(answer, "all_heard", NULL, all_heard);
     answer_value(answer, "warning_t", NULL, UNIT_TIME, w->warned ? w->t_s : (double)NAN, 3)
         ->digits = 9;
-    answer_value(answer, "warning_start", NULL, UNIT_STATION, w->warned ? w->start_ft : (double)NAN,
-                 1)
+    answer_value(answer, "warning_start", NULL, UNIT_STATION,
+                 w->warned ? w->most_start_ft : (double)NAN, 1)
         ->digits = 9;
-    answer_value(answer, "warning_end", NULL, UNIT_STATION, w->warned ? w->end_ft : (double)NAN, 1)
+    answer_value(answer, "warning_end", NULL, UNIT_STATION,
+                 w->warned ? w->most_end_ft : (double)NAN, 1)
         ->digits = 9;
 }
 
@@ -333,10 +334,12 @@ static int show_command(int argc, char **argv, const struct cli *cli)
 }
 
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database. Without RUN, one row per landing: time of arming, series, "
-                    "touchdown speed, stop station (+- one standard error), first warning, frames "
-                    "lost, observations. Landings logged or imported twice are marked. The last "
-                    "lines count how many warnings survey and transducers confirm"),
+    HELP_ITEM(
+        "DB",
+        "campaign database. Without RUN, one row per landing: time of arming, series, touchdown "
+        "speed, stop station (+- one standard error), zone warned of (with --json warning_start_ft "
+        "and warning_end_ft), frames lost, observations. Landings logged or imported twice are "
+        "marked. The last lines count the warnings that survey and transducers confirm"),
     HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };

@@ -68,7 +68,7 @@ links = s["links"].values()
 wanted = {"state": s["state"], "landing": s["landing"], "warned": s["zone"]["warned"], "all_heard": s["zone"]["all_heard"],
     "touchdown_speed_ft_s": s.get("touchdown_speed_ft_s"), "touchdown_speed_error_ft_s": s.get("touchdown_speed_error_ft_s"),
     "stop_station_ft": s.get("stop_station_ft"), "stop_station_error_ft": s.get("stop_station_error_ft"),
-    "warning_t_s": s["zone"].get("t_s"), "warning_start_ft": s["zone"].get("start_ft"), "lost": sum(l["lost"] for l in links),
+    "warning_t_s": s["zone"].get("t_s"), "warning_start_ft": s["zone"].get("most_start_ft"), "warning_end_ft": s["zone"].get("most_end_ft"), "lost": sum(l["lost"] for l in links),
     "silent": any(l["silent"] for l in links), "torn": s["torn"]}
 print(row, wanted, sep="\n")
 assert all(row[k] == v for k, v in wanted.items()), [(k, row[k], v) for k, v in wanted.items() if row[k] != v]
