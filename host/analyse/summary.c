@@ -619,7 +619,7 @@ static void orders_answer(const struct summary *summary, struct answer *answer)
                          event_time_s(&summary->measured, order),
                          status == MR_OK ? "obeyed" : "refused, ",
                          status == MR_OK ? "" : mr_status_text(status))
-                ->warn = true;
+                ->warn = status != MR_OK;
     }
     answer_table(answer, "orders", NULL);
     for (size_t i = 0; i < summary->orders; i++) {

@@ -662,6 +662,23 @@ json_t *answer_json(const struct answer *answer)
 }
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
+#define HTML_LONG 24 /* a column with a longer text is not made narrower than the style allows */
+
+static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
+{
+    size_t end = answer_after(answer, table);
+    char text[ANSWER_CELL];
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        const struct answer_item *item = answer_in_row(answer, row, label);
+        if (!item)
+            continue;
+        answer_cell(item, " \xc2\xb1 ", text);
+        if (strlen(text) > HTML_LONG)
+            return true;
+    }
+    return false;
+}
+
 static void html_print_table(const struct answer *answer, size_t table, FILE *out)
 {
     size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
@@ -670,7 +687,10 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
-        fputs(shows_number(column) ? "<th class=\"n\">" : "<th>", out);
+        fputs(shows_number(column)                               ? "<th class=\"n\">"
+              : html_has_long_text(answer, table, column->label) ? "<th class=\"long\">"
+                                                                 : "<th>",
+              out);
         for (const char *at = column->label; *at; at++)
             html_bytes(out, *at == '|' ? " " : at, 1);
         if (column->unit && column->unit->text[0]) {
