@@ -140,28 +140,28 @@ void mr_config_exchange(uint8_t *image, struct mr_config *config);
 
 /* Rules that a configuration must meet. The brackets give the meaning of `other`. */
 /* clang-format off */
-#define MR_CONFIG_RULE_TABLE(X)                                                                  \
-    X(TOO_SMALL,    1, "below its least value")                                                  \
-    X(TOO_LARGE,    2, "above its greatest value")                                               \
-    X(NOT_A_NUMBER, 3, "not a number")                                                           \
-    X(NOT_TEXT,     4, "printable ASCII, filled up with 0, is wanted")                           \
-    X(NOT_ABOVE,    5, "must be more than another field [other: its number in the group]")       \
-    X(NOT_RISING,   6, "must be more than the one before it [other: which, from 0]")             \
-    X(SUM,          7, "the zero and all steps up to this one exceed the converter")             \
-    X(ALIKE,        8, "steps of two switches cannot be told apart [other: the switch, from 0]") \
-    X(ZERO,         9, "must not be 0 where something is fitted")                                \
-    X(TAKEN,       10, "the number is another's of the same kind [other: its channel, from 0]")  \
-    X(PLACE,       11, "no channel for that kind")                                               \
-    X(NO_BAND,     12, "there is no such band: its pretension is 0")                             \
-    X(ONE_POINT,   13, "a linearisation has two points or more, or none")                        \
-    X(NO_STATION,  14, "a station is needed")                                                    \
-    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")      \
-    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")       \
-    X(COARSE,      17, "more in a code than any sensor of the rig gives")                        \
-    X(FINE,        18, "less in a code than any sensor of the rig gives")                        \
-    X(NARROW,      19, "all of low to high would be too few codes")                              \
-    X(UNREACHED,   20, "the converter ends before most of low to high")                          \
-    X(NO_INPUT,    21, "this board has no input for it")
+#define MR_CONFIG_RULE_TABLE(X)                                                                   \
+    X(TOO_SMALL,    1, "below its minimum")                                                       \
+    X(TOO_LARGE,    2, "above its maximum")                                                       \
+    X(NOT_A_NUMBER, 3, "not a number")                                                            \
+    X(NOT_TEXT,     4, "must be printable ASCII, padded with zero bytes")                         \
+    X(NOT_ABOVE,    5, "must be greater than another field [other: its number in the group]")     \
+    X(NOT_RISING,   6, "must be greater than the preceding value [other: its index, from 0]")     \
+    X(SUM,          7, "zero and steps up to this one add up beyond the converter's range")       \
+    X(ALIKE,        8, "too close to the step of another switch [other: that switch, from 0]")    \
+    X(ZERO,         9, "must not be 0 for a fitted part")                                         \
+    X(TAKEN,       10, "another channel of its kind has this number [other: it, from 0]")         \
+    X(PLACE,       11, "this input cannot measure that kind")                                     \
+    X(NO_BAND,     12, "the band is not fitted: its pretension is 0")                             \
+    X(ONE_POINT,   13, "must be 0, or 2 or more points")                                          \
+    X(NO_STATION,  14, "must have a station")                                                     \
+    X(REVISION,    15, "must be the active revision plus 1: another change was made meanwhile")   \
+    X(UNSTABLE,    16, "beyond the stability limit for this mat weight and joint stiffness")      \
+    X(COARSE,      17, "more per code than any sensor of the rig gives")                          \
+    X(FINE,        18, "less per code than any sensor of the rig gives")                          \
+    X(NARROW,      19, "the range low to high covers too few codes")                              \
+    X(UNREACHED,   20, "most of the range low to high is beyond the converter")                   \
+    X(NO_INPUT,    21, "this board has no such input")
 /* clang-format on */
 
 enum mr_config_rule {

@@ -276,12 +276,11 @@ static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_
                  advise->brake.beyond ? "at least up" : "up", value);
     else if (isfinite(advise->short_ft_s2))
         snprintf(out, HARDEST_TEXT,
-                 "the probability stays below the limit only from %s up, where the gear stops "
-                 "before the closed mats",
+                 "the probability is below the limit only from %s up, which "
+                 "stops the gear before the closed mats",
                  from);
     else
-        snprintf(out, HARDEST_TEXT,
-                 "it does not stay below the limit at any braking that stops on the runway");
+        snprintf(out, HARDEST_TEXT, "all braking that stops on the runway is above the limit");
 }
 
 static void judge(struct advise *advise, bool si)
@@ -315,8 +314,8 @@ static void judge(struct advise *advise, bool si)
                  "at %s a zone of %u mats has a probability of %.0f %%, %s the limit of %.0f %%; "
                  "%s",
                  braking, ADVISE_ZONE_MATS, 100.0 * row->zone.p,
-                 row->zone.low >= limit ? "above" : "which its members cannot distinguish from",
-                 100.0 * limit, hardest);
+                 row->zone.low >= limit ? "above" : "too close to distinguish from", 100.0 * limit,
+                 hardest);
 }
 
 /* "at most 6.9 ft/s2 (6.5 to 7.2)"; an end of the interval outside the rows is left open. */
@@ -360,23 +359,23 @@ static void find_action(struct advise *advise, bool si)
                  speed, brake, land, braking);
     else if (isfinite(advise->brake.at))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: at %s brake %s.With braking at %s, no touchdown speed "
-                 "from %s up does.",
+                 "To stay below %.0f %%: at %s brake %s. With braking at %s, every touchdown speed "
+                 "from %s up is above the limit.",
                  percent, speed, brake, braking, slowest);
     else if (isfinite(advise->speed.at))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: touch down %s, braking at %s.At %s, no gentler braking "
-                 "that stops on the runway does.",
+                 "To stay below %.0f %%: touch down %s, braking at %s. At %s, all gentler braking "
+                 "that stops on the runway is above the limit.",
                  percent, land, braking, speed);
     else
         snprintf(advise->action, size,
-                 "Nothing gentler stays below %.0f %%: no braking at %s that stops on the runway, "
-                 "and no touchdown speed from %s up with braking at %s.",
-                 percent, speed, slowest, braking);
+                 "No gentler plan stays below %.0f %%: at %s, all braking that stops on the runway "
+                 "is above the limit; with braking at %s, so is every touchdown speed from %s up.",
+                 percent, speed, braking, slowest);
     size_t used = strlen(advise->action);
     if (isnan(advise->brake.at) && isfinite(advise->short_ft_s2))
         snprintf(advise->action + used, size - used,
-                 "Braking at %s or harder stops the gear before the closed mats.", from);
+                 " Braking at %s or harder stops the gear before the closed mats.", from);
 }
 
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
@@ -624,7 +623,7 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->brake.at, 1);
     answer_remark(answer,
                   isnan(advise->brake.at)
-                      ? "; no gentler braking that stops on the runway stays below %.0f %%"
+                      ? "; all gentler braking that stops on the runway is above %.0f %%"
                   : advise->brake.beyond ? ", the last row, which is still below %.0f %%"
                                          : " stays below %.0f %%",
                   100.0 * advise->request.limit);

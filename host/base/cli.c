@@ -175,8 +175,7 @@ unsigned cli_columns(void)
 
 int cli_fail_output(void)
 {
-    fputs("matrig: cannot write the result: standard output; check the pipe, file or disk that it "
-          "goes to\n",
+    fputs("matrig: cannot write the result: standard output; check the pipe, file or disk\n",
           stderr);
     return mr_status_exit_code(MR_IO);
 }

@@ -262,8 +262,7 @@ enum mr_status output_end(struct output *output, struct error *error)
         return fflush(stdout) == 0 && !ferror(stdout)
                  ? error->status
                  : error_set(error, MR_IO,
-                             "cannot write (%s): standard output; check the pipe, file or disk "
-                             "that it goes to",
+                             "cannot write (%s): standard output; check the pipe, file or disk",
                              strerror(errno));
     bool whole = !ferror(output->file);
     whole &= fclose(output->file) == 0;

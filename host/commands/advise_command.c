@@ -244,31 +244,32 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database; the runway is that of the last landing, and the model is "
-                    "updated with all landings of the same board"),
+    HELP_ITEM("DB", "campaign database. The advice is for the runway after the last landing; all "
+                    "landings of its board update the model"),
     OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
                      NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
     OPTION_TEXT(
         "--temperature", "T", temperature,
-        "predict the deceleration without brakes at this temperature, such as 72 or 22degC, from "
-        "landings whose recorded conditions (matrig record) have a temperature and brake=none"),
+        "predict the deceleration without brakes at this temperature (72, 22degC), from landings "
+        "with a recorded temperature and brake=none (matrig record)"),
     OPTION_TEXT("--release", "FT", release,
-                "predict the touchdown speed of a gear that coasts from this release height, from "
-                "recorded conditions"),
+                "predict the touchdown speed of a coasting gear released at this height, from "
+                "landings with a recorded release height (matrig record)"),
     OPTION_TEXT("--profile", "T:A,...", profile,
-                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. The "
-                "result has rows for multiples of it"),
+                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Other "
+                "rows of the result scale the whole profile"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
-                  "thrust on the strip / (axle weight x a/g), if measured to within 3 %; default: "
-                  "unknown (uniform from 0.7 to 1.3, updated from the recorded landings)"),
+                  "thrust on the mat strip / (axle weight x deceleration / g), if measured within "
+                  "3 %; default: unknown (uniform from 0.7 to 1.3, updated from the recorded "
+                  "landings)"),
     OPTION_NUMBER(
         "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
-        "probability of a zone, in %, from which on matrig advises against the landing; default: "
-        "{standard} (a missed zone costs four times as much as a needlessly gentle landing)"),
+        "advise against a landing from this probability of a zone on, in %; default: {standard} (a "
+        "missed zone costs four times as much as a needlessly gentle landing)"),
     OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL,
                  "members of the ensemble, {low} to {high}; default: {standard}"),
@@ -280,12 +281,14 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     OPTION_FLAG(
         "--load", load,
-        "send chart and plan to the board, which computes its risk from them in the next landing"),
+        "send the plan and the predicted probabilities (the chart) to the board, which uses them "
+        "for its risk in the next landing"),
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
     HELP_NOTE(
         "Result: clear, caution or against, with the reason; the probability of a zone of 50 mats "
         "by mean deceleration and station; and, for the pilot, the hardest braking and fastest "
-        "touchdown below the limit. matrig ready decides on go or no-go. Exit 1: against."),
+        "touchdown below the limit. For go or no-go of the equipment, see matrig ready. Exit 1: "
+        "against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 

@@ -569,9 +569,8 @@ static const struct command_part parts[] = {
                 "another"),
     OPTION_TEXT("--points", "F", points,
                 "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from "
-                "matrig board config get). The first line is the head of the columns, values "
-                "(with their unit) and codes: mm,codes or load (lb),codes. A value may have its "
-                "own unit: 12.7 mm,372.4"),
+                "matrig board config get). The first line names the columns, the values with their "
+                "unit: mm,codes or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration, for matrig board config set"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),

@@ -154,7 +154,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
     model.not_stored = !stored;
     if (!stored)
-        cli_note(cli, "the comparison is not stored: %s", cannot.text);
+        cli_note(cli, "the comparison was not stored: %s", cannot.text);
     int exit_code = request.run ? compare_one(store, &request, &model, cli)
                                 : compare_many(store, &request, &model, cli);
     compare_model_free(&model);
@@ -174,10 +174,10 @@ static const struct command_part parts[] = {
                 "compare only the landings of this series (matrig landing --series); default: all "
                 "landings"),
     OPTION_TEXT("--limits", "F", limits_path,
-                "file of limits for values of the JSON result, named by path: the largest "
-                "magnitude allowed; for share and within, the smallest value allowed. Exit 1 when "
-                "a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": "
-                "0.1,\n   \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
+                "file of limits. Each is named by its path in the JSON result and is the largest "
+                "magnitude allowed; for share and within, the smallest value. Exit 1 when a limit "
+                "is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n   "
+                "\"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when the rms difference of a channel exceeds IN"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,

@@ -29,7 +29,7 @@ struct session {
 
 static const char *copy_text(unsigned copy)
 {
-    return copy == 0   ? "whole"
+    return copy == 0   ? "intact"
          : copy == 255 ? "empty"
                        : mr_status_text((enum mr_status) - (int)copy);
 }
@@ -303,12 +303,11 @@ static const struct command_part parts[] = {
         "config get",
         "print the active configuration; -o writes it to a file. Works over --can or --serial"),
     HELP_WORD("config set F",
-              "check F, show the changes, send F and verify that it is stored. Refused while the "
-              "board is armed, until the landing is done; over CAN, also without the maintenance "
-              "jumper. A gain that "
-              "differs from the board's by more than 10 % needs --force (for a first calibration "
-              "or a new serial number: by more than a factor of 1.5 for a transducer, 5 for a "
-              "gage). With --can, a CAN base that another board uses is refused"),
+              "check F, show the changes, send F and verify that it is stored. Refused from arming "
+              "until the landing is done, and over CAN without the maintenance jumper. --force is "
+              "needed to change a gain by more than 10 %, or, in a first calibration or with a new "
+              "serial number, by more than a factor of 1.5 (transducer) or 5 (gage). With --can, a "
+              "CAN base that another board uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

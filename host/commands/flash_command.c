@@ -448,12 +448,12 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force,
                 "flash even if the board already runs this image or is of a different type, or the "
                 "image has no header"),
-    HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
-              "arming until the landing is done). Without a hello, restart the board with BOOT0 "
-              "high. stm32flash programs the chip and reads every byte back; the configuration is "
-              "kept. If the cable was pulled, switch the board off and on and repeat the command: "
-              "a board with an incomplete image starts its boot ROM. Exit 1 when the board does "
-              "not run the image afterwards."),
+    HELP_NOTE("If the board sends a hello within 2.5 s, matrig restarts it into its boot ROM; the "
+              "board refuses this from arming until the landing is done. If no hello arrives, "
+              "restart the board with BOOT0 high. stm32flash programs the chip and reads every "
+              "byte back; the configuration is kept. If the cable was pulled, switch the board off "
+              "and on and repeat the command: a board with an incomplete image starts its boot "
+              "ROM. Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 

@@ -417,8 +417,8 @@ static const struct command_part parts[] = {
                 "correct touchdown_ft (touchdown station), weight_lb (aircraft weight), pattern, "
                 "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing: report omits it with a note, compare refuses it without "
-                "--void. --unvoid includes it again. Both need --reason"),
+                "exclude the landing from report and compare, unless their --void is given. "
+                "--unvoid includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "
                   "--height IN, --side left|right|centre|across, --form T (two-panel, end "

@@ -332,18 +332,19 @@ static const struct command_part parts[] = {
                 "the board's serial port (see matrig log --help); the board must be idle or done"),
     OPTION_TEXT("--can", "LINK", can, "also listen on the board's CAN bus"),
     OPTION_TEXT("--image", "FILE", image,
-                "firmware (.elf or .bin) that the board must run; default: that of the campaign's "
+                "expected firmware of the board (.elf or .bin); default: that of the campaign's "
                 "last landing"),
     OPTION_TEXT("--expect-config", "CRC|FILE", expected,
-                "configuration that the board must have, apart from the revision; default: that of "
+                "expected configuration of the board; its revision may differ; default: that of "
                 "the campaign's last landing"),
     HELP_NOTE("Checks readings at rest, shunt calibration and self-test within 20 s; the warning "
               "lamp lights for 0.2 s. Exit 1: no-go."),
     OPTION_FLAG("--walk", walk,
                 "walk test: trip each switch, push each transducer and pull each gage, in order. "
                 "Nothing is recorded. The test ends when all have responded, after 600 s, or on "
-                "Ctrl-C. Exit 1 when a sensor does not respond, or another responds in its place. "
-                "If no sensor of a kind responds, that kind is reported as not tested"),
+                "Ctrl-C. Exit 1 when a sensor does not respond, or a different one responds. If "
+                "none of the switches (or transducers, or gages) responds, they are reported as "
+                "not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

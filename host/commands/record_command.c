@@ -60,9 +60,9 @@ static int list_kinds(const struct cli *cli)
         }
     }
     answer_close(answer);
-    answer_sentence(answer, NULL,
-                    "A kept field has the value of the last record of its kind if you leave it "
-                    "out.");
+    answer_sentence(
+        answer, NULL,
+        "A kept field that you leave out has its value in the last record of the kind.");
     return answer_show(cli, answer, 0);
 }
 
@@ -351,21 +351,20 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB [KIND] [PLACE]",
               "campaign database, kind of record, and its place as the kind needs: RUN, number of "
               "the mat or joint, or station in ft. Without fields, the records are listed"),
-    HELP_ITEM("FIELD=VALUE",
-              "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
-              "0.1 mm'. A field marked kept (--kinds) has the value of the last record if you "
-              "leave it out"),
+    HELP_ITEM(
+        "FIELD=VALUE",
+        "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
+        "0.1 mm'. A field marked kept (see --kinds) defaults to its value in the last record"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
     OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
                  "change fields of record N; FIELD= removes one. Needs --reason"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
                  "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
-               "what was different between two landings: --compare "
-               "4 5"),
+               "list the differences between the records of two landings: --compare 4 5"),
     OPTION_TEXT("--csv", "F.csv", csv,
                 "add a record for each line of a file; its first line names place and fields, as "
-                "-o writes it"),
+                "in a file from -o"),
     OPTION_TEXT("-o", "F.csv", path, "write the records of KIND to a file"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     HELP_EXAMPLE("matrig record campaign.db mat 12 joint_lb_in=12.5+-0.4 slack_in=0.031"),

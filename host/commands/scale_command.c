@@ -364,7 +364,8 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
         json_object_set_new(
             other, "_scaled",
             json_sprintf(
-                "To %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are unchanged.",
+                "Converted to %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are "
+                "unchanged.",
                 request->to_model ? "model" : "prototype", request->n,
                 request->modulus ? "modulus" : "density"));
     json_decref(whole);

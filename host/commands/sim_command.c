@@ -168,8 +168,8 @@ static const struct command_part parts[] = {
                 "event, implicit, cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each "
                 "computes twice; the difference gives the error estimate"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
-                  "tolerance of the solver; for the chain, the largest error estimate as a share "
-                  "of the largest movement"),
+                  "tolerance of the solver; for model chain, the largest error estimate allowed, "
+                  "as a share of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0,
                   "time step of rk4 and staggered"),
     OPTION_TEXT("--csv", "F.csv", csv_path,

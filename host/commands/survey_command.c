@@ -775,9 +775,9 @@ static const struct command_part parts[] = {
                              "a number and Enter. Each reading is on disk before the next prompt. "
                              "Commands: s skip, u undo, b back, n TEXT note, q quit, ? help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
-                  "edges at which stations are read; default: left. diagonal, for mats laid at 45 "
-                  "degrees: stations and transverse distances on all four lines along the runway, "
-                  "and distances along seven lines at 45 degrees"),
+                  "edges at which stations are read; default: left. diagonal is for mats laid at "
+                  "45 degrees: stations and transverse distances on all four lines along the "
+                  "runway, and distances along seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
@@ -803,8 +803,9 @@ static const struct command_part parts[] = {
                 "link, or --can). Exit 1 when the board reports different values"),
     OPTION_FORCE(force),
     HELP_NOTE(
-        "matrig asks again for a reading that differs from the previous survey (first survey: from "
-        "the nominal value) by more than ten joints allow (10 x 0.036 in; a station: 1 in)."),
+        "A reading must be entered twice if it differs from the previous survey by more than ten "
+        "joints allow (10 x 0.036 in; a station: 1 in). The first survey is compared with nominal "
+        "values."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
@@ -819,8 +820,8 @@ const struct command command_survey = {
     "DB [--edges left|both|none|diagonal] [--new] [--closed IN] [--error IN] [--note T] [--from "
     "CSV [--doubtful] | --sheet F [--force]]\nDB --end | --show | --load LINK [--can] [--survey "
     "N]\nDB --withdraw N --reason T",
-    "caliper survey of the mat's gage points: gaps, movement, in-plane bow; joint openings are "
-    "sent to the board",
+    "survey the mat's gage points with a caliper: gaps, movement, in-plane bow; send joint "
+    "openings to the board",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

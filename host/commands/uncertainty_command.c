@@ -323,7 +323,8 @@ static const struct command_part parts[] = {
         "--config", "F", config,
         "use a configuration instead of a landing, with each channel at a third of its range"),
     OPTION_TEXT("--at", "V", at,
-                "reading for the budget, in inches or pounds, or with a unit (5mm, 300N)"),
+                "reading at which the budget is computed, in inches or pounds, or with a unit "
+                "(5mm, 300N)"),
     OPTION_NUMBER(
         "--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
         "largest difference from the temperature of the calibration; default: {standard}"),

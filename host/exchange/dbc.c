@@ -146,7 +146,7 @@ unsigned dbc_write(FILE *out, uint16_t base)
             "CM_ \"matrig, message layout %u. Scaled signals keep one raw value for missing data.",
             MR_LAYOUT);
     if (base)
-        fprintf(out, " Of a board with base 0x%03x, which is in all identifiers.", base);
+        fprintf(out, " All identifiers include base 0x%03x of the board.", base);
     fputs("\";\n", out);
     for (size_t m = 0; m < count; m++) {
         fprintf(out, "CM_ BO_ %u ", mr_can_to_bus(messages[m].id, base));

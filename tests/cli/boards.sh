@@ -79,7 +79,7 @@ is_refused() { # PATTERN ARGUMENTS of alone...
 }
 no_configuration_of_another() {
     alone zg board config get --serial "unix:$sockets/serial" -o "$tmp/zg.cfg" && sed -i 's/^revision .*/revision 1/' "$tmp/zg.cfg" &&
-        is_refused 'no input for it' discovery board config set --serial "unix:$sockets/serial" "$tmp/zg.cfg"
+        is_refused 'no such input' discovery board config set --serial "unix:$sockets/serial" "$tmp/zg.cfg"
 }
 no_such_board() {
     make -s BOARD=nosuch help >"$tmp/out" 2>&1

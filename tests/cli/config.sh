@@ -83,8 +83,8 @@ files_are_refused_with_line_and_advice() {
         refused 4 "site.mats cannot be .600.: .*bad.cfg:$mats; it is from 1 to 512$" 's/^(site\.mats = ).*/\1600/' &&
         refused 4 "gate\[3\].station_ft cannot be .nan.: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\1nan/' &&
         refused 1 "gate\[3\].station_ft is 2.5, gate\[2\].station_ft is 2.5: the first must be larger: .*bad.cfg:$gate; correct it$" 's/^(gate\[3\]\.station_ft = ).*/\12.5/' &&
-        refused 1 "gate\[3\].station_ft is 1e\+09: above its greatest value: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\11e9/' &&
-        refused 1 "channel\[9\].kind is 1: no channel for that kind: .*bad.cfg:$kind; channel\[1\] to \[8\] are displacement" 's/^(channel\[9\]\.kind = ).*/\11/' &&
+        refused 1 "gate\[3\].station_ft is 1e\+09: above its maximum: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\11e9/' &&
+        refused 1 "channel\[9\].kind is 1: this input cannot measure that kind: .*bad.cfg:$kind; channel\[1\] to \[8\] are displacement" 's/^(channel\[9\]\.kind = ).*/\11/' &&
         refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: numbers of one kind must differ: .*; correct it' 's/^(channel\[2\]\.number = ).*/\11/' &&
         refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; it is YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
         refused 2 'no such gate: 25: .*; use gate\[1\] to gate\[24\]' 's/^gate\[24\]/gate[25]/' &&

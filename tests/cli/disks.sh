@@ -41,7 +41,7 @@ compares() {
     $matrig compare "$db" 1 >"$tmp/compared" || return 1
     for what in read-only no-locks no-shared; do
         on $what $matrig compare "$there/c.db" 1 >"$tmp/out" 2>"$tmp/err" && cmp "$tmp/compared" "$tmp/out" &&
-            grep '^matrig: the comparison is not stored: ' "$tmp/err" || { cat "$tmp/err"; return 1; }
+            grep '^matrig: the comparison was not stored: ' "$tmp/err" || { cat "$tmp/err"; return 1; }
     done
 }
 check "compare reads there, too, and says that it stores nothing" compares

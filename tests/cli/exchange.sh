@@ -39,7 +39,7 @@ dbc_of_a_base() {
     grep -E '^BO_ ' "$tmp/matrig.dbc" | awk '{ sub(":", "", $3); print $3, $2 + 400 }' | diff - "$tmp/second.ids" &&
         [ "$(wc -l <"$tmp/second.ids")" -gt 80 ] && grep -qx 'command 1424' "$tmp/second.ids" || return 1
     # every line, but for the comment at the head
-    shift_dbc 400 <"$tmp/matrig.dbc" | sed 's/\(for missing data\.\)";$/\1 Of a board with base 0x190, which is in all identifiers.";/' | diff - "$tmp/second.dbc"
+    shift_dbc 400 <"$tmp/matrig.dbc" | sed 's/\(for missing data\.\)";$/\1 All identifiers include base 0x190 of the board.";/' | diff - "$tmp/second.dbc"
 }
 dbc_refuses() {
     fails_with 2 "^matrig: base 0x3ff is too large: --base; give at most 0x3fe, so that identifiers stay up to 0x7ff$" build/matrig export --format dbc --base 0x3ff &&

@@ -57,7 +57,7 @@ from_the_firmware() {
 compares() { # the board with files
     start_board && build/matrig board --serial "pty:$tty" --image $firmware/matrig.bin >"$tmp/said" || return 1
     cat "$tmp/said"
-    grep -q "^commit  *$(cat $firmware/commit)\$" "$tmp/said" && grep -q "^image  *whole\$" "$tmp/said" && grep -q "^running this image  *yes" "$tmp/said" || return 1
+    grep -q "^commit  *$(cat $firmware/commit)\$" "$tmp/said" && grep -q "^image  *intact\$" "$tmp/said" && grep -q "^running this image  *yes" "$tmp/said" || return 1
     build/matrig --json board --serial "pty:$tty" --image build/tests/variant/rest.elf >"$tmp/json"
     [ $? -eq 1 ] && grep -q '"same":false,"difference":"program ' "$tmp/json" && stop_board
 }

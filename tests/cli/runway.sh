@@ -28,7 +28,7 @@ new_board() { with_board new && [ "$(in_json new source)" = 'not measured' ] && 
 loaded() {
     make_file "$tmp/seven.txt"
     with_board loaded load "$tmp/seven.txt" -o "$tmp/back.txt" && [ "$(in_json loaded landings)" = 7 ] &&
-        [ "$(in_json loaded source)" = 'from the host' ] && [ "$(in_json loaded copy_a)" = whole ] &&
+        [ "$(in_json loaded source)" = 'from the host' ] && [ "$(in_json loaded copy_a)" = intact ] &&
         diff <(grep -v '^#' "$tmp/back.txt") "$tmp/seven.txt"
 }
 after_restart() { with_board again && [ "$(in_json again source)" = 'from memory, copy A' ] && [ "$(in_json again crc)" = "$(in_json loaded crc)" ] && [ "$(in_json again landings)" = 7 ]; }

@@ -148,7 +148,7 @@ TEST(a_reason_is_said_in_words)
     is_said((struct mr_config_reason){.group = MR_GROUP_site,
                                       .field = MR_FIELD_site_revision,
                                       .rule = MR_RULE_REVISION},
-            "site.revision is 7: not one more than the revision in force");
+            "site.revision is 7: must be the active revision plus 1");
     is_said((struct mr_config_reason){.group = MR_GROUP_channel,
                                       .index = 3,
                                       .field = MR_FIELD_channel_point_value,
