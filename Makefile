@@ -23,7 +23,7 @@ WERROR := $(if $(filter file,$(origin CFLAGS)),-Werror)
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes $(WERROR)
 # No fused multiply-add on any side: host and board must round alike. No errno from sqrt: it is one instruction.
 OUR_FLAGS := -std=c11 $(WARNINGS) -ffp-contract=off -fno-math-errno -I. -MMD -MP
-HOST_FLAGS = $(CPPFLAGS) $(CFLAGS) $(OUR_FLAGS) -D_GNU_SOURCE $(COVERAGE)
+HOST_FLAGS = $(CPPFLAGS) $(CFLAGS) $(OUR_FLAGS) -D_GNU_SOURCE
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 ARM_FLAGS := $(ARM_CFLAGS) $(OUR_FLAGS) $(ARM_CPU) -ffreestanding -isystem firmware/libc -ffunction-sections -fdata-sections
 

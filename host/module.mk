@@ -28,7 +28,7 @@ $(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(study_objects): | $(B)/.study-packages
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
-	$(call say,CC,$<)$(CC) $(HOST_FLAGS) -c $< -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) $(COVERAGE) -c $< -o $@
 
 $(host_lib): $(call objects,host,$(host_src))
 $(study_lib): $(filter-out %/cvode.o,$(study_objects))

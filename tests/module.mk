@@ -53,8 +53,8 @@ bench: in-build $(B)/.test-packages all $(variants) $(bench_programs) $(filter $
 coverage: $(B)/.coverage-packages coverage-build ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
 	@tests/coverage.sh $(B)/coverage
 .PHONY: coverage-build
-coverage-build: $(B)/.test-packages
-	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
+coverage-build: $(B)/.test-packages $(host_lib) # of the host as it is: only what the board has in common with it is counted
+	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE="-O0 -g0 -Wno-error" host_lib=$(host_lib) host_src= coverage-programs
 .PHONY: coverage-programs
 coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
 
@@ -74,7 +74,7 @@ boards: in-build all ## studies | each board's image: size, channels, what landi
 
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(call say,CC,$<)$(CC) $(HOST_FLAGS) -c $< -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) $(COVERAGE) -c $< -o $@
 
 
 # What the drivers' register header defines, for the comparison of layouts.
