@@ -74,7 +74,7 @@ boards: in-build all ## studies | each board's image: size, channels, what landi
 
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(call say,CC,$<)$(CC) $(HOST_FLAGS) $(COVERAGE) -c $< -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) $(COVERAGE) $(TEST_CFLAGS) -c $< -o $@
 
 
 # What the drivers' register header defines, for the comparison of layouts.

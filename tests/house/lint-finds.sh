@@ -15,7 +15,7 @@ put '#include <math.h>' 'double wall_ft(void);' 'double wall_ft(void)' '{' '    
 check "gcc says nothing of a float that a double is returned from" compiled CFLAGS=-O1
 check "clang does" warns ,-Wdouble-promotion CC=clang
 put 'int wall(int a);' 'int wall(int a)' '{' '    int ft;' '    if (a)' '        ft = 1;' '    return ft;' '}'
-check "clang says that a value may not be set" warns ,-Wsometimes-uninitialized CC=clang
+check "clang says that a value may not be set" warns ,-Wsometimes-uninitialized CC=clang CFLAGS=-O0
 put 'int *wall(void);' 'static int *door(int *at)' '{' '    return at;' '}' 'int *wall(void)' '{' '    int ft = 0;' '    return door(&ft);' '}'
 check "gcc at -O0 says nothing of an address that outlives its place" compiled CFLAGS=-O0
 check "gcc at -O1 does" warns dangling-pointer CFLAGS=-O1

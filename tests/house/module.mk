@@ -21,7 +21,7 @@ LEVELS ?= 0 1 3
 .PHONY: lint
 lint: in-build $(B)/.clang-packages ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too, and cppcheck: no warning
 	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level CFLAGS=-O$$level WERROR=-Werror objects || exit; done
-	@$(MAKE) -s B=$(B)/clang CC=clang WERROR=-Werror objects
+	@$(MAKE) $(clang) objects
 	@clang --target=arm-none-eabi -isystem firmware/libc $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) -ffreestanding -fsyntax-only $(arm_src)
 	@for board in $(boards); do clang --target=arm-none-eabi -isystem firmware/libc $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) \
 		-ffreestanding -fsyntax-only -DBOARD_FILE="\"firmware/boards/$$board.def\"" $(driver_src) $(bringup_src) || exit; done
