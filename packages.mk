@@ -11,8 +11,8 @@ CLANG_PACKAGES := $(TEST_PACKAGES) clang cppcheck
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium poppler-utils python3
 # And to test in a Debian without anything.
 BARE_PACKAGES := debootstrap iproute2 util-linux
-# To check, draw and simulate the reference electronics (librsvg2-bin: to look at a drawing).
-CIRCUIT_PACKAGES := lepton-eda ngspice python3 librsvg2-bin
+# To check, draw and simulate the reference electronics.
+CIRCUIT_PACKAGES := lepton-eda ngspice python3
 # To make Debian packages, and to test them in a Debian of their own.
 DEB_PACKAGES := $(STUDY_PACKAGES) debhelper dpkg-dev
 DEB_TEST_PACKAGES := $(DEB_PACKAGES) lintian python3 $(BARE_PACKAGES)
@@ -61,3 +61,6 @@ $(B)/.clang-packages: $(B)/.test-packages
 	$(call install_packages,$(CLANG_PACKAGES))
 $(B)/.circuit-packages:
 	$(call install_packages,$(CIRCUIT_PACKAGES))
+# All that CI needs, at once.
+$(B)/.ci-packages:
+	$(call install_packages,$(sort $(CLANG_PACKAGES) $(BROWSER_PACKAGES) $(LINUX_PACKAGES) $(AARCH64_PACKAGES) $(CIRCUIT_PACKAGES)))

@@ -44,11 +44,12 @@ ci() {
     return $status
 }
 tells_minutes() {
-    ci nothing && [ "$(grep -Ec '^ +[0-9]+\.[0-9] min  make ' "$tmp/ci/out")" -eq "$(grep -c '^part make' .ci/run)" ] &&
+    ci nothing && [ "$(grep -Ec '^ +[0-9]+\.[0-9] min  make ' "$tmp/ci/out")" -eq "$(grep -c '^ *part make' .ci/run)" ] &&
         tail -n 1 "$tmp/ci/out" | grep -Eq '^ +[0-9]+\.[0-9] min  all$'
 }
 tells_what_failed() {
-    ! ci test-linux && grep -Eq 'min  make test-linux: failed$' "$tmp/ci/out" && ! grep -q test-aarch64 "$tmp/ci/made"
+    ! ci test-linux && grep -Eq 'min  make test-linux: failed$' "$tmp/ci/out" && ! grep -q test-aarch64 "$tmp/ci/made" &&
+        ! ci lint && grep -Eq 'min  make -j2 lint LEVELS=: failed$' "$tmp/ci/out" && ! grep -q test-clang "$tmp/ci/made"
 }
 
 check "make help lists every target that says what it does" is_listed
