@@ -180,7 +180,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
     return bits;
 }
 
-/* Whether a sum exceeds the range of 12-bit codes; compares two sums at a time. */
+/* True if a sum exceeds the range of 12-bit codes; compares two sums at a time. */
 static bool is_wide(const struct sums *sums)
 {
     uint32_t of_four = 0, of_eight = 0, pair;

@@ -15,8 +15,8 @@
 #include "common/status.h"
 
 /* Layout version of catalogue.def, the block record, the stored configuration and serial framing.
- * It is the version of the latest change to any of these, hence the size of the largest member. The
- * message `hello` carries it. */
+ * It is the version of the latest change to any of these: the size of a union is that of its
+ * largest member. The message `hello` contains it. */
 union mr_layouts {
     uint8_t all_others[3];
 #define SINCE(name, NAME, layout) uint8_t name[layout];
@@ -139,7 +139,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 
 /* ---- message ---- */
 
-/* A decoded message of the catalogue: its users do not need to know the wire format. Pure. */
+/* A decoded message of the catalogue, independent of the wire format. These functions are pure. */
 
 struct mr_message {
     const struct mr_message_info *info;

@@ -360,7 +360,7 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
     return true;
 }
 
-/* Whether the gain is physically possible with this rig's sensors and electronics. */
+/* True if the gain is physically possible with this rig's sensors and electronics. */
 static bool check_gain(const struct mr_channel_config *channel, unsigned i,
                        struct mr_config_reason *reason)
 {

@@ -111,7 +111,7 @@ double mr_gates_student(unsigned freedom);
 /* Final fit of a landing; the touchdown station is taken as given.
  *
  * Uniform braking (section "braking") is fitted to all gates first. A gate that alone contradicts
- * the others is outlier and is left out. If uniform braking does not fit, touchdown and stop are
+ * the others is an outlier and is left out. If uniform braking does not fit, touchdown and stop are
  * fitted separately:
  *
  * Touchdown: uniform braking is fitted to the gates on the track and as many of the first

@@ -9,11 +9,9 @@
  *            +16  u32  CRC-32 of the program (common/crc32.h)
  *            +20  u8   major, minor, patch of the version; u8 1: the sources differed from the
  *                      commit
- *            +24  u32
  *            +24  u32  first eight hexadecimal digits of the commit, u16 the next four; 0:
  *                      unknown
- *            +30
- *   u16  board (common/boards.def); 0 in images from before there were other boards
+ *            +30  u16  board (common/boards.def); 0 in images from before there were other boards
  *            +32  u32  CRC-32 of the flash from its start (the vectors) up to this word
  *
  * The header does not depend on the time or place of the build: one commit gives one image.

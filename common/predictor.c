@@ -146,7 +146,7 @@ static float sum_ft(const struct mr_predictor *p, unsigned segment)
     return sum;
 }
 
-/* Whether the segment's joints can have this sum, within the reading error. */
+/* True if the segment's joints can have this sum, within the reading error. */
 static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
     float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
@@ -442,7 +442,7 @@ static void fall_back(struct mr_predictor *p)
     begin_scan(p);
 }
 
-/* Whether the values are plausible for a model runway in feet, pounds and seconds. Values far off
+/* True if the values are plausible for a model runway in feet, pounds and seconds. Values far off
  * are usually in another unit. */
 static bool sensible(const struct mr_predictor_config *config)
 {
@@ -543,7 +543,8 @@ void mr_predictor_arm(struct mr_predictor *p)
 
 /* --- a block --- */
 
-/* Whether to ignore this transducer for the rest of the landing. `off_in`: reading minus model. */
+/* True if this transducer is to be ignored for the rest of the landing. `off_in`: reading minus
+ * model. */
 static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;

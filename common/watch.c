@@ -135,7 +135,7 @@ static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel
     channel->stuck = false;
 }
 
-/* Whether both neighbours are valid now and were valid when the anchor was set. */
+/* True if both neighbours are valid now and were valid when the anchor was set. */
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
     return !__builtin_isnan(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) &&

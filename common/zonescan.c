@@ -9,7 +9,7 @@ static float closed_ft(const struct mr_chain *chain)
     return MR_ZONE_CLOSED_FT * (float)chain->group;
 }
 
-/* Whether joint j is closed, or would close with the wheel at the place. */
+/* True if joint j is closed, or would close with the wheel at the place. */
 static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
 {
     float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;

@@ -247,7 +247,7 @@ static enum mr_status execute_survey(struct app *app, const struct mr_command *c
     return MR_OK;
 }
 
-/* Whether the last pages of the last record are still to be written. A command that would end the
+/* True if the last pages of the last record are still to be written. A command that would end the
  * record has to wait. */
 static bool box_closing(const struct app *app)
 {
@@ -407,7 +407,7 @@ static const struct allowed {
 #include "common/catalogue.def"
 };
 
-/* Whether commands from this link may be executed. */
+/* True if commands from this link may be executed. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
     bool jumper = links != MR_LINKS_BOTH && board_jumper();
@@ -702,7 +702,7 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
-/* Whether a row that continues without scans is due at this phase of the round. */
+/* True if a row that continues without scans is due at this phase of the round. */
 static bool report_due_without_scans(uint32_t phase)
 {
     bool due = false;

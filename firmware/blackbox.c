@@ -123,7 +123,7 @@ static void drop_record(struct blackbox *box, unsigned place)
 
 /* --- pages --- */
 
-/* Whether the ring drops its oldest page when full, because nothing is written. */
+/* True if the ring drops its oldest page when full, because nothing is written. */
 static bool is_rolling(const struct blackbox *box)
 {
     return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;

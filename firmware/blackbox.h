@@ -119,7 +119,7 @@ struct blackbox {
 };
 
 void blackbox_start(struct blackbox *box);
-/* Whether there is a memory that executes commands. */
+/* True if there is a memory that executes commands. */
 bool blackbox_has_memory(const struct blackbox *box);
 /* Call if no black box is configured: nothing is recorded, and the memory is not accessed. */
 void blackbox_leave_out(struct blackbox *box);

@@ -46,7 +46,7 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
     }
 }
 
-/* Whether the wheel is at the camera's station when a pulse would begin, after the end of the
+/* True if the wheel is at the camera's station when a pulse would begin, after the end of the
  * block. */
 static bool at_station(const struct landing *landing, uint32_t tick)
 {

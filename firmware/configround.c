@@ -56,7 +56,7 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
          .wheel = config.site[0].wheel);
 }
 
-/* Whether the item is not fitted. A burst includes such items, so that a host that knew them as
+/* True if the item is not fitted. A burst includes such items, so that a host that knew them as
  * fitted is updated; they are not repeated or stored. */
 static bool is_not_fitted(unsigned item)
 {

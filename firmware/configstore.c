@@ -30,7 +30,7 @@ static uint8_t check_copy(unsigned copy)
              : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
 }
 
-/* Whether `config` is valid, and fits no channel for which the board has no input. */
+/* True if `config` is valid, and fits no channel for which the board has no input. */
 static enum mr_status check(struct mr_config_reason *reason)
 {
     enum mr_status status = mr_config_check(&config, reason);

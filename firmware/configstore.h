@@ -11,8 +11,8 @@
  * word on. Its first word, which makes the copy valid, is written last. The active copy is
  * therefore intact after a power failure at any time. At start, the copy with the higher revision
  * is used. A change must have the revision after the active one, so that nobody overwrites a
- * configuration that he has not read. The built-in configuration takes its revision from the
- * refused intact copies: the highest of theirs.
+ * configuration that he has not read. The built-in configuration takes the highest revision of the
+ * refused intact copies.
  *
  * Without a copy, as on a new chip, the built-in configuration (config.c) is active, and
  * config_state reports this. A copy that is neither blank nor a complete configuration is the fault

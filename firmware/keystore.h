@@ -41,7 +41,7 @@ struct keystore {
 };
 
 void keystore_start(struct keystore *store);
-/* Tells the store whether there is a memory. A key that has been read stays active until the next
+/* Sets whether the store has a memory. A key that has been read stays active until the next
  * start. */
 void keystore_follow(struct keystore *store, bool memory);
 /* Reads the copies before the first block; takes at most 5 ms with a key, 1 ms without. */

@@ -13,7 +13,7 @@ void landinglink_block(struct telemetry *telemetry, const struct mr_block *block
     telemetry_send(telemetry, TO_SERIAL, MR_ID_BLOCK, record, mr_block_put(block, record));
 }
 
-/* Whether any of the `count` inputs from `first` on is fitted. */
+/* True if any of the `count` inputs from `first` on is fitted. */
 static bool any_of(uint32_t fitted, unsigned first, unsigned count)
 {
     return (fitted >> first & ((1u << count) - 1u)) != 0;

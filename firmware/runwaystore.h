@@ -37,7 +37,7 @@ struct runwaystore {
 };
 
 void runwaystore_start(struct runwaystore *store);
-/* Tells the store whether there is a memory. */
+/* Sets whether the store has a memory. */
 void runwaystore_follow(struct runwaystore *store, bool memory);
 /* Continues an operation in progress. True: it still uses the memory. */
 bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const float *slack_in);

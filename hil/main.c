@@ -475,7 +475,7 @@ static const char *path_of(const char *text)
                                                                             : text;
 }
 
-/* Whether two paths are the same file. Devices do not count. */
+/* True if two paths are the same file. Devices do not count. */
 static bool same_file(const char *a, const char *b)
 {
     struct stat one, other;

@@ -616,7 +616,7 @@ static void print_outcome(uint32_t sector, const struct outcome *o)
     print_number("memory_program_most", (int32_t)o->program_most_us, "us");
 }
 
-/* Whether the memory answers. It may still be busy with an operation from before a reset. */
+/* True if the memory answers. It may still be busy with an operation from before a reset. */
 static bool memory_is_there(void)
 {
     uint32_t us;

@@ -262,7 +262,7 @@ void board_enter_rom(void)
     }
 }
 
-/* Whether the boot ROM ran first: with BOOT0 high a reset starts it, because address 0 maps to
+/* True if the boot ROM ran first: with BOOT0 high a reset starts it, because address 0 maps to
  * it. */
 static bool rom_ran_first(const uint32_t *vectors)
 {

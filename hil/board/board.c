@@ -404,7 +404,7 @@ static void pass_time(struct hil_core *core, uint64_t *counter)
     }
 }
 
-/* Whether the core waits for flash: for its next instruction, or for the vector of a due
+/* True if the core waits for flash: for its next instruction, or for the vector of a due
  * exception. */
 static bool waits_for_flash(struct hil_core *core)
 {

@@ -89,7 +89,7 @@ static void on_end(void *device, uint64_t at)
     settle(dev, hil_clock_ps(&dev->core->state.clock, at));
 }
 
-/* Whether the fault script orders this program or erase to fail. */
+/* True if the fault script orders this program or erase to fail. */
 static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_orders *orders = dev->orders;
@@ -166,7 +166,7 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
     }
 }
 
-/* Whether the chip accepts the command in its present state. */
+/* True if the chip accepts the command in its present state. */
 static bool accepts(const struct hil_w25q *w)
 {
     if (w->dead)
@@ -214,7 +214,7 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     }
 }
 
-/* Whether the chip drives its output in byte n of a command (1: the first after the command). */
+/* True if the chip drives its output in byte n of a command (1: the first after the command). */
 static bool drives(uint8_t command, uint32_t n)
 {
     return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);

@@ -29,7 +29,7 @@ static bool is_allowed(struct hil_core *core, const struct hil_register *r, bool
     return false;
 }
 
-/* Whether the table of registers permits the access. */
+/* True if the table of registers permits the access. */
 static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, uint32_t offset,
                         bool write, uint32_t value)
 {

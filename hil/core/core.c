@@ -346,7 +346,7 @@ uint32_t hil_access_pc(const struct hil_core *core)
              : hil_cpu_register(core, 15) & ~1u;
 }
 
-/* Whether a condition holds: ARMv7-M A7.3. */
+/* True if a condition holds: ARMv7-M A7.3. */
 bool hil_condition_holds(uint32_t xpsr, unsigned condition)
 {
     bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;
@@ -354,7 +354,7 @@ bool hil_condition_holds(uint32_t xpsr, unsigned condition)
     return condition >= 14 || holds[condition / 2] != (condition & 1u);
 }
 
-/* Whether the transfer at `pc` is unaligned. Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole
+/* True if the transfer at `pc` is unaligned. Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole
  * words, so only the base matters. */
 bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
 {

@@ -212,7 +212,7 @@ static bool is_division(uint16_t first)
     return (first & 0xffd0u) == 0xfb90u;
 }
 
-/* Whether a block with these flags must run instruction by instruction, for faults that Unicorn
+/* True if a block with these flags must run instruction by instruction, for faults that Unicorn
  * does not emulate. */
 static bool may_fault(const struct hil_core *core, unsigned flags)
 {

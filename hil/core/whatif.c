@@ -197,7 +197,7 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
 }
 
-/* Whether the memory at `base` differs between the runs, apart from the stack around the stack
+/* True if the memory at `base` differs between the runs, apart from the stack around the stack
  * pointer. */
 static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, const uint8_t *first,
                          uint32_t base, uint32_t size)
@@ -221,7 +221,7 @@ static bool differs(struct hil_whatif *w, uint32_t pc, uint32_t value)
            other_memory(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE);
 }
 
-/* Whether this load was tried often enough. */
+/* True if this load was tried often enough. */
 static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
 {
     unsigned i = 0;

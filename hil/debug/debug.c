@@ -205,7 +205,7 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
     return false;
 }
 
-/* Whether a step covers the code running now: not handlers of interrupts during the step. */
+/* True if a step covers the code running now: not handlers of interrupts during the step. */
 static bool step_sees(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);

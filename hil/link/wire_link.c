@@ -83,7 +83,7 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     return MR_IO;
 }
 
-/* Whether a host has it open. */
+/* True if a host has it open. */
 static bool pty_in_use(int fd)
 {
     struct pollfd look = {.fd = fd};
@@ -104,7 +104,7 @@ static const char *noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
-/* Whether a listener exists. A connection of the wrong type does not disturb it, and the error
+/* True if a listener exists. A connection of the wrong type does not disturb it, and the error
  * differs. */
 static bool is_live(const struct sockaddr_un *address)
 {

@@ -83,7 +83,7 @@ static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame 
         frame->data[i] = (uint8_t)((i < 4 ? m->tdlr : m->tdhr) >> (8u * (i & 3u)));
 }
 
-/* Whether mailbox a is sent before mailbox b. */
+/* True if mailbox a is sent before mailbox b. */
 static bool before(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
@@ -165,7 +165,7 @@ static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
 }
 
-/* Whether the other node has a frame to send, after faults of the line were applied to it. */
+/* True if the other node has a frame to send, after faults of the line were applied to it. */
 static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;

@@ -191,7 +191,7 @@ static void secure_clock(struct hil_rcc_device *dev)
     hil_nvic_line(dev->core, HIL_EXC_NMI, true);
 }
 
-/* Whether HSE runs. A crystal needs the oscillator, an external clock needs the bypass; the reverse
+/* True if HSE runs. A crystal needs the oscillator, an external clock needs the bypass; the reverse
  * is not reliable. RM0090 7.2.1 */
 static bool has_clock(const struct hil_rcc_device *dev)
 {
@@ -301,7 +301,7 @@ static bool is_dsb(const uint8_t *code)
     return code[0] == 0xbf && code[1] == 0xf3 && (code[2] & 0xf0u) == 0x40u && code[3] == 0x8f;
 }
 
-/* Whether a DSB is between two instructions: one of the errata's workarounds. */
+/* True if a DSB is between two instructions: one of the errata's workarounds. */
 static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
 {
     const uint8_t *code = hil_memory_at(core, from, to - from, false);

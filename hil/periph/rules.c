@@ -182,7 +182,7 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].otyper >> pin & 1u;
 }
 
-/* Whether the table has a pin of this port. */
+/* True if the table has a pin of this port. */
 static bool is_kept(unsigned port)
 {
     bool kept = false;

@@ -107,7 +107,7 @@ static uint64_t frame_bits(const struct hil_usart_device *dev)
     return bits_with(parity(dev->state));
 }
 
-/* Whether the other end uses the programmed settings: the parity, and a rate within 2 %. (A
+/* True if the other end uses the programmed settings: the parity, and a rate within 2 %. (A
  * receiver tolerates 3.3 %, RM0090 table 142, including the other end's error and that of its
  * divider.) */
 static bool line_fits(const struct hil_usart_device *dev)

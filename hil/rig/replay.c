@@ -369,7 +369,7 @@ static struct range range_of(unsigned i, unsigned low, unsigned high)
     return i < low ? low_codes : i < low + high ? high_codes : middle_codes;
 }
 
-/* Whether `count` codes, `low` and `high` of them saturated, can add up to `sum`. */
+/* True if `count` codes, `low` and `high` of them saturated, can add up to `sum`. */
 static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
 {
     unsigned least = 0, most = 0;

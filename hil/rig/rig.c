@@ -326,7 +326,7 @@ void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel
     dev->state->held[channel] = quantity(dev, channel, (double)hil_now_ps(dev->core) * 1e-12);
 }
 
-/* Whether an on-board sensor chip is selected and drives this channel's pin. */
+/* True if an on-board sensor chip is selected and drives this channel's pin. */
 static bool sensor_holds(const struct hil_rig_device *dev, unsigned channel)
 {
     const struct hil_board_type *type = dev->type;

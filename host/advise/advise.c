@@ -8,17 +8,19 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define SPEED_SPREAD     0.01 /* of the planned speed */
-#define TOUCHDOWN_SPREAD 0.5  /* ft */
-#define OUTSIDE          0.15 /* a value this fraction beyond earlier landings is unlike them */
+#define SPEED_SPREAD     0.01 /* standard error, as a fraction of the planned speed */
+#define TOUCHDOWN_SPREAD 0.5  /* standard error, ft */
+/* a value further outside the range of earlier landings is unlike them (fraction) */
+#define OUTSIDE          0.15
 #define OUTSIDE_TIMES    1.5
 #define EVEN_ROWS        (ADVISE_ROWS - 1u)
-#define HARDEST_LEAST    2.2 /* rows extend to this multiple of the least braking, */
-#define HARDEST_PLAN     1.3 /* or to this multiple of the planned braking */
+#define HARDEST_LEAST    2.2 /* the last row is at this multiple of the least braking, */
+#define HARDEST_PLAN     1.3 /* or of the planned braking, whichever is harder */
 #define HARDEST_TEXT     140
-#define SLOWEST          0.6  /* lowest touchdown speed tried, as a fraction of the plan */
-#define FASTEST          1.3  /* highest touchdown speed tried, likewise */
-#define SPEED_STEP       0.04 /* resolution of the speed limit, likewise */
+#define SLOWEST          0.6 /* lowest touchdown speed tried, as a fraction of the planned one */
+#define FASTEST          1.3 /* highest touchdown speed tried, as a fraction of the planned one */
+/* resolution of the speed limit, as a fraction of the planned speed */
+#define SPEED_STEP       0.04
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {

@@ -17,7 +17,7 @@
 #define LONGEST_S 60.0 /* longer than any landing */
 #define CLOSED_FT (0.001f / 12.0f)
 #define TALLY     10  /* consecutive joints of a zone, one of which may be open */
-#define LAID_MOST 1.2 /* gaps as laid: uniform up to so many slacks, limited to one slack */
+#define LAID_MOST 1.2 /* gaps as laid: uniform up to this many slacks, then limited to one slack */
 
 /* Prior as in host/landing_series: factors of the configured values, uniform or lognormal. */
 static const struct {
@@ -29,15 +29,16 @@ static const struct {
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-#define READING_IN   0.003 /* of a transducer at rest, unless a larger error is given */
-#define SHARE_ERROR  0.03  /* of a measured share */
-#define SHARE_SPREAD 0.18  /* of an unmeasured share: uniform from 0.7 to 1.3 */
-#define MODEL_SHARE  0.15  /* share of a movement that the chain model does not explain */
+/* standard error of a transducer at rest, unless a larger error is given */
+#define READING_IN   0.003
+#define SHARE_ERROR  0.03 /* standard error of a measured share */
+#define SHARE_SPREAD 0.18 /* standard error of an unmeasured share: uniform from 0.7 to 1.3 */
+#define MODEL_SHARE  0.15 /* share of a movement that the chain model does not explain */
 #define MODEL_IN     0.01
-#define SUM_SHARE    0.25 /* the same for the closing of ten joints */
+#define SUM_SHARE    0.25 /* MODEL_SHARE for the closing of ten joints */
 #define SUM_IN       0.01
 #define PASSES       2
-#define KEPT         0.5  /* of the spread that a landing removes */
+#define KEPT         0.5  /* part of the spread that remains of what a landing would remove */
 #define NEAR_FT      12.0 /* a transducer affects joints up to twice this distance */
 
 /* ---- drawing ---- */
@@ -868,7 +869,7 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
 
 double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t first = rows; /* of the last consecutive rows below the limit */
+    size_t first = rows; /* the first of the last consecutive rows below the limit */
     while (first > 0 && row[first - 1].zone.p < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;

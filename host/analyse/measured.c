@@ -8,7 +8,7 @@
 #include "common/emulated.h"
 #include "host/base/xmalloc.h"
 
-#define CLOCK_TOLERANCE  0.01   /* of the internal oscillator, used as a standard error */
+#define CLOCK_TOLERANCE  0.01   /* tolerance of the internal oscillator, used as a standard error */
 #define SAMPLE_MIDDLE_MS 0.4375 /* middle of 8 scans, 125 us apart, from the start of the block */
 
 double measured_time_s(const struct measured *measured, size_t sample)

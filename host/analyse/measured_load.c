@@ -139,7 +139,7 @@ struct record {
         uint8_t data[MR_MESSAGE_MAX];
     } * message;
     size_t messages;
-    int64_t first, last; /* of all data; last < first: no data */
+    int64_t first, last; /* seconds of the first and the last data; last < first: no data */
 };
 
 static void exclude(struct measured_aside *aside, size_t *count, int64_t block)

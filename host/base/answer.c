@@ -288,7 +288,7 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
 }
 
 /* ---- printed answer ---- */
-#define WIDTH     100      /* of a common terminal */
+#define WIDTH     100      /* columns of a common terminal */
 #define LABEL     13       /* the smallest width of the label column */
 #define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
 

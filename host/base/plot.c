@@ -11,7 +11,7 @@
 #include "host/base/xmalloc.h"
 
 #define LIMIT_S 120.0
-#define WHAT    "the plot" /* that a temporary file is for */
+#define WHAT    "the plot" /* purpose of a temporary file, for errors */
 #define COLUMNS 1000 /* a longer line is reduced to the smallest and largest value of each column */
 
 struct plot {

@@ -145,7 +145,7 @@ struct listening {
     size_t length;
     double heard_s, begun_s, said_s;
     size_t ready_at; /* position of the "ready:" line after which the word was last sent */
-    size_t bytes;    /* in total */
+    size_t bytes;    /* total of received bytes */
 };
 
 /* The first line that begins with `word`; NULL: none. */

@@ -9,8 +9,8 @@
 #include "common/image.h"
 #include "host/link/link.h"
 
-/* Output of the bring-up image (firmware/bringup/say.h): read from a link or from a text file, and
- * checked for completeness. */
+/* Output of the bring-up image (firmware/bringup/print.h): read from a link or from a text file,
+ * and checked for completeness. */
 #define BRINGUP_BAUD     115200
 #define BRINGUP_LINES    400
 #define BRINGUP_NAME     48

@@ -55,7 +55,7 @@ bool configwords_follow(struct configwords *words, const struct mr_config_image 
 
 /* ---- reading and changing ---- */
 
-#define WINDOW_S 2.0 /* then a window of words is sent again */
+#define WINDOW_S 2.0 /* time after which a window of words is sent again */
 #define WINDOW   16u /* words; fits into the board's queues */
 #define ROUNDS   6   /* attempts to request absent words, or to send words again */
 

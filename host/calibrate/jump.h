@@ -34,9 +34,8 @@ void jump_channel(unsigned index, char out[8]);
  * such channel. */
 bool jump_channel_read(const char *name, size_t length, unsigned *index);
 
-/* Likely mistake behind an impossible gain: values in another unit, or swapped columns. */
-/* Writes "; were the values mm?" or "; are the columns swapped?"; empty if no such mistake explains
- * the gain of a measuring channel. */
+/* Writes the likely mistake behind an impossible gain, "; the values may have been in mm" or "; the
+ * columns may be swapped"; empty if no such mistake explains the gain of a measuring channel. */
 void gain_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

@@ -99,9 +99,10 @@ static void begin_load(const struct request *r, struct store *store, const struc
 
 /* ---- what the landings teach about the rig, from the records of their conditions ---- */
 
-/* A prediction by one field of the conditions, from landings with one choice of another. */
+/* A prediction from one field of the conditions, fitted to the landings in which another field has
+ * a given choice. */
 struct rig_relation {
-    const char *name, *label;           /* of the prediction */
+    const char *name, *label;           /* name and label of the prediction */
     const char *field, *other, *choice; /* "temperature_f", "brake", "none" */
     enum unit_kind unit;
     enum mr_status (*predict)(const double *x, const double *y, size_t count, double at,

@@ -28,7 +28,7 @@
 
 #define DAY_S        86400
 #define VALID_DAYS   365.0
-#define MISS_PERCENT 1.0 /* of the span: a working sensor fits better */
+#define MISS_PERCENT 1.0 /* largest misfit of a working sensor, % of the span */
 
 struct request {
     const struct cli *cli;
@@ -202,7 +202,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 
 /* ---- points from a board ---- */
 
-#define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
+#define POINT_BLOCKS 40u  /* number of the board's live readings for a point, 20 ms apart */
 #define POINT_S      10.0 /* timeout for these readings */
 #define LIVE_S       20
 #define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */

@@ -48,18 +48,18 @@ enum day_state { DAY_DONE, DAY_NEXT, DAY_LATER, DAY_SKIPPED, DAY_NOT_NEEDED };
 
 struct day_facts {
     int64_t now_us;
-    char serial[200], can[200]; /* of the board; "": not known; "none": no CAN */
-    char series[80];            /* the newest; "": none */
+    char serial[200], can[200]; /* ports of the board; "": not known; "none": no CAN */
+    char series[80];            /* name of the newest series; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
     int state;     /* enum mr_landing_state */
-    bool noted;    /* it has a note */
+    bool noted;    /* the landing has a note */
     int64_t today; /* landings armed since midnight, local time */
     /* the newest survey; 0: none */
     int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
     size_t survey_read, survey_of;
     char edges[16];
-    int64_t loaded_us; /* when it was loaded into a board; 0: never */
+    int64_t loaded_us; /* when the survey was loaded into a board; 0: never */
     /* the newest advice since the newest landing; 0: none */
     int64_t advised_us;
     char advice[8];

@@ -16,12 +16,14 @@
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
 
-#define CLOCK_JUMP_US  50000   /* within a turn; slewing by NTP stays below 500 ppm */
+/* smallest jump that is reported, within a turn; slewing by NTP stays below 500 ppm */
+#define CLOCK_JUMP_US  50000
 #define TURN_US        250000u /* longest time between two checks for due work */
-#define TRANSACTION_US 40000u  /* the same while a commit is pending */
-#define LOCKED_MS      20      /* between two attempts to begin the session */
-#define AWAY_S         3600.0  /* a cable unplugged between landings must not end the log */
-#define AWAY_LOOK_MS   250     /* between two attempts to open a missing device */
+#define TRANSACTION_US 40000u  /* longest turn while a commit is pending */
+#define LOCKED_MS      20      /* time between two attempts to begin the session */
+/* how long a device may be missing: a cable unplugged between landings must not end the log */
+#define AWAY_S         3600.0
+#define AWAY_LOOK_MS   250 /* time between two attempts to open a missing device */
 
 /* The user or NTP may set this computer's clock during logging. Deadlines use the monotonic
  * clock. Existing stamps stay as they are; the campaign records when the clock changed. */

@@ -18,9 +18,9 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-/* for campaign, links and dialogue; the last order and saving need the rest of 20 s */
+/* time for campaign, links and dialogue; the last command and saving need the rest of 20 s */
 #define LIMIT_S   16.0
-#define CHECK_S   1.5 /* for reading the campaign */
+#define CHECK_S   1.5 /* time for reading the campaign */
 #define BUSY_S    0.4 /* wait for another program that writes to the campaign */
 #define S_PER_DAY 86400
 #define LIVE_S    30 /* the board stops live readings after that time, even if the host is gone */

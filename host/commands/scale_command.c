@@ -38,7 +38,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
  * if their stiffness is kept (the pilot model: Table B.2). All else follows from the dimensions. */
 static int half_powers(const struct request *request, const char *unit)
 {
-    int powers[3]; /* of force, length, time */
+    int powers[3]; /* exponents of force, length and time */
     quantity_dimension(unit, powers);
     return (request->modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
 }

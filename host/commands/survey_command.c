@@ -544,14 +544,14 @@ static void take(const struct request *request, struct store *store, struct surv
 /* ---- loading ---- */
 
 struct loaded {
-    unsigned sent;      /* segments */
-    unsigned different; /* of those sent: segments for which the board reports another value */
-    unsigned older;     /* segments that the board has from an earlier survey only */
+    unsigned sent;      /* number of segments */
+    unsigned different; /* number of sent segments for which the board reports another value */
+    unsigned older;     /* number of segments that the board has from an earlier survey only */
 };
 
-#define ANSWER_S  2.0 /* then the order is sent again */
+#define ANSWER_S  2.0 /* time after which the command is sent again */
 #define TRIES     3
-#define DIGITS_IN 1e-4 /* resolution of the order and of the message */
+#define DIGITS_IN 1e-4 /* resolution of the command and of the message */
 
 struct loading {
     struct dialogue *dialogue;

@@ -12,11 +12,13 @@
 #include "host/link/link.h"
 
 #define BLOCK_US        1000.0
-#define MIDDLE_US       437.5 /* of the eight scans of a block: host/analyse/measured_load.h */
+/* middle of the eight scans of a block: host/analyse/measured_load.h */
+#define MIDDLE_US       437.5
 #define BLOCKS_MAX      3600000
 #define BOARD_BLOCKS    4294967295.0 /* the board's block index has 32 bits */
-#define USUAL_GAP       1.5          /* of the usual sample interval: above, data is missing */
-#define SWITCH_EVERY_FT 5.0          /* spacing on the rig, the default */
+/* times the usual sample interval: after a longer interval, data is missing */
+#define USUAL_GAP       1.5
+#define SWITCH_EVERY_FT 5.0 /* default spacing, that of the rig */
 #define SWITCH_FIRST_FT (-2.5)
 #define SWITCHES        24u
 #define SWITCHES_MAX    64u

@@ -28,7 +28,7 @@ struct mdf4 {
     uint8_t *bytes; /* content so far */
     size_t length, room;
     uint64_t header, last_group;
-    uint64_t group, rows_block, last_channel; /* of the open table */
+    uint64_t group, rows_block, last_channel; /* blocks of the open table */
     uint64_t channel_group;
     uint64_t part_of; /* the next channels are parts of this one; 0: none */
     uint64_t last_part;
@@ -41,7 +41,7 @@ enum mdf4_type { MDF4_UNSIGNED = 0, MDF4_SIGNED = 2, MDF4_REAL = 4, MDF4_BYTES =
 struct mdf4_channel {
     const char *name, *unit, *comment; /* unit and comment may be NULL */
     enum mdf4_type type;
-    unsigned offset, bytes; /* in the row */
+    unsigned offset, bytes; /* position and size in the row */
     bool is_time;           /* time in seconds, master channel of the table */
     unsigned invalid;       /* bit in the invalidation bytes, from 1; 0: always valid */
     bool has_parts;         /* the next channels are its parts */
@@ -331,7 +331,7 @@ struct place {
     uint16_t base;   /* CAN base of the board */
     int64_t zero_us; /* board time of second 0 */
     long rows;
-    enum frame_kind kind;    /* of the frames written now */
+    enum frame_kind kind;    /* kind of the frames that are written now */
     long count[FRAME_KINDS]; /* frames of each kind */
 };
 

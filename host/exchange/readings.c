@@ -94,13 +94,14 @@ struct table {
     struct verdict *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns; /* of this line; of the header, else of the first row */
-    double last_s;          /* of the last accepted row; NaN: none */
+    size_t fields, columns; /* number of fields of this line, and of columns of the header (without
+                             * one, of the first row) */
+    double last_s;          /* time of the last accepted row; NaN: none */
     size_t rows;
     struct {
         /* the last consecutive header lines that look like rows: first line, number of lines */
         size_t line, count;
-        double time_s; /* of the last one */
+        double time_s; /* time of the last one */
     } eaten;
 };
 

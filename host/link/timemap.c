@@ -51,7 +51,7 @@ static size_t take_points(const struct timemap *map, struct timemap_fit *fit, st
     return n;
 }
 
-/* Whether c is on or above the line from a to b. */
+/* True if c is on or above the line from a to b. */
 static bool above(struct point a, struct point b, struct point c)
 {
     return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
@@ -196,7 +196,7 @@ static enum timemap_refusal judge(const struct timemap_fit *fit, double toleranc
     return TIMEMAP_GOOD;
 }
 
-/* Whether the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
+/* True if the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
  * rate of the longer side; a change is found if four fifths of all pairs are within `most_us` above
  * their line. */
 static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, double most_us)
@@ -219,7 +219,7 @@ static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, do
     return within > (n - gap) * 4 / 5;
 }
 
-/* Whether this computer's clock was set at some time: delays are much smaller if a change is
+/* True if this computer's clock was set at some time: delays are much smaller if a change is
  * assumed. */
 static bool was_set(double late_us, const struct point *point, size_t n)
 {

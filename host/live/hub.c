@@ -35,7 +35,8 @@
 #define BUCKETS_AN_EVENT 64
 #define FIRST_TAG        0x7601u
 #define SLOTS            1024u
-#define RECORDS_FRESH    500 /* blocks; while records are this new, the readings are from serial */
+/* blocks; readings are taken from serial while its records are not older than this */
+#define RECORDS_FRESH    500
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
 

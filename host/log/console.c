@@ -126,7 +126,7 @@ static void note_twin(struct logger *logger, int64_t run)
 #define SILENT_US 4000000u
 #define PAGE_S    60.0
 
-/* Whether a landing with a moving gear has had no data for SILENT_US. True once per landing. */
+/* True if a landing with a moving gear has had no data for SILENT_US. True once per landing. */
 static bool is_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();

@@ -24,12 +24,12 @@
  * for a slow disk. */
 #define COMMIT_US       40000u
 #define COMMIT_MOST_US  1000000u
-#define MUCH_PERMILLE   10u /* part of a queue's capacity: 0.6 s of data */
-/* for a summary: another program that closes the campaign holds it for a moment */
+#define MUCH_PERMILLE   10u /* part of a queue's capacity that counts as much: 0.6 s of data */
+/* wait of a summary: a program that closes the campaign locks it for a moment */
 #define READ_WAIT_MS    5000
-/* time to the next try: another program may hold the campaign for a moment only, */
+/* time to the next attempt, if another program has locked the campaign: usually for a moment, */
 #define RETRY_LOCKED_US 20000u
-#define RETRY_US        250000u /* while a full disk stays full for longer */
+#define RETRY_US        250000u /* and if the disk is full: usually for longer */
 
 /* Place of the campaign, and whether the file is still the logged one. */
 static enum store_place place_of(struct logger *logger)

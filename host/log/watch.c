@@ -12,7 +12,7 @@
 #define TELL_US            700000u  /* a problem is reported when it has lasted this long, */
 #define TELL_AGAIN_US      5000000u /* and again at this interval */
 #define SLOW_CALL_US       250000u
-#define PLACE_US           500000u /* between two checks of the file's place */
+#define PLACE_US           500000u /* time between two checks of the file's place */
 /* with this much in a queue and no refusal, the log is behind: 3 s of data */
 #define BEHIND_PERMILLE    50u
 #define CAUGHT_UP_PERMILLE 5u

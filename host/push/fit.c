@@ -430,7 +430,7 @@ static bool slid(const struct work *w)
     return w->slid_from <= w->slid_to;
 }
 
-/* Whether two readings share an additional offset besides u0. Each reading that slid has one of its
+/* True if two readings share an additional offset besides u0. Each reading that slid has one of its
  * own; all readings after it share the last one. */
 static bool share_offset(const struct work *w, size_t i, size_t k)
 {

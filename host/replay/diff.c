@@ -24,9 +24,10 @@ static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 enum field_rule {
     FIELD_PLAIN,   /* equal, or within the tolerance of its unit */
     FIELD_BLOCK,   /* a block index, minus the shift */
-    FIELD_BLOCK16, /* its low 16 bits */
+    FIELD_BLOCK16, /* the low 16 bits of a block index, minus the shift */
     FIELD_TICK,    /* a tick of TIM2 */
-    /* frames since reset including dropped ones; counted from the landing's first */
+    /* number of frames since reset, with dropped ones; counted from the first frame of the
+     * landing */
     FIELD_QUEUED,
     FIELD_FAULTS,       /* a mask of faults: only those that follow from the record */
     FIELD_IMAGE,        /* identifies the image: compared if the image is the same */
@@ -68,7 +69,7 @@ static const struct {
     {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
-/* Whether a message as a whole does not follow from the record. */
+/* True if a message as a whole does not follow from the record. */
 static bool field_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
@@ -77,7 +78,7 @@ static bool field_circumstance(uint16_t id)
         ;
 }
 
-/* Whether the message is sent in turn, when the bus has room. */
+/* True if the message is sent in turn, when the bus has room. */
 static bool field_in_turn(uint16_t id)
 {
 #define IN_TURN(name, NAME) || id == MR_ID_##NAME
@@ -328,7 +329,7 @@ static void only_one(struct comparing *c, const struct board_message *answer, in
         c->row->only_replayed++;
 }
 
-/* Whether two messages of one kind have the same subject: the number of a channel, switch, edge or
+/* True if two messages of one kind have the same subject: the number of a channel, switch, edge or
  * command, and the item if there is one. */
 static bool same_subject(const struct board_message *a, const struct board_message *b)
 {

@@ -82,7 +82,7 @@ static void page_head(FILE *out, const struct report *report)
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
-    if (emulated_of(report, NULL)) /* on every printed sheet */
+    if (emulated_of(report, NULL)) /* shown on every printed sheet */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
               out);
@@ -126,7 +126,7 @@ static void missing(FILE *out, const char *word, const char *how)
 /* A text of the landings; each different text is listed once, in the order of the landings. */
 struct text_row {
     const char *term;
-    size_t offset; /* of a string in struct report_facts */
+    size_t offset; /* offset of a string in struct report_facts */
     const char *how;
 };
 
@@ -247,7 +247,7 @@ static void landings_fact(const struct report *report, FILE *out)
  * several, and how many are unknown. */
 struct number_row {
     const char *term;
-    size_t offset; /* of a struct mr_estimate in struct report_facts */
+    size_t offset; /* offset of a struct mr_estimate in struct report_facts */
     enum unit_kind kind;
     int decimals;
     const char *unknown, *how;

@@ -166,7 +166,7 @@ static void keep(json_t **where, json_t *value)
     json_decref(before);
 }
 
-/* Whether the field is beyond its level at a value of the key. Also false if the run failed;
+/* True if the field is beyond its level at a value of the key. Also false if the run failed;
  * s->failed is then set. */
 static bool beyond(struct search *s, double value)
 {

@@ -31,10 +31,10 @@
 /* the first ones a fifth of an octave apart, to show which of them are right by luck; the rest half
  * an octave */
 #define CLOSE_RUNGS         15
-#define FIRST               0.97 /* times the limit */
+#define FIRST               0.97 /* first step, times the limit */
 #define LEAST_STEPS         20.0
-#define MAT_STEPS           6e7              /* steps times mats of the longest run of rk4 */
-static const double beyond[] = {1.12, 1.05}; /* times the limit */
+#define MAT_STEPS           6e7              /* limit of a run of rk4: steps times mats */
+static const double beyond[] = {1.12, 1.05}; /* further steps, times the limit */
 
 /* Slopes are fitted to errors in this range: above LEAST_OF_AGREEMENT times the difference of the
  * references, below MOST_OF_PEAK of the peak. The range must span at least LEAST_RANGE. */
@@ -315,8 +315,8 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
 
 #define CHAIN_TIMES  64
 #define CHAIN_LOOSER 10.0 /* small errors grow over thousands of switches */
-#define CHAIN_RUNS   10   /* of event, a decade apart */
-#define CHAIN_RUNGS  16   /* of staggered, half an octave apart */
+#define CHAIN_RUNS   10   /* number of runs of event, a decade apart in tolerance */
+#define CHAIN_RUNGS  16   /* number of runs of staggered, half an octave apart in step */
 
 /* Run once; u at even times is stored in u_ft. Returns the longest stable step. */
 static double chain_pass(struct error_run *run, const struct sim_scene *scene,

@@ -29,7 +29,7 @@ static double taut_lb(double raw_lb)
 
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
 
-/* most passes over all connections of a group until nothing slips */
+/* limit of passes over all connections of a group until nothing slips */
 #define SWEEPS  200
 #define SETTLED 1e-12 /* times a mat's length: a smaller slip counts as none */
 

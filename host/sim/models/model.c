@@ -363,7 +363,8 @@ void model_describe(const struct model *m, struct sim_result *result)
 #define CHUNK         8     /* least number of mats by which the window grows */
 #define QUIET         1e-13 /* times L for heights, times sqrt(g L) for speeds */
 #define PATIENCE      16    /* steps between attempts to shrink the window */
-#define WORTH_LEAVING 4     /* mats; fewer do not justify a restart */
+/* mats that must leave the window at once: fewer do not justify a restart */
+#define WORTH_LEAVING 4
 
 static bool exact_push(const struct model *m)
 {
@@ -393,7 +394,7 @@ static double quiet_ft_s(const struct model *m)
     return QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-/* Whether a mat has the shape of a mat outside the window. */
+/* True if a mat has the shape of a mat outside the window. */
 static bool lies_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;

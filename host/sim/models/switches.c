@@ -402,7 +402,7 @@ struct step_ends {
     double t0_s, t1_s, h_s;
 };
 
-/* Whether a quantity can pass from below `limit` to above it. */
+/* True if a quantity can pass from below `limit` to above it. */
 static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from,
                             double rate_to, double limit)
 {

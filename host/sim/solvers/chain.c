@@ -41,7 +41,7 @@ struct chain {
     double load_limit_lb;   /* added under the wheel, f wheel_load */
     int v0_mat;
     double *storage; /* all arrays below, each with padding at both ends */
-    size_t length;   /* of one array */
+    size_t length;   /* length of one array */
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
@@ -50,8 +50,8 @@ struct chain {
     double *thrust_lb;
     double *limit_lb;   /* Coulomb limit */
     double *give_ft;    /* grit/KL: compression of the grit before it yields */
-    double *tension_lb; /* from the last kick */
-    double *last_lb;    /* of the last kick and the kick before that */
+    double *tension_lb; /* tension in the last kick */
+    double *last_lb;    /* force of the last kick; below, of the kick before that */
     double *before_last_lb;
     double *before_ft_s;            /* speeds before the last kick */
     double *kl_lb_ft, *masses_slug; /* per joint and per mat */
@@ -491,14 +491,14 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define LEAST_STEPS          1000
 #define MOST_STEPS           400000000u
 #define MOST_HALVINGS        8
-/* ratio of the steps of two passes; with 2 their switches would coincide */
+/* ratio of the steps of two passes; at 2 their switches would coincide */
 #define RATIO                1.9
-/* times the difference of two passes: error estimate; order 1 needs 1.11 */
+/* error estimate over the difference of two passes; order 1 needs 1.11 */
 #define CAUTION              2.0
-#define FLOOR                1e-10 /* times a mat's length: least error estimate */
-#define FEW                  32    /* mats: with so few, runs can agree by chance */
+#define FLOOR                1e-10 /* least error estimate, times a mat's length */
+#define FEW                  32    /* number of mats up to which runs can agree by chance */
 #define THIRD_CAUTION        4.0   /* CAUTION with a third pass */
-#define THIRD_STEPS          1.37  /* times the coarser pass's steps: steps of a third pass */
+#define THIRD_STEPS          1.37  /* steps of a third pass, times those of the coarser pass */
 #define ENERGY_EXCESS        4.0
 #define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
 /* steps between energy checks; odd, so that alternating errors show */
@@ -524,7 +524,7 @@ struct pass {
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
-    int number; /* of this pass, for may_continue */
+    int number; /* number of this pass, for may_continue */
     bool interrupted;
     bool failed;
     int mat; /* mat of the failure */
@@ -532,7 +532,7 @@ struct pass {
     double speed_end_ft_s;
     struct sim_record record;
     double *push_lb, *pull_lb; /* per joint: largest compression and tension */
-    struct mods_state *mods;   /* at the end of the pass; NULL without modifications */
+    struct mods_state *mods;   /* state at the end of the pass; NULL without modifications */
 };
 
 /* Nothing in the window has moved for QUIET_STEPS. */

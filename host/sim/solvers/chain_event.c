@@ -13,17 +13,18 @@
 #define ORDER_FIRST          12
 #define STEPS_BETWEEN_ASKING 256
 #define MOST_STEPS           50000000u
-#define MOST_AT_ONCE         64 /* per mat: most switches without time between them */
-/* tolerances of the runs: part of the speed that a step may cut off */
+#define MOST_AT_ONCE         64 /* largest number of switches per mat without time between them */
+/* tolerances of the runs: truncation error of a step, as a part of the speed */
 #define COARSE               1e-9
 #define FINE                 1e-12
 #define FINEST               1e-13
-#define PARTS                1e6   /* times COARSE: a larger difference requires a third run */
-#define SURE                 3.0   /* times the largest difference between runs: error estimate */
-#define FLOOR                1e-10 /* times the largest movement: least error estimate */
-#define FLOOR_LENGTH         1e-13 /* times a mat's length: likewise */
-#define DISAGREEMENT         0.1   /* times the largest movement: allowed difference without rtol */
-#define HORIZON              2.0   /* times the usual time to a switch: longest step */
+/* a third run is required if the difference exceeds this times COARSE */
+#define PARTS                1e6
+#define SURE                 3.0   /* error estimate, times the largest difference between runs */
+#define FLOOR                1e-10 /* least error estimate, times the largest movement */
+#define FLOOR_LENGTH         1e-13 /* least error estimate, times a mat's length */
+#define DISAGREEMENT         0.1   /* allowed difference without rtol, times the largest movement */
+#define HORIZON              2.0   /* longest step, times the usual time to a switch */
 
 struct run {
     double tolerance, longest_s, ms;

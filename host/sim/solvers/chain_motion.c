@@ -13,13 +13,14 @@
 
 #define PADDING   8
 #define ALIGNMENT 64
-#define FALLS_OFF 0.4   /* step times fastest rate, per order: terms of the series decrease */
+/* limit of step times fastest rate, per order, so that the terms of the series decrease */
+#define FALLS_OFF 0.4
 #define NEAR      20.0  /* times veps: above it tanh is 1 */
 #define FAR       25.0  /* times veps: from here on a mat slides by Coulomb's law */
-#define POLE      0.3   /* step times the rate of tanh, while its argument is near 0 */
+#define POLE      0.3   /* limit of step times the rate of tanh, while its argument is near 0 */
 #define EDGE      1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 #define ROUNDING  (16.0 * DBL_EPSILON)
-#define RIDDEN    3 /* value of slide: on elastic ground */
+#define RIDDEN    3 /* value of slide for a mat on elastic ground */
 
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define VECTORS _Pragma("GCC ivdep")

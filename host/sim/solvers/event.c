@@ -122,9 +122,9 @@ static const double dense_terms[TERMS - 3][STAGES] = {
 struct work {
     double *rate[STAGES]; /* 2 size values each */
     double *at;           /* state of a stage */
-    double *terms[TERMS]; /* of the dense output */
-    bool begun;           /* rate[0] is of (t, z) */
-    bool dense;           /* terms are of the last step */
+    double *terms[TERMS]; /* terms of the dense output */
+    bool begun;           /* rate[0] is the rate at (t, z) */
+    bool dense;           /* terms belong to the last step */
     double h_s;           /* size of the last step */
 };
 

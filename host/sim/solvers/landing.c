@@ -10,7 +10,7 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE     0.25  /* times the stability limit: first step, if no step is given */
+#define STEP_SHARE     0.25  /* first step if none is given, times the stability limit */
 #define HOP_SHARE      0.25  /* part of a mat that the aircraft may cross in one step */
 #define SHORTEST_SHARE 0.125 /* part of the shortest time that a step must resolve */
 /* limit of step times fastest rate; the scheme allows 2 for an oscillation, less with damping */
@@ -18,15 +18,16 @@
 #define LEAST_STEPS    1000.0
 #define MOST_STEPS     1e8
 #define MOST_SHORTENED 4
-/* times the difference of two marches: the scheme is of order 1, so the finer march has an error as
- * large as the difference */
+/* error estimate over the difference of two marches: the scheme is of order 1, so the finer march
+ * has an error as large as the difference */
 #define CAUTION        2.0
 /* ratio of the steps of two marches. Not 2: every second short step would end together with a long
  * one, and both marches would sample these switches at the same moment */
 #define STEP_RATIO     1.9
-/* step of a fourth march over the finer step: between coarse and rough */
+/* step of a fourth march over the finer step, between the coarse and the rough one */
 #define BETWEEN_RATIO  2.6
-#define BESIDE_RATIO   1.37 /* the same for a further march where the answer is sensitive */
+/* step of a further march over the finer step, where the answer is sensitive */
+#define BESIDE_RATIO   1.37
 /* an estimate above this part of the largest movement or lift is sensitive */
 #define SENSITIVE      1e-3
 #define DOUBT          1.5 /* factor on the estimate of a sensitive answer */
@@ -102,7 +103,7 @@ static struct pass_difference difference_of(const struct march *a, const struct 
                                          fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
-/* Whether two complete marches agree. */
+/* True if two complete marches agree. */
 static bool agree(const struct planar_engine *l, const struct march *coarse,
                   const struct march *fine)
 {

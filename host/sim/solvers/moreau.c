@@ -28,8 +28,8 @@
 #define HALVINGS    5
 #define FLIPS       3     /* flips of a switch in one step before it gets a share */
 #define SLIDE_FLIPS 10    /* flips of a mat in one step before its mode is fixed */
-#define SWEEPS      100   /* passes of Gauss-Seidel */
-#define CLOSE       1e-11 /* times the largest of the speeds and sqrt(g L) */
+#define SWEEPS      100   /* limit of Gauss-Seidel passes */
+#define CLOSE       1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
 #define SAME_SHARE  1e-9
 #define SHARE_PART  1e-4
 

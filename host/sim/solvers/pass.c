@@ -23,7 +23,7 @@
 #define CLOCK_FROM_S    100.0 /* before this time the error of the clock is negligible */
 #define CLOCK_STEPS     4.0
 #define WARY_STEPS      100
-#define AT_ONCE         1e-8 /* times the step: two flips closer than this coincide */
+#define AT_ONCE         1e-8 /* two flips closer than this times the step coincide */
 /* tolerance of heights and displacements: rtol times this part of a mat's length */
 #define POSITION_PART   0.0005
 #define SPEED_PART      0.25 /* tolerance of rates: rtol times this times sqrt(g L) */

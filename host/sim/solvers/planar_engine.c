@@ -12,15 +12,15 @@
 
 /* ---- the moving parts ---- */
 
-#define CALM     1e-6 /* times sqrt(g L): on uneven ground a slower node is at rest */
+#define CALM     1e-6 /* speed over sqrt(g L) below which a node on uneven ground is at rest */
 #define GUARD    4    /* mats at rest that stay in the heaving part at each end */
 #define CHUNK    8    /* least number of mats by which the heaving part grows */
 #define PATIENCE 16   /* steps at rest before a part may shrink */
 /* steps at rest before a sliding part leaves the next mat: one for its damper, one for the grit,
  * one spare */
 #define SETTLING 3
-#define AIR      1e-3  /* times L: a node this high is held by its mats, not by the ground */
-#define QUIET    1e-13 /* times L for heights, times sqrt(g L) for their rates: at rest */
+#define AIR      1e-3  /* height over L from which a node is held by its mats, not by the ground */
+#define QUIET    1e-13 /* limit of rest: times L for heights, times sqrt(g L) for their rates */
 
 /* Extend a part to cover mats `low` to `high`. */
 static void take_in(struct part *part, const struct model *m, int low, int high)
@@ -586,14 +586,15 @@ void engine_free(struct planar_engine *l)
 
 #define FOLDED_DEG           85.0
 #define DEGREES              (180.0 / 3.14159265358979323846)
-/* part of an overrun's lift; below it the wheel has left the wave, and the next wave is a new
+/* part of the lift at an overrun below which the wheel has left the wave; the next wave is a new
  * one */
 #define OFF_WAVE_SHARE       0.5
-#define SLIGHT_TURN          0.01 /* sine of a rotation; smaller ones need no arc sine */
+#define SLIGHT_TURN          0.01 /* sine of a rotation below which no arc sine is needed */
 #define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
 #define LOOK_STEPS           4    /* steps between updates of lifts and angles */
 #define LANDING_PARTS        16   /* parts of a step in which a node lands */
-#define GENTLE               1e-4 /* times sqrt(g L): a slower landing lifts no neighbours */
+/* speed over sqrt(g L) below which a landing node lifts no neighbours */
+#define GENTLE               1e-4
 
 /* Mat with the largest share of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
@@ -753,7 +754,7 @@ static void begin(struct planar_engine *l, bool prunes)
     }
 }
 
-/* Whether a node will reach the ground in the step. Two nodes that land in one step lift their
+/* True if a node will reach the ground in the step. Two nodes that land in one step lift their
  * neighbours differently from two that land one after the other. All steps longer than the time
  * between the landings would make the same error. */
 static bool lands(const struct planar_engine *l, double h_s)

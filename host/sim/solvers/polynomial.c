@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#define NOTHING 1e-18 /* times the largest value: smaller top terms are dropped */
+#define NOTHING 1e-18 /* top terms smaller than this times the largest value are dropped */
 
 double polynomial_value(const double *s, int degree, double t)
 {

@@ -22,7 +22,8 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-#define CLEAR    0.98 /* times the chain's longest step, which the chain checks in float */
+/* step used, times the chain's longest step, which the chain checks in float */
+#define CLEAR    0.98
 
 bool parallel_can(const struct sim_scene *scene)
 {
@@ -875,7 +876,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
     return count;
 }
 
-/* Whether a survey differs from the survey before the landing. */
+/* True if a survey differs from the survey before the landing. */
 static bool is_survey_new(const struct fit_landing *landing, const struct fit_surveyed *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
