@@ -44,11 +44,17 @@ container() {
         'mount --bind /dev/null "$1/dev/null" && exec chroot "$1" /matrig --json --quiet replay /landing5.db' sh "$root" >"$tmp/bare.json" || return 1
     says_the_same "$tmp/bare.json"
 }
-is_a_campaign() { # read, written into, bundled; and it still replays
+is_a_campaign() { # read, written into, bundled; and all that the replay was made of is there again
     cp "$bundle" "$tmp/mine.db" && $matrig --quiet landing "$tmp/mine.db" 1 --note 'looked at' >/dev/null && $matrig compare "$tmp/mine.db" 1 >/dev/null && $matrig --quiet report "$tmp/mine.db" -o "$tmp/mine.html" && grep -q 'gusts from the left' "$tmp/mine.html" && grep -q 'looked at' "$tmp/mine.html" &&
         $matrig --quiet export "$tmp/mine.db" 1 --format candump -o "$tmp/mine.log" && cmp "$tmp/mine.log" <($matrig --quiet export "$db" 1 --format candump) &&
         $matrig --quiet bundle "$tmp/mine.db" 1 -o "$tmp/again.db" && [ "$(sqlite3 "$tmp/again.db" 'select image_sha256 from bundles')" = "$(sqlite3 "$bundle" 'select image_sha256 from bundles')" ] &&
-        $matrig --json --quiet replay "$tmp/again.db" >"$tmp/again.json" && says_the_same "$tmp/again.json"
+        rows_of "$tmp/again.db" >"$tmp/again.sum" && [ -s "$tmp/again.sum" ] && rows_of "$bundle" | diff - "$tmp/again.sum"
+}
+rows_of() { # DB: a sum of each table's rows, but for what says when and by whom
+    local table
+    for table in $(sqlite3 "$1" "select name from sqlite_schema where type = 'table' and name not like 'sqlite%' and name not in ('bundles', 'landing_changes', 'simulations', 'simulation_channels') order by name"); do
+        echo "$table $(sqlite3 "$1" ".mode quote" "select * from $table" | sha256sum)"
+    done
 }
 changed() { # WHAT SQL
     cp "$bundle" "$tmp/changed.db" && sqlite3 "$tmp/changed.db" "$2" && fails_with 4 "the $1 of the bundle changed since it was written" $matrig --quiet replay "$tmp/changed.db"
@@ -66,7 +72,7 @@ check "one file, nothing beside it" made
 check "SHA-256 of image and record, by another program" digests
 check "what belongs to the landing and nothing else" slice_has_its_own
 check "replayed where there is nothing but two programs: 0 fields differ" container
-check "a bundle is a campaign: read, written into, bundled, replayed" is_a_campaign
+check "a bundle is a campaign: read, written into, bundled with all that it had" is_a_campaign
 check "another record is told" changed record "update blocks set record = zeroblob(length(record)) where idx = (select max(idx) from blocks)"
 check "another image is told" changed image "update bundles set image = cast(image as blob) || x'00'"
 check "one that is cut off is no campaign" damaged

@@ -2,6 +2,7 @@
 # What a record did not hear it does not deny: a log that breaks off before the landing is over, or has a hole, says so beside "no warning" and
 # above the peaks. Landing 5 is warned of in block 4440 of the board, and rests at 0.2706 in at transducer 8.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
 same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
@@ -10,7 +11,7 @@ log() { # NAME LINK...
     $matrig --quiet report "$tmp/$1.db" -o "$tmp/$1.html"
 }
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
 head -n 6500 "$tmp/can" >"$tmp/early.can"
 lines=$(wc -l <"$tmp/can")
 (head -n 9000 "$tmp/can" && tail -n $((lines - 16000)) "$tmp/can") >"$tmp/hole.can"
