@@ -11,6 +11,6 @@ $(sysroot)/.made: tests/aarch64/sysroot.sh | $(B)/.aarch64-packages
 
 .PHONY: test-aarch64
 test-aarch64: in-build all $(B)/tests/conformance/images/places.elf $(sysroot)/.made ## tests | matrig and matrig-board for a Raspberry Pi: cross build, outputs equal to this computer's byte by byte
-	@$(MAKE) -s B=$(B)/aarch64 CC="aarch64-linux-gnu-gcc --sysroot=$(CURDIR)/$(sysroot)" BUILD_CC="$(CC)" \
+	@$(MAKE) -s B=$(B)/aarch64 CC="aarch64-linux-gnu-gcc --sysroot=$(CURDIR)/$(sysroot)" BUILD_CC="$(CC)" CFLAGS=-O2 WERROR=-Werror \
 		$(B)/aarch64/matrig $(B)/aarch64/matrig-board
 	@tests/run-all.sh tests/aarch64/compare.sh
