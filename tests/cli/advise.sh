@@ -32,7 +32,7 @@ kept() {
 }
 check "as the campaign has it, for good" kept
 check "landing 5 is played and logged" landing_5
-check "advice after both, by that plan" eval 'advise both $plan'
+check "advice after both, by that plan" eval 'advise both $plan --temperature 72'
 # The truth of landing 5 was braked at 7.2 ft/s2 where 4.6 were planned: it teaches a bias and a wider spread.
 plan_is_learned() {
     holds 'p = d[0]["plan"]; print(p); assert p["plans_kept"] == 1 and 0.05 < p["bias"] < 0.15 and p["spread"] > 0.1; assert d[1]["plan"]["plans_kept"] == 0' \
@@ -118,8 +118,7 @@ done
 rig_is_learned() {
     local rig=$tmp/rig.db n=0
     campaign_of "$rig" 1 1 1 >/dev/null || return 1
-    $matrig --json advise "$rig" $plan --temperature 72 >"$tmp/rig.json"
-    holds 'assert d[0]["bearing_drag_ft_s2"] is None' "$tmp/rig.json" 2>/dev/null || holds 'assert d[0]["bearing_drag"] is None' "$tmp/rig.json" || return 1
+    holds 'assert d[0].get("bearing_drag", d[0].get("bearing_drag_ft_s2", 0)) is None' "$tmp/both.json" || return 1 # by the temperature alone
     while read -r temperature drag height speed; do
         n=$((n + 1))
         $matrig --quiet record "$rig" conditions $n drive=coast brake=none temperature_f=$temperature release_ft=$height >/dev/null &&
