@@ -21,8 +21,8 @@ static float overlap(unsigned segment, float from_ft, float to_ft)
 
 /* Closes `closure_in` in the segments inside [from_ft, to_ft], from the upfield end, each up to its
  * slack there. A segment across a station belongs to both sides by its share on each. */
-static void plough(const float *slack_in, float *remaining_in, float from_ft, float to_ft,
-                   float closure_in)
+static void push_joints_closed(const float *slack_in, float *remaining_in, float from_ft,
+                               float to_ft, float closure_in)
 {
     for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
         float available_in = slack_in[s] * overlap(s, from_ft, to_ft);
@@ -49,8 +49,8 @@ static void close_by_movement(const struct mr_closure_input *input, float *remai
             float from_ft = input->station_ft[from];
             if (from_ft < input->wheel_ft)
                 from_ft = input->wheel_ft;
-            plough(input->slack_in, remaining_in, from_ft, input->station_ft[to],
-                   input->displacement_in[from] - input->displacement_in[to]);
+            push_joints_closed(input->slack_in, remaining_in, from_ft, input->station_ft[to],
+                               input->displacement_in[from] - input->displacement_in[to]);
         }
         from = to;
     }

@@ -135,7 +135,7 @@ static uint8_t *member(struct mr_config *config, const struct mr_config_group *g
 
 /* Visits all elements in table order: `to_image` copies from `config` to `fields`, `to_config`
  * back. Both together exchange them. */
-static void walk(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
+static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
 {
     uint8_t *p = fields;
     for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
@@ -165,8 +165,8 @@ uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
     p = mr_put_u32(p, MR_CONFIG_IMAGE);
     p = mr_put_u32(p, mr_config_layout());
     p = mr_put_u32(p, config->site[0].revision);
-    /* the cast is safe: walk only reads the configuration */
-    walk(p, (struct mr_config *)(uintptr_t)config, true, false);
+    /* the cast is safe: copy_elements only reads the configuration */
+    copy_elements(p, (struct mr_config *)(uintptr_t)config, true, false);
     uint32_t crc = mr_crc32(0, image, MR_CONFIG_IMAGE - 4);
     mr_put_u32(image + MR_CONFIG_IMAGE - 4, crc);
     return crc;
@@ -200,14 +200,14 @@ enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_c
 {
     enum mr_status status = mr_config_examine(image, length);
     if (status == MR_OK)
-        /* the cast is safe: walk only reads the image */
-        walk((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true);
+        /* the cast is safe: copy_elements only reads the image */
+        copy_elements((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true);
     return status;
 }
 
 void mr_config_exchange(uint8_t *image, struct mr_config *config)
 {
-    walk(image + MR_CONFIG_HEADER, config, true, true);
+    copy_elements(image + MR_CONFIG_HEADER, config, true, true);
 }
 
 static enum mr_config_rule check_real(const struct mr_config_field *field, const uint8_t *at)

@@ -657,8 +657,8 @@ struct at {
 /* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
  * shape applies only after the rise: during it, it would affect only a switch right at
  * touchdown. */
-static void loss(double since_s, double delay_s, double shape, double *value, double *rate,
-                 double *by_delay)
+static void speed_loss(double since_s, double delay_s, double shape, double *value, double *rate,
+                       double *by_delay)
 {
     double rise_s = 2.0 * delay_s;
     if (since_s < rise_s) { /* twice the integral of 3 u^2 - 2 u^3 */
@@ -678,7 +678,7 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct at *at)
     double since_s = t_s - fit->touchdown_s;
     double lost = 0.0, rate = 0.0, by_delay = 0.0;
     if (since_s > 0.0)
-        loss(since_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
+        speed_loss(since_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
     at->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s - fit->deceleration_ft_s2 * lost;
     at->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
     at->slope[MR_BRAKING_TIME] = -at->speed_ft_s;

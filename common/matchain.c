@@ -20,7 +20,7 @@ float mr_chain_step_limit_s(const struct mr_chain_params *params)
     return 4.0f / (damping + square_root(damping * damping + 4.0f * rate2));
 }
 
-static bool positive(float x)
+static bool is_positive(float x)
 {
     return x > 0.0f && x < 1e30f;
 }
@@ -34,10 +34,10 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
                               unsigned group, const float *gap_ft, const float *grit_lb)
 {
     if (params->mats < 1 || params->mats > MR_CHAIN_MATS ||
-        (group != 1 && group != 2 && group != 4) || !positive(params->mat_length_ft) ||
-        !positive(params->mass_slug) || !positive(params->kl_lb_ft) || !positive(params->step_s) ||
-        !not_negative(params->friction_lb) || !not_negative(params->cl_lb_s_ft) ||
-        !not_negative(params->slack_ft))
+        (group != 1 && group != 2 && group != 4) || !is_positive(params->mat_length_ft) ||
+        !is_positive(params->mass_slug) || !is_positive(params->kl_lb_ft) ||
+        !is_positive(params->step_s) || !not_negative(params->friction_lb) ||
+        !not_negative(params->cl_lb_s_ft) || !not_negative(params->slack_ft))
         return MR_USAGE;
     if (params->step_s > MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(params))
         return MR_NUMERICS;

@@ -37,7 +37,7 @@ static double speed_between(const struct mr_passage_edge *from, const struct mr_
     return (to->station_ft - from->station_ft) / (since_s > 1e-6 ? since_s : 1e-6);
 }
 
-static bool rolls(double speed_ft_s)
+static bool is_rolling(double speed_ft_s)
 {
     return speed_ft_s >= MR_PASSAGE_LEAST_FT_S && speed_ft_s <= MR_PASSAGE_MOST_FT_S;
 }
@@ -62,7 +62,7 @@ static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *e
                          .station_ft = edge->station_ft};
 }
 
-static void give_up_held(struct mr_passage *passage, enum mr_switch_reason reason)
+static void reject_held(struct mr_passage *passage, enum mr_switch_reason reason)
 {
     for (unsigned i = 0; i < passage->held_count; i++)
         note(passage, &passage->held[i], reason);
@@ -106,7 +106,7 @@ static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge,
     passage->pushed_position = edge->position;
     if (first && passage->pushbacks < UINT16_MAX)
         passage->pushbacks++;
-    give_up_held(passage, reason);
+    reject_held(passage, reason);
     if (passage->state != MR_PASSAGE_ROLLING)
         passage->state = MR_PASSAGE_PUSHED;
     return first;
@@ -119,7 +119,7 @@ static struct mr_passage_news take_first(struct mr_passage *passage,
 {
     struct mr_passage_news news = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
-        if (rolls(speed_between(&passage->held[i], edge))) {
+        if (is_rolling(speed_between(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
             news.started = news.gate = true;
             return news;
@@ -140,7 +140,7 @@ static struct mr_passage_news take_first(struct mr_passage *passage,
  * on. */
 static bool fits(const struct mr_passage *passage, double speed_ft_s)
 {
-    return passage->gates < 3 ? rolls(speed_ft_s)
+    return passage->gates < 3 ? is_rolling(speed_ft_s)
                               : speed_ft_s >= MR_PASSAGE_LEAST_FT_S &&
                                     speed_ft_s <= FASTER * passage->entry_ft_s + FASTER_FT_S;
 }
@@ -196,9 +196,9 @@ bool mr_passage_block(struct mr_passage *passage, uint32_t block)
     passage->pushing = false;
     if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
         return false;
-    give_up_held(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
-                          : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
-                                                              : MR_SWITCH_SLOW);
+    reject_held(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
+                         : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
+                                                             : MR_SWITCH_SLOW);
     passage->state = MR_PASSAGE_NONE;
     return true;
 }

@@ -52,7 +52,7 @@
 #define NEAR_FT     9.5f /* the error is smaller for an end this close beyond a transducer */
 #define LAST_FT     6.0f /* and for an end this close to the runway's end */
 
-static bool between(float x, float least, float most)
+static bool is_between(float x, float least, float most)
 {
     return x >= least && x <= most;
 }
@@ -151,7 +151,7 @@ static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
     float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
     return joints_in(p, segment) > 0 &&
-           between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
+           is_between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
 }
 
 void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
@@ -186,7 +186,7 @@ void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
         float have_in = IN_PER_FT * sum_ft(p, s),
               most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
-        bool holds = can_be(p, s, sum_in[s]) && between(have_in - said_in, -error_in, error_in);
+        bool holds = can_be(p, s, sum_in[s]) && is_between(have_in - said_in, -error_in, error_in);
         p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
     }
 }
@@ -209,7 +209,7 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
 }
 
 /* Sets the gaps from the transducers alone. */
-static void fold_kinematic(struct mr_predictor *p)
+static void end_kinematic(struct mr_predictor *p)
 {
     struct mr_closure_zone zone;
     float left_in[MR_SEGMENTS];
@@ -223,7 +223,7 @@ static void fold_kinematic(struct mr_predictor *p)
 }
 
 /* Sets the gaps from the chain model. */
-static void fold_chain(struct mr_predictor *p)
+static void end_chain(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
     float slack_ft = p->config.chain.slack_ft;
@@ -419,7 +419,7 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
         if (mat)
             p->base_in[i] = modelled_in(p, i, mat);
     }
-    fold_chain(p);
+    end_chain(p);
     p->level = level;
     p->calm_looks = 0;
     p->degraded = level > p->config.level;
@@ -433,7 +433,7 @@ static void fall_back(struct mr_predictor *p)
 {
     p->fell_back = true;
     p->failures++;
-    fold_kinematic(p);
+    end_kinematic(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
     if (p->failures > MOST_FAILURES)
@@ -444,20 +444,20 @@ static void fall_back(struct mr_predictor *p)
 
 /* True if the values are plausible for a model runway in feet, pounds and seconds. Values far off
  * are usually in another unit. */
-static bool sensible(const struct mr_predictor_config *config)
+static bool is_plausible(const struct mr_predictor_config *config)
 {
     const struct mr_chain_params *chain = &config->chain;
     float length_ft = chain->mat_length_ft, weight_lb = config->mat_weight_lb;
-    return between(length_ft, 0.1f, 2.0f) && between(weight_lb, 0.01f, 100.0f) &&
-           between(chain->mass_slug * G_FT_S2 / weight_lb, 0.9f, 1.1f) &&
-           between(chain->friction_lb / weight_lb, 0.0f, 1.5f) &&
-           between(chain->slack_ft / length_ft, 0.0f, 0.05f) &&
-           between(config->bump_ft / length_ft, 1e-5f, 0.1f) &&
+    return is_between(length_ft, 0.1f, 2.0f) && is_between(weight_lb, 0.01f, 100.0f) &&
+           is_between(chain->mass_slug * G_FT_S2 / weight_lb, 0.9f, 1.1f) &&
+           is_between(chain->friction_lb / weight_lb, 0.0f, 1.5f) &&
+           is_between(chain->slack_ft / length_ft, 0.0f, 0.05f) &&
+           is_between(config->bump_ft / length_ft, 1e-5f, 0.1f) &&
            (chain->slack_ft == 0.0f ||
-            between(chain->kl_lb_ft * chain->slack_ft, 100.0f, 20000.0f)) &&
-           between(config->thrust_lb_per_g / weight_lb, 10.0f, 5000.0f) &&
-           between(config->grit_lb, 0.0f, 2000.0f) &&
-           between(config->deceleration_ft_s2, 0.1f, MOST_FT_S2) &&
+            is_between(chain->kl_lb_ft * chain->slack_ft, 100.0f, 20000.0f)) &&
+           is_between(config->thrust_lb_per_g / weight_lb, 10.0f, 5000.0f) &&
+           is_between(config->grit_lb, 0.0f, 2000.0f) &&
+           is_between(config->deceleration_ft_s2, 0.1f, MOST_FT_S2) &&
            config->level <= MR_PREDICTOR_PLOUGH;
 }
 
@@ -474,7 +474,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
         p->surveyed_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->last_in[i] = p->slow_in[i] = MR_NAN;
-    if (!sensible(config))
+    if (!is_plausible(config))
         return MR_USAGE;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
@@ -545,7 +545,7 @@ void mr_predictor_arm(struct mr_predictor *p)
 
 /* True if this transducer is to be ignored for the rest of the landing. `off_in`: reading minus
  * model. */
-static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
+static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     if (ahead_ft > DRAWN_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
@@ -565,7 +565,7 @@ static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float readin
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     float off_in = reading_in - modelled_in(p, i, mat);
-    if (doubted(p, i, reading_in, off_in)) {
+    if (is_doubted(p, i, reading_in, off_in)) {
         p->last_in[i] = MR_NAN;
         return 0.0f;
     }
@@ -612,7 +612,7 @@ static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *in
 /* Moves the mats ahead of the wheel on mat n. Joints close from the wheel on while the thrust, less
  * the friction of the mats between, exceeds their resistance. Mats behind the wheel follow when the
  * slack is used up. */
-static void plough(struct mr_predictor *p, unsigned n)
+static void push_joints_closed(struct mr_predictor *p, unsigned n)
 {
     struct mr_chain *chain = &p->chain;
     float press_lb = thrust_lb(p), shift_ft = 0.0f;
@@ -646,13 +646,13 @@ static void plough(struct mr_predictor *p, unsigned n)
     }
 }
 
-static void roll(struct mr_predictor *p, const struct mr_predictor_input *input)
+static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     float push_lb = input->on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
     if (p->level == MR_PREDICTOR_PLOUGH) {
         unsigned mat = mat_at(p, input->wheel_ft);
         if (mat && push_lb > 0.0f && mat != p->ploughed_mat)
-            plough(p, mat);
+            push_joints_closed(p, mat);
         p->ploughed_mat = mat;
         return;
     }
@@ -709,7 +709,7 @@ static void follow_budget(struct mr_predictor *p, bool look)
         change_level(p, p->level - 1);
 }
 
-void mr_predictor_hurry(struct mr_predictor *p)
+void mr_predictor_choose_cheaper(struct mr_predictor *p)
 {
     if (!p->armed || p->level >= MR_PREDICTOR_PLOUGH)
         return;
@@ -718,7 +718,7 @@ void mr_predictor_hurry(struct mr_predictor *p)
 }
 
 /* Adapts the closing resistance to the springs' work since the last look. */
-static void learn(struct mr_predictor *p)
+static void adapt_resistance(struct mr_predictor *p)
 {
     /* at most a factor of 2 per look */
     float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in;
@@ -734,8 +734,8 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     if (!p->armed)
         return;
     p->block++;
-    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) &&
-                 between(input->speed_ft_s, -1.0f, MOST_FT_S);
+    bool known = is_between(input->wheel_ft, -MOST_FT, MOST_FT) &&
+                 is_between(input->speed_ft_s, -1.0f, MOST_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
     /* rounding can make it negative at rest */
     p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f;
@@ -749,23 +749,23 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
         return;
     uint32_t before = p->look_updates;
     bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;
-    roll(p, input);
+    roll_wheel(p, input);
     scan_on(p);
     if (look)
-        learn(p);
+        adapt_resistance(p);
     if (p->look_updates - before > p->most_updates)
         p->most_updates = p->look_updates - before;
     follow_budget(p, look);
 }
 
-void mr_predictor_fold(struct mr_predictor *p)
+void mr_predictor_end_landing(struct mr_predictor *p)
 {
     if (!p->armed)
         return;
     if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
-        fold_kinematic(p);
+        end_kinematic(p);
     else
-        fold_chain(p);
+        end_chain(p);
     p->armed = false;
     p->landings++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)

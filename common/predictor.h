@@ -179,7 +179,7 @@ void mr_predictor_arm(struct mr_predictor *predictor);
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* Call when blocks are waiting: continues at the next cheaper level, as when the budget is
  * exceeded. */
-void mr_predictor_hurry(struct mr_predictor *predictor);
+void mr_predictor_choose_cheaper(struct mr_predictor *predictor);
 /* Current result. May be called in every block: it is cheap except at the level
  * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
@@ -188,6 +188,6 @@ void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor
 void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,
                                  float *left_in);
 /* Ends the landing: the present openings of the joints are the start of the next landing. */
-void mr_predictor_fold(struct mr_predictor *predictor);
+void mr_predictor_end_landing(struct mr_predictor *predictor);
 
 #endif

@@ -28,7 +28,7 @@ static const float weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
 #include "common/risk_weights.def"
 };
 
-static bool between(float x, float least, float most)
+static bool is_between(float x, float least, float most)
 {
     return x >= least && x <= most;
 }
@@ -105,22 +105,23 @@ static unsigned knots_of(const struct mr_risk_plan *plan)
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 {
     unsigned knots = knots_of(plan), rows = rows_of(plan);
-    if (!between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
+    if (!is_between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
         return MR_USAGE;
     for (unsigned i = 0; i < knots; i++) {
-        if (!between(plan->knot_s[i], 0.0f, 60.0f) || !between(plan->knot_ft_s2[i], 0.0f, 64.0f) ||
+        if (!is_between(plan->knot_s[i], 0.0f, 60.0f) ||
+            !is_between(plan->knot_ft_s2[i], 0.0f, 64.0f) ||
             (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
             return MR_USAGE;
     }
     if (!(plan->knot_ft_s2[knots - 1u] >= LEAST_FT_S2)) /* the wheel would never stop */
         return MR_USAGE;
-    if (rows && !between(plan->landings, 0.0f, 65535.0f))
+    if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
         return MR_USAGE;
     for (unsigned i = 0; i < rows; i++) {
-        if (!between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
-            !between(plan->row_log_odds[i], -20.0f, 20.0f) ||
+        if (!is_between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
+            !is_between(plan->row_log_odds[i], -20.0f, 20.0f) ||
             (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
-            !(__builtin_isnan(plan->row_ft[i]) || between(plan->row_ft[i], -100.0f, 1e4f)))
+            !(__builtin_isnan(plan->row_ft[i]) || is_between(plan->row_ft[i], -100.0f, 1e4f)))
             return MR_USAGE;
     }
     return MR_OK;
@@ -265,7 +266,7 @@ static void follow_plan(struct mr_risk_state *risk, float speed_ft_s)
                risk->down_ft_s < (1.0f - SPEED_OFF) * risk->plan.speed_ft_s;
     if (risk->lost_ft_s > KNOWN_FT_S && speed_ft_s > 0.0f) {
         float met = (risk->down_ft_s - speed_ft_s) / risk->lost_ft_s;
-        off = off || !between(met, MET_LEAST, MET_MOST);
+        off = off || !is_between(met, MET_LEAST, MET_MOST);
         risk->met = met < MET_LEAST ? MET_LEAST : met > MET_MOST ? MET_MOST : met;
     }
     risk->off_blocks = (uint16_t)(off ? risk->off_blocks + 1u : 0u);

@@ -32,7 +32,7 @@ static void take(struct side *side, float code)
     side->count++;
 }
 
-static bool steady(const struct side *side)
+static bool is_steady(const struct side *side)
 {
     return side->most - side->least < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
 }
@@ -57,7 +57,7 @@ bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tic
         if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
             take(&before, staircase->code[at]);
     }
-    if (before.count == 0 || !steady(&before))
+    if (before.count == 0 || !is_steady(&before))
         return false;
     *codes = before.sum / (float)before.count;
     return true;
@@ -77,7 +77,7 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
     /* the earliest blocks after the edge */
     for (uint32_t age = count - MR_STAIRCASE_SIDE; age < count; age++)
         take(&after, staircase->code[place(staircase, age)]);
-    if (!steady(&after))
+    if (!is_steady(&after))
         return MR_NUMERICS;
     *codes = after.sum / (float)after.count;
     return MR_OK;

@@ -432,7 +432,7 @@ static void scan_start(struct blackbox *box)
     box->scan_place++;
 }
 
-static void scan_ends(struct blackbox *box)
+static void end_scan(struct blackbox *box)
 {
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++) {
         const struct blackbox_record *record = &box->records[i];
@@ -463,7 +463,7 @@ static bool begin_scan(struct blackbox *box)
         begin_read(box, JOB_SCAN_WALK, box->records[box->scan_place].last_sector, 0);
         return true;
     }
-    scan_ends(box);
+    end_scan(box);
     return false;
 }
 
@@ -632,7 +632,7 @@ static void page_holds(struct blackbox *box)
 }
 
 /* Continues with the next sector after a page failed. */
-static void page_fails(struct blackbox *box)
+static void note_failed_page(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);
     if (box->head_page == 0)
@@ -653,7 +653,7 @@ static void verify(struct blackbox *box)
     else if (++box->tries < VERIFY_TRIES)
         begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
     else
-        page_fails(box);
+        note_failed_page(box);
 }
 
 /* --- erasing --- */
@@ -759,7 +759,7 @@ static void finish_job(struct blackbox *box, bool done)
         if (done)
             begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
         else
-            page_fails(box);
+            note_failed_page(box);
         break;
     case JOB_VERIFY: verify(box); break;
     case JOB_ERASE:

@@ -144,8 +144,8 @@ void board_note_good(void);
  * for less than 1 us at a time. Failures are counted. */
 void board_upkeep(void);
 /* Restarts both tests from the beginning. */
-void board_upkeep_restart(void);
-void board_upkeep_state(struct board_upkeep *upkeep);
+void board_restart_test(void);
+void board_test_state(struct board_upkeep *upkeep);
 /* Reads the flash and checks that vectors, header and program match the image that was built; takes
  * about 5 ms. False: the image has no header with a CRC. */
 bool board_image_check(bool *good);

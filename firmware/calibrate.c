@@ -56,7 +56,7 @@ static bool has_shunt(unsigned gage)
     return channel->kind == MR_KIND_TENSION && channel->shunt_lb > 0.0f;
 }
 
-static bool takes_part(const struct calibrate *calibrate, unsigned channel)
+static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
 {
     unsigned kind = config.channel[channel].kind;
     if (calibrate->command == MR_COMMAND_SHUNT)
@@ -82,7 +82,7 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
     float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct calibrate_mean *mean = &calibrate->mean[c];
-        if (!takes_part(calibrate, c))
+        if (!is_calibrated(calibrate, c))
             continue;
         struct mr_reading reading = mr_channel_read(&config.channel[c], block, c, ratio);
         if (reading.validity != MR_VALID) {
@@ -143,7 +143,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
 {
     bool good = true;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        if (!takes_part(calibrate, c))
+        if (!is_calibrated(calibrate, c))
             continue;
         enum verdict verdict = judge_zero(calibrate, c);
         bool valid = verdict != NOT_VALID;
@@ -156,7 +156,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
         good &= verdict == GOOD;
     }
     for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
-        if (takes_part(calibrate, c))
+        if (is_calibrated(calibrate, c))
             zero_measure(c, mean_of(&calibrate->mean[c]));
     }
     answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);

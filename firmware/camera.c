@@ -55,7 +55,7 @@ static bool at_station(const struct landing *landing, uint32_t tick)
                config.site[0].camera_station_ft;
 }
 
-static void trigger(struct camera *camera, struct telemetry *telemetry, uint32_t index)
+static void trigger_camera(struct camera *camera, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t tick = board_camera(true);
     TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due,
@@ -87,5 +87,5 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         camera->due = MR_CAMERA_BY_STATION;
     }
     if (camera->due && !camera->high)
-        trigger(camera, telemetry, index);
+        trigger_camera(camera, telemetry, index);
 }

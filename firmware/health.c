@@ -129,7 +129,7 @@ void tasks_tick(uint32_t pc)
         board_note_good();
 }
 
-bool tasks_well(void)
+bool tasks_are_healthy(void)
 {
     return !late;
 }

@@ -43,7 +43,7 @@ void tasks_done(enum mr_task task);
 /* Call every 10 ms from the supervision interrupt. `pc`: the interrupted address. A late task is
  * counted and recorded for the report after the reset. */
 void tasks_tick(uint32_t pc);
-bool tasks_well(void);
+bool tasks_are_healthy(void);
 /* Task that is running, or was running at a reset (the value survives resets); 0: unknown. */
 enum mr_task tasks_current(void);
 /* Starts the supervision and discards the task that ran before the reset. */

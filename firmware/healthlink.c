@@ -12,7 +12,7 @@
  * four scans of each polarity. */
 #define DRIVEN_SUM (8 * 8)
 
-static void conclude(struct selftest *test, enum mr_self_test_number number, bool good)
+static void note_result(struct selftest *test, enum mr_self_test_number number, bool good)
 {
     if (test->done >> number & 1u)
         return;
@@ -30,15 +30,15 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
     bool good;
     if (test->running)
         return MR_WAIT;
-    board_upkeep_restart();
-    board_upkeep_state(&upkeep);
+    board_restart_test();
+    board_test_state(&upkeep);
     *test = (struct selftest){.running = true,
                               .tag = tag,
                               .ram_rounds = upkeep.ram_rounds,
                               .flash_rounds = upkeep.flash_rounds,
                               .polarity_faults = health_counted(MR_FAULT_POLARITY)};
     if (board_image_check(&good))
-        conclude(test, MR_SELF_TEST_IMAGE, good);
+        note_result(test, MR_SELF_TEST_IMAGE, good);
     board_warn(true);
     return MR_OK;
 }
@@ -46,23 +46,23 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
 static void check_memories(struct selftest *test)
 {
     struct board_upkeep upkeep;
-    board_upkeep_state(&upkeep);
+    board_test_state(&upkeep);
     if (upkeep.ram_rounds != test->ram_rounds)
-        conclude(test, MR_SELF_TEST_RAM, !upkeep.ram_bad);
+        note_result(test, MR_SELF_TEST_RAM, !upkeep.ram_bad);
     if (upkeep.flash_rounds != test->flash_rounds)
-        conclude(test, MR_SELF_TEST_FLASH, !upkeep.flash_bad);
+        note_result(test, MR_SELF_TEST_FLASH, !upkeep.flash_bad);
     enum nor_status nor = config.site[0].black_box ? nor_identify() : NOR_BUSY;
     if (nor != NOR_BUSY)
-        conclude(test, MR_SELF_TEST_NOR, nor == NOR_IDLE);
+        note_result(test, MR_SELF_TEST_NOR, nor == NOR_IDLE);
 }
 
 static void check_lamp(struct selftest *test)
 {
     if (test->ticks == SELFTEST_LAMP_TICKS) {
-        conclude(test, MR_SELF_TEST_LAMP_ON, board_lamp_draws());
+        note_result(test, MR_SELF_TEST_LAMP_ON, board_lamp_draws());
         board_warn(false);
     } else if (test->ticks == SELFTEST_LAMP_TICKS + SELFTEST_DARK_TICKS) {
-        conclude(test, MR_SELF_TEST_LAMP_OFF, !board_lamp_draws());
+        note_result(test, MR_SELF_TEST_LAMP_OFF, !board_lamp_draws());
     }
 }
 
@@ -118,10 +118,10 @@ void healthlink_block(struct healthlink *link, const struct mr_block *block)
     }
     if (++test->blocks < SELFTEST_BLOCKS)
         return;
-    conclude(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
+    note_result(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
     if (has_transducers())
-        conclude(test, MR_SELF_TEST_EXCITATION,
-                 test->excited && health_counted(MR_FAULT_POLARITY) == test->polarity_faults);
+        note_result(test, MR_SELF_TEST_EXCITATION,
+                    test->excited && health_counted(MR_FAULT_POLARITY) == test->polarity_faults);
 }
 
 /* ---- healthlink ---- */
@@ -163,7 +163,7 @@ static void send_alarm(struct telemetry *telemetry, unsigned sinks)
 static void send_upkeep(struct telemetry *telemetry)
 {
     struct board_upkeep upkeep;
-    board_upkeep_state(&upkeep);
+    board_test_state(&upkeep);
     TELL(telemetry, TO_LINKS, upkeep, UPKEEP, .stack_used = upkeep.stack_used,
          .stack_size = upkeep.stack_size, .ram_tested = upkeep.ram_rounds,
          .flash_checked = upkeep.flash_rounds);

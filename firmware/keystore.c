@@ -214,7 +214,7 @@ static void next_step(struct keystore *store)
     }
 }
 
-static void lose_memory(struct keystore *store)
+static void forget_memory(struct keystore *store)
 {
     if (store->answer.code && !store->answered)
         answer(store, MR_IO);
@@ -231,7 +231,7 @@ bool keystore_busy(struct keystore *store)
         return true;
     store->under_way = false;
     if (status == NOR_MISSING || status == NOR_STUCK)
-        lose_memory(store);
+        forget_memory(store);
     else
         next_step(store); /* reading back shows whether it succeeded */
     return false;
@@ -246,7 +246,7 @@ bool keystore_begin(struct keystore *store)
     /* at a start the chip may still be busy with an operation that a reset interrupted */
     enum nor_status status = nor_poll();
     if (status == NOR_MISSING || status == NOR_STUCK)
-        lose_memory(store);
+        forget_memory(store);
     if (status != NOR_IDLE && status != NOR_FAILED)
         return false;
     store->under_way = true;

@@ -14,7 +14,7 @@ void landinglink_block(struct telemetry *telemetry, const struct mr_block *block
 }
 
 /* True if any of the `count` inputs from `first` on is fitted. */
-static bool any_of(uint32_t fitted, unsigned first, unsigned count)
+static bool has_any(uint32_t fitted, unsigned first, unsigned count)
 {
     return (fitted >> first & ((1u << count) - 1u)) != 0;
 }
@@ -25,7 +25,7 @@ static void send_series(struct telemetry *telemetry, enum mr_series_number serie
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < MR_SERIES_PACKS; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
-        if (pack->series == series && any_of(fitted, pack->first - 1u, pack->count))
+        if (pack->series == series && has_any(fitted, pack->first - 1u, pack->count))
             telemetry_send(telemetry, TO_CAN, pack->id, payload,
                            mr_series_pack_put(pack, readings, index, payload));
     }

@@ -15,7 +15,7 @@ int main(void)
             progress = true;
         }
         tasks_done(MR_TASK_LOOP);
-        if (progress && tasks_well())
+        if (progress && tasks_are_healthy())
             board_watchdog_feed();
     }
 }

@@ -236,7 +236,7 @@ static void follow_backlog(struct predict *p, struct telemetry *telemetry,
         return;
     p->hurried = true;
     p->hurried_block = block->index;
-    mr_predictor_hurry(&p->predictor);
+    mr_predictor_choose_cheaper(&p->predictor);
     TELL(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
          .block = block->index);
 }
@@ -256,7 +256,7 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
         predict_and_report(p, telemetry, landing, block->index);
 }
 
-static void changed(struct predict *p, enum mr_runway_source source, uint32_t index)
+static void note_change(struct predict *p, enum mr_runway_source source, uint32_t index)
 {
     p->source = (uint8_t)source;
     p->dirty = true;
@@ -321,8 +321,8 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     }
     if (folded) {
         p->given_whole = true;
-        mr_predictor_fold(&p->predictor);
-        changed(p, MR_RUNWAY_MEASURED, index);
+        mr_predictor_end_landing(&p->predictor);
+        note_change(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.armed = false;
     if (moved) /* the plan was for this landing */
@@ -335,7 +335,7 @@ void predict_survey(struct predict *p, const float *slack_in, uint32_t index)
     if (p->status != MR_OK)
         return;
     mr_predictor_survey(&p->predictor, slack_in);
-    changed(p, MR_RUNWAY_MEASURED, index);
+    note_change(p, MR_RUNWAY_MEASURED, index);
 }
 
 /* --- commands --- */
@@ -348,7 +348,7 @@ static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
     enum mr_status status = mr_predictor_load(&p->predictor, &p->given);
     p->given_whole |= status == MR_OK;
     if (status == MR_OK)
-        changed(p, MR_RUNWAY_HOST, index);
+        note_change(p, MR_RUNWAY_HOST, index);
     return status;
 }
 
@@ -357,7 +357,7 @@ static void discard_runway(struct predict *p, uint32_t index)
     struct mr_predictor_config started = p->predictor.config;
     p->status = mr_predictor_start(&p->predictor, &started);
     p->given_whole = true;
-    changed(p, MR_RUNWAY_UNKNOWN, index);
+    note_change(p, MR_RUNWAY_UNKNOWN, index);
 }
 
 /* Accepts chart and plan for the next landing. */

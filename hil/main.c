@@ -51,10 +51,10 @@ struct arguments {
 /* Values in addition to enum hil_parity, in the order of the option's words. */
 enum { PARITY_BOARD = 3, PARITY_NOT_GIVEN };
 
-#define refuse(...) (complain(__VA_ARGS__), MR_USAGE)
+#define refuse(...) (print_error(__VA_ARGS__), MR_USAGE)
 
 /* Prints one line on stderr, with the program's name. */
-__attribute__((format(printf, 1, 2))) static void complain(const char *format, ...)
+__attribute__((format(printf, 1, 2))) static void print_error(const char *format, ...)
 {
     va_list arguments;
     fputs("matrig-board: ", stderr);
@@ -476,7 +476,7 @@ static const char *path_of(const char *text)
 }
 
 /* True if two paths are the same file. Devices do not count. */
-static bool same_file(const char *a, const char *b)
+static bool is_same_file(const char *a, const char *b)
 {
     struct stat one, other;
     bool there = stat(a, &one) == 0;
@@ -510,7 +510,7 @@ static enum mr_status check_paths(const struct arguments *a)
     };
     for (unsigned i = READ_ONLY; i < PATHS; i++) {
         for (unsigned k = 0; given[i].path && k < i; k++) {
-            if (given[k].path && same_file(given[i].path, given[k].path))
+            if (given[k].path && is_same_file(given[i].path, given[k].path))
                 return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
@@ -552,7 +552,7 @@ static volatile int stop_asked;
 static enum mr_status reported(enum mr_status status, const char *why)
 {
     if (status != MR_OK)
-        complain("%s", why);
+        print_error("%s", why);
     return status;
 }
 
@@ -600,8 +600,8 @@ static enum mr_status advance(struct session *session, uint64_t t_ps)
 {
     enum mr_status status = hil_board_run_until(session->board, t_ps);
     if (status != MR_OK)
-        complain("stopped at %.6f s: %s", (double)hil_board_now_ps(session->board) * 1e-12,
-                 hil_board_reason(session->board));
+        print_error("stopped at %.6f s: %s", (double)hil_board_now_ps(session->board) * 1e-12,
+                    hil_board_reason(session->board));
     return status;
 }
 
@@ -651,9 +651,9 @@ static enum mr_status session_play(struct session *session, double duration_s)
     /* Waiting output gets the stall time at either speed. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
-        complain("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
-                 "limit, give --wall-limit S",
-                 (double)hil_board_now_ps(session->board) * 1e-12);
+        print_error("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
+                    "limit, give --wall-limit S",
+                    (double)hil_board_now_ps(session->board) * 1e-12);
         status = MR_TIMEOUT;
     }
     return status == MR_OK ? flushed : status;
@@ -715,8 +715,8 @@ static enum mr_status session_open(struct session *session)
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
     if (stop_asked == HIL_WALL_STOP)
-        complain("the wall-clock limit was reached while links were being opened; check that a "
-                 "host is running, or raise the limit with --wall-limit S");
+        print_error("the wall-clock limit was reached while links were being opened; check that a "
+                    "host is running, or raise the limit with --wall-limit S");
     else if (!stop_asked)
         reported(status, error);
     return status;
@@ -744,9 +744,9 @@ static void print_rules(const struct session *session)
     uint64_t times;
     unsigned broken = hil_rules_counted(&session->board->mcu.rules, &times);
     if (broken)
-        complain("%u %s broken, %llu %s in total%s", broken, broken == 1 ? "rule" : "rules",
-                 (unsigned long long)times, times == 1 ? "time" : "times",
-                 session->a->margins ? "" : "; --margins FILE lists them");
+        print_error("%u %s broken, %llu %s in total%s", broken, broken == 1 ? "rule" : "rules",
+                    (unsigned long long)times, times == 1 ? "time" : "times",
+                    session->a->margins ? "" : "; --margins FILE lists them");
 }
 
 static double duration_of(const struct session *session)
@@ -796,7 +796,7 @@ static enum mr_status order_faults(const struct session *session)
         return status;
     status = hil_faults_add_all(&session->board->faults, &script);
     if (status != MR_OK)
-        complain("%s: %s", a->faults, hil_board_reason(session->board));
+        print_error("%s: %s", a->faults, hil_board_reason(session->board));
     return status;
 }
 
@@ -814,7 +814,7 @@ static enum mr_status open_record(const char *option, const char *path, FILE **f
 {
     if (!path || (*file = fopen(path, "w")))
         return MR_OK;
-    complain("%s: cannot write %s: %s; give a different file", option, path, strerror(errno));
+    print_error("%s: cannot write %s: %s; give a different file", option, path, strerror(errno));
     return MR_IO;
 }
 
@@ -823,8 +823,8 @@ static enum mr_status close_record(const char *option, const char *path, FILE *f
     failed |= fclose(file) != 0;
     if (!failed)
         return MR_OK;
-    complain("%s: cannot write all of %s: %s; free disk space or give a different file", option,
-             path, strerror(errno));
+    print_error("%s: cannot write all of %s: %s; free disk space or give a different file", option,
+                path, strerror(errno));
     return MR_IO;
 }
 

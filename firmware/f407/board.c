@@ -272,7 +272,7 @@ static bool rom_ran_first(const uint32_t *vectors)
     return *(const volatile uint32_t *)at == vectors[1];
 }
 
-void rom_if_asked(void)
+void enter_rom_if_requested(void)
 {
     const uint32_t *vectors = (const uint32_t *)ROM_VECTORS;
     if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)

@@ -55,7 +55,7 @@ void watchdog_feed(void);
 void watchdog_patience(uint32_t counts);
 /* board.c: enters the boot ROM if board_enter_rom requested it before this reset. Call before
  * anything else. */
-void rom_if_asked(void);
+void enter_rom_if_requested(void);
 /* fault.c: counts a processor fault or a late task from before this reset; `cause` as in the
  * message hello. True: too many resets in a row, and the board only communicates. */
 bool fault_recall(uint8_t cause);

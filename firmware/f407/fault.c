@@ -141,7 +141,7 @@ static uint8_t brown_out_level(void)
     return (uint8_t)(3u - (FLASH_OPTCR >> 2 & 3u));
 }
 
-static void recall_crash(void)
+static void restore_crash(void)
 {
     if (crash.crc != crc_of(&crash, offsetof(__typeof__(crash), crc))) {
         memset(&crash, 0, sizeof crash);
@@ -160,7 +160,7 @@ bool fault_recall(uint8_t cause)
     bool by_watchdog = (cause & 8u) != 0;
     if (past.crc != crc_of(&past, offsetof(__typeof__(past), crc)))
         memset(&past, 0, sizeof past);
-    recall_crash();
+    restore_crash();
     restart.brown_out = brown_out_level();
     if (by_watchdog) {
         restart.late_task = past.late_task ? past.late_task : (uint8_t)tasks_current();

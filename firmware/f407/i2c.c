@@ -157,7 +157,7 @@ static void receive_both(void)
     enter(STOP);
 }
 
-static void see_to(uint32_t sr1)
+static void advance_transfer(uint32_t sr1)
 {
     switch (phase) {
     case START:
@@ -215,7 +215,7 @@ enum i2c_status i2c_poll(void)
         I2C1->SR1 = ~I2C_SR1_AF;
         end_transfer(I2C_NO_ANSWER);
     } else {
-        see_to(sr1);
+        advance_transfer(sr1);
     }
     return phase == IDLE ? result : I2C_BUSY;
 }

@@ -78,7 +78,7 @@ void memory_start(void)
         if (!window_holds(p))
             fail_ram(p);
     }
-    board_upkeep_restart();
+    board_restart_test();
 }
 
 void memory_set_image_crc(uint32_t crc)
@@ -150,14 +150,14 @@ void board_upkeep(void)
     check_flash();
 }
 
-void board_upkeep_restart(void)
+void board_restart_test(void)
 {
     at = stack_bottom;
     flash_at = program_start;
     flash_crc = 0;
 }
 
-void board_upkeep_state(struct board_upkeep *out)
+void board_test_state(struct board_upkeep *out)
 {
     const uint32_t *p = stack_bottom;
     while (p < stack_top && *p == PAINT)

@@ -9,7 +9,7 @@ extern const uint32_t data_load[];
 
 int main(void);
 void reset(void);
-void rom_if_asked(void);
+void enter_rom_if_requested(void);
 void processor_fault(void);
 void systick(void);
 void adc_irq(void);
@@ -69,7 +69,7 @@ __attribute__((used)) void start_program(void)
         NVIC_ICER[n] = 0xffffffffu;
         NVIC_ICPR[n] = 0xffffffffu;
     }
-    rom_if_asked();
+    enter_rom_if_requested();
     /* after a start by the boot ROM, address 0 holds the ROM's vectors */
     SCB_VTOR = (uint32_t)(uintptr_t)&vectors;
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */

@@ -144,7 +144,7 @@ void hil_board_fit_electronics(struct hil_board *board)
 }
 
 /* Connects the parts of a board that is zero except for options and memories. */
-static void wire(struct hil_board *board)
+static void wire_board(struct hil_board *board)
 {
     wire_core(board);
     wire_pins(board);
@@ -270,7 +270,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     if (options->board_drawn)
         hil_electronics_identity(options->board_seed, board->options.uid);
     board->options.log = NULL; /* an empty board writes no log and no trace */
-    wire(board);
+    wire_board(board);
     for (unsigned i = 0; i < 2; i++)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
@@ -420,13 +420,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
 {
     struct hil_core *core = &board->core;
     struct hil_core_state *state = &core->state;
-    const struct hil_onlookers *lookers = &core->onlookers;
+    const struct hil_observers *observers = &core->observers;
     if (core->stopped)
         return core->stop_status;
     core->target_reached = false;
     hil_event_set_ps(core, HIL_EVENT_TARGET, t_ps);
     for (;;) {
-        if (lookers->debugger && lookers->debugger->holds(lookers->debugger_who))
+        if (observers->debugger && observers->debugger->holds(observers->debugger_who))
             break;
         if (state->cpu.walking) { /* inside a block: no event is due before its end */
             hil_cpu_run(core);
@@ -452,13 +452,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             if (hil_exception_wakes(core)) {
                 state->cpu.asleep = false;
             } else {
-                if (lookers->tracer)
-                    lookers->tracer->sample(lookers->tracer_who, hil_now(core));
+                if (observers->tracer)
+                    observers->tracer->sample(observers->tracer_who, hil_now(core));
                 pass_time(core, &state->counters.asleep_cycles);
                 continue;
             }
-            if (lookers->tracer)
-                lookers->tracer->sample(lookers->tracer_who, hil_now(core));
+            if (observers->tracer)
+                observers->tracer->sample(observers->tracer_who, hil_now(core));
         }
         if (waits_for_flash(core)) {
             pass_time(core, &state->counters.flash_stall_cycles);

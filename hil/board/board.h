@@ -42,7 +42,7 @@
 
 /* `core.state`, `state`, the memories and the core's registers are the complete state of the
  * machine and contain no pointers: a snapshot is a copy of them. Connections of a board (callbacks,
- * rig, onlookers) are not part of a snapshot. Programs use only the functions of this header, and
+ * rig, observers) are not part of a snapshot. Programs use only the functions of this header, and
  * the parts use the headers of their neighbours; hil/debug/ and tests access the members. */
 struct hil_state {
     struct hil_mcu_state mcu;

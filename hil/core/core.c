@@ -220,7 +220,7 @@ static void rebase(struct hil_core *core)
 void hil_event_run(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
-    const struct hil_onlookers *lookers = &core->onlookers;
+    const struct hil_observers *observers = &core->observers;
     while (events->next_cycle <= core->state.clock.now_cycle && !core->target_reached) {
         unsigned slot = events->next_slot;
         uint64_t at = events->at_cycle[slot];
@@ -229,8 +229,8 @@ void hil_event_run(struct hil_core *core)
         events->next_cycle = HIL_NEVER; /* until the handler has set new events */
         core->handler[slot].handler(core->handler[slot].device, at);
         /* the end of a partial run must not appear in a trace */
-        if (lookers->tracer && slot != HIL_EVENT_TARGET)
-            lookers->tracer->sample(lookers->tracer_who, at);
+        if (observers->tracer && slot != HIL_EVENT_TARGET)
+            observers->tracer->sample(observers->tracer_who, at);
         find_next(core);
     }
 }

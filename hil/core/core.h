@@ -89,10 +89,10 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
     return i == HIL_NO_PERIPHERAL ? NULL : &bus->peripheral[i];
 }
 
-/* Onlookers while the core runs: debugger, trace and profiler (hil/debug/). The core knows them
- * only by these calls. An onlooker whose calls are NULL is not attached.
+/* Observers while the core runs: debugger, trace and profiler (hil/debug/). The core knows them
+ * only by these calls. An observer whose calls are NULL is not attached.
  *
- * Onlookers do not change the behaviour of a board: a debugger holds virtual time, the others only
+ * Observers do not change the behaviour of a board: a debugger holds virtual time, the others only
  * observe. */
 struct hil_debugger_calls {
     bool (*holds)(const void *who);
@@ -117,7 +117,7 @@ struct hil_profiler_calls {
     void (*count)(void *who, uint32_t address, uint32_t size, uint32_t instructions);
 };
 
-struct hil_onlookers {
+struct hil_observers {
     const struct hil_debugger_calls *debugger;
     const struct hil_tracer_calls *tracer;
     const struct hil_profiler_calls *profiler;
@@ -226,7 +226,7 @@ struct hil_core {
     struct hil_event_wire handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
     bool no_ccm; /* the chip has no CCM */
-    struct hil_onlookers onlookers;
+    struct hil_observers observers;
     struct hil_cpu_engine engine;
 };
 

@@ -119,9 +119,9 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
     const struct hil_region *region = user;
     (void)uc;
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
-    const struct hil_onlookers *lookers = &region->core->onlookers;
-    if (lookers->tracer)
-        lookers->tracer->sample(lookers->tracer_who, hil_now(region->core));
+    const struct hil_observers *observers = &region->core->observers;
+    if (observers->tracer)
+        observers->tracer->sample(observers->tracer_who, hil_now(region->core));
 }
 
 /* Maps the whole address space; aborts if Unicorn cannot. */
@@ -263,8 +263,8 @@ static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
     uint64_t parts = block_parts(core);
-    if (core->onlookers.profiler && state->cpu.block_instructions)
-        core->onlookers.profiler->count(core->onlookers.profiler_who, state->cpu.block_address,
+    if (core->observers.profiler && state->cpu.block_instructions)
+        core->observers.profiler->count(core->observers.profiler_who, state->cpu.block_address,
                                         state->cpu.block_size, state->cpu.block_instructions);
     state->clock.now_cycle += parts / HIL_CYCLE_PARTS;
     state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
@@ -299,7 +299,7 @@ static bool must_stop(struct hil_core *core, uint32_t address)
 static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t address, uint32_t size,
                                                    struct hil_core *core)
 {
-    const struct hil_onlookers *lookers = &core->onlookers;
+    const struct hil_observers *observers = &core->observers;
     struct hil_core_state *state = &core->state;
     if (core->engine.single) {
         /* the first call is for walk()'s instruction; stop at the next */
@@ -308,7 +308,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
         return;
     }
     count_block(core);
-    if (lookers->debugger && lookers->debugger->holds_hit(lookers->debugger_who)) {
+    if (observers->debugger && observers->debugger->holds_hit(observers->debugger_who)) {
         uc_emu_stop(uc);
         return;
     }
@@ -323,8 +323,8 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
     if (may_fault(core, info->flags) ||
-        (lookers->debugger &&
-         lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
+        (observers->debugger &&
+         observers->debugger->wants(observers->debugger_who, (uint32_t)address, size))) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
@@ -341,7 +341,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     bool plain = info->flags == 0 ||
                  (!(info->flags & HIL_BLOCK_SEV) && !may_fault(core, info->flags));
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
-        info->size != size || core->onlookers.debugger || core->onlookers.profiler ||
+        info->size != size || core->observers.debugger || core->observers.profiler ||
         core->engine.single) {
         handle_block(uc, address, size, core);
         return;
@@ -556,8 +556,8 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
         break;
     case CAME_BACK_BKPT:
-        if (core->onlookers.debugger)
-            core->onlookers.debugger->hold_bkpt(core->onlookers.debugger_who);
+        if (core->observers.debugger)
+            core->observers.debugger->hold_bkpt(core->observers.debugger_who);
         else
             hil_exception_bkpt(core, read_pc(core) & ~1u);
         break;
@@ -604,17 +604,17 @@ static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
 /* Runs the block instruction by instruction, from the present one to its end or to a hold by the
  * debugger. Blocks translated for single instructions must be discarded, or the run would use
  * them. */
-static void walk(struct hil_core *core)
+static void run_by_instruction(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
-    const struct hil_onlookers *lookers = &core->onlookers;
+    const struct hil_observers *observers = &core->observers;
     discard_block(core);
     for (;;) {
         uint16_t opcode;
         uint32_t pc = read_pc(core) & ~1u;
         uint32_t next = pc + instruction_bytes(core, pc, &opcode);
         bool last = next >= cpu->block_address + cpu->block_size;
-        if (lookers->debugger && lookers->debugger->stops_before(lookers->debugger_who, pc)) {
+        if (observers->debugger && observers->debugger->stops_before(observers->debugger_who, pc)) {
             discard_block(core);
             return;
         }
@@ -661,7 +661,7 @@ void hil_cpu_run(struct hil_core *core)
 {
     guard_flash(core, core->state.bank.erases || core->state.bank.stale);
     if (core->state.cpu.walking) {
-        walk(core);
+        run_by_instruction(core);
         return;
     }
     core->engine.came_back = CAME_BACK_PLAIN;

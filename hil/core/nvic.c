@@ -263,9 +263,9 @@ static void renew_core_flags(struct hil_core *core)
 
 void hil_exception_seen(struct hil_core *core)
 {
-    const struct hil_onlookers *lookers = &core->onlookers;
-    if (lookers->tracer)
-        lookers->tracer->exception(lookers->tracer_who);
+    const struct hil_observers *observers = &core->observers;
+    if (observers->tracer)
+        observers->tracer->exception(observers->tracer_who);
 }
 
 /* Enters the handler: mode, stack and PC. SP already points below the frame. */

@@ -21,7 +21,7 @@
 /* The attached debugger, or NULL. */
 static struct hil_debug *debugger_of(const struct hil_board *board)
 {
-    return board->core.onlookers.debugger_who;
+    return board->core.observers.debugger_who;
 }
 
 static unsigned depth(const struct hil_board *board)
@@ -39,8 +39,8 @@ void hil_debug_detach(struct hil_board *board)
         if (d->watch[i].size)
             hil_debug_watch(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size, false);
     }
-    board->core.onlookers.debugger = NULL;
-    board->core.onlookers.debugger_who = NULL;
+    board->core.observers.debugger = NULL;
+    board->core.observers.debugger_who = NULL;
 }
 
 void hil_debug_hold(struct hil_board *board, enum hil_hold why)
@@ -206,23 +206,23 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
 }
 
 /* True if a step covers the code running now: not handlers of interrupts during the step. */
-static bool step_sees(const struct hil_board *board)
+static bool is_step_at_code(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
     return depth(board) <= d->step_depth ||
            (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
-static bool wants(const void *who, uint32_t address, uint32_t size)
+static bool is_wanted(const void *who, uint32_t address, uint32_t size)
 {
     const struct hil_debug *d = who;
-    return breaks_in(d, address, size) || (d->stepping && step_sees(d->board));
+    return breaks_in(d, address, size) || (d->stepping && is_step_at_code(d->board));
 }
 
 static bool step_is_done(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
-    if (!d->stepping || !step_sees(board))
+    if (!d->stepping || !is_step_at_code(board))
         return false;
     if (!d->stepped) {
         d->stepped = true;
@@ -270,15 +270,15 @@ static const struct hil_debugger_calls calls = {
     .holds = holds,
     .holds_hit = holds_hit,
     .hold_bkpt = hold_bkpt,
-    .wants = wants,
+    .wants = is_wanted,
     .stops_before = stops_before,
 };
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 {
     *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_ASKED};
-    board->core.onlookers.debugger_who = debug;
-    board->core.onlookers.debugger = &calls;
+    board->core.observers.debugger_who = debug;
+    board->core.observers.debugger = &calls;
 }
 
 static int unicorn_register(unsigned number)
@@ -350,7 +350,7 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
     if (!write) {
         board->lines.callbacks = (struct hil_callbacks){0};
         core->trace = NULL;
-        core->onlookers.tracer = NULL;
+        core->observers.tracer = NULL;
         core->stopped = false;
     }
     for (size_t i = 0; i < n && !core->stopped;) {

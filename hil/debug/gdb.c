@@ -83,7 +83,7 @@ static char *to_hex(char *text, const void *bytes, size_t n)
 }
 
 /* Ends the connection and reports it to `lost`. */
-static void lose(struct hil_gdb_line *line)
+static void drop_connection(struct hil_gdb_line *line)
 {
     if (line->fd >= 0)
         close(line->fd);
@@ -104,7 +104,7 @@ static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
         }
         struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
         if ((errno != EAGAIN && errno != EINTR) || hil_wall_ms() > until)
-            lose(line);
+            drop_connection(line);
         else
             poll(&wait, 1, POLL_MS);
     }
@@ -143,7 +143,7 @@ static bool receive(struct hil_gdb_line *line, int timeout_ms)
     ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
                      MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        lose(line);
+        drop_connection(line);
         return false;
     }
     if (n > 0)
@@ -411,11 +411,11 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
     case 'T': strcpy(answer, "OK"); break;
     case 'D':
         put_packet(&gdb->line, "OK");
-        lose(&gdb->line);
+        drop_connection(&gdb->line);
         return true;
     case 'k':
         gdb->killed = true;
-        lose(&gdb->line);
+        drop_connection(&gdb->line);
         return true;
     case 'q': query(gdb, packet, answer); break;
     case 'Q':
@@ -489,7 +489,7 @@ static void attach(struct hil_gdb *gdb)
 }
 
 /* Prints why the board is held or has stopped, in addition to the stop reply. */
-static void explain(struct hil_gdb *gdb, enum mr_status status)
+static void print_reason(struct hil_gdb *gdb, enum mr_status status)
 {
     char text[512];
     const struct hil_debug *d = &gdb->debug;
@@ -527,7 +527,7 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     if (gdb->line.fd < 0 || (!hil_debug_holds(gdb->board) && status == MR_OK))
         return true;
     if (!gdb->reported) {
-        explain(gdb, status);
+        print_reason(gdb, status);
         report(gdb, status);
     }
     serve_client(gdb, status, stop);
@@ -608,7 +608,7 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
         /* wait for its acknowledgement: closing with unread input would look like an error */
         receive(&gdb->line, POLL_MS);
     }
-    lose(&gdb->line);
+    drop_connection(&gdb->line);
     if (gdb->listener >= 0)
         close(gdb->listener);
     if (gdb->path[0])

@@ -75,8 +75,8 @@ void hil_profile_begin(struct hil_board *board)
 {
     struct hil_profile *profile = hil_allocate(sizeof *profile);
     profile->core = &board->core;
-    board->core.onlookers.profiler_who = profile;
-    board->core.onlookers.profiler = &calls;
+    board->core.observers.profiler_who = profile;
+    board->core.observers.profiler = &calls;
 }
 
 /* --- the report --- */
@@ -125,7 +125,7 @@ static size_t collect(const struct hil_profile *profile, const struct mr_symbols
 enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols *symbols,
                                FILE *file)
 {
-    struct hil_profile *profile = board->core.onlookers.profiler_who;
+    struct hil_profile *profile = board->core.observers.profiler_who;
     uint64_t total = profile->elsewhere;
     struct row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
     size_t count = collect(profile, symbols, rows);
@@ -148,6 +148,6 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
                 rows[i].symbol ? rows[i].symbol->name : "(no function)");
     free(rows);
     free(profile);
-    board->core.onlookers.profiler = NULL;
+    board->core.observers.profiler = NULL;
     return fflush(file) == 0 && !ferror(file) ? MR_OK : MR_IO;
 }

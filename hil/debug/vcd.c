@@ -201,15 +201,15 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
     setvbuf(vcd->file, NULL, _IOFBF, FILE_BUFFER);
     write_header(vcd, board, symbols);
     vcd->board = board;
-    board->core.onlookers.tracer_who = vcd;
-    board->core.onlookers.tracer = &calls;
+    board->core.observers.tracer_who = vcd;
+    board->core.observers.tracer = &calls;
     begin(vcd);
     return MR_OK;
 }
 
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
 {
-    struct hil_vcd *vcd = board->core.onlookers.tracer_who;
+    struct hil_vcd *vcd = board->core.observers.tracer_who;
     if (!vcd)
         return MR_OK;
     if (vcd->begun)
@@ -222,7 +222,7 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
                  vcd->path, strerror(errno));
     free(vcd->path);
     free(vcd);
-    board->core.onlookers.tracer = NULL;
-    board->core.onlookers.tracer_who = NULL;
+    board->core.observers.tracer = NULL;
+    board->core.observers.tracer_who = NULL;
     return failed ? MR_IO : MR_OK;
 }

@@ -99,7 +99,7 @@ static uint32_t pty_baud(int fd)
 
 /* ---- links ---- */
 
-static const char *noun(const struct hil_link *link)
+static const char *link_noun(const struct hil_link *link)
 {
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
@@ -159,7 +159,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "unix:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_UNIX;
         link->path = text + 5;
-        return hil_socket_listen(noun(link), link->path, &link->listener, error, size);
+        return hil_socket_listen(link_noun(link), link->path, &link->listener, error, size);
     }
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
         link->type = HIL_LINK_PTY;
@@ -179,13 +179,13 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;
-        snprintf(error, size, "%s: cannot write %s: %s; give a different file", noun(link),
+        snprintf(error, size, "%s: cannot write %s: %s; give a different file", link_noun(link),
                  link->path, strerror(errno));
         return MR_IO;
     }
     snprintf(error, size,
              "%s: `%s` is not a link of the emulated board; give unix:PATH, file:PATH%s or none",
-             noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
+             link_noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
     return MR_USAGE;
 }
 
@@ -219,7 +219,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
     }
     snprintf(error, size,
              "%s: no host connected to %s within %d s; start matrig log on this link, or give none",
-             noun(link), link->path, timeout_ms / 1000);
+             link_noun(link), link->path, timeout_ms / 1000);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 
@@ -316,7 +316,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (link->type == HIL_LINK_FILE) {
             snprintf(error, size,
                      "%s: cannot write %s: %s; free disk space or give a different file",
-                     noun(link), link->path, strerror(errno));
+                     link_noun(link), link->path, strerror(errno));
             return MR_IO;
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
@@ -332,7 +332,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             snprintf(error, size,
                      "%s: the host has not read from %s for %.4g s; check that it is running, or "
                      "wait longer with --stall S",
-                     noun(link), link->path, stall_ms * 1e-3);
+                     link_noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }
         struct pollfd wait = {.fd = link->fd, .events = POLLOUT};

@@ -259,7 +259,7 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
 }
 
 /* Counts eight more dominant bits. A receiver stops counting when it is error-passive. */
-static void jammed(struct hil_can_device *dev, uint64_t at)
+static void end_jammed_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     bool transmits = c->sender >= 0 && c->sender != HIL_CAN_OTHER_NODE;
@@ -461,7 +461,7 @@ void hil_can_event(void *device, uint64_t at)
         c->msr &= ~(MSR_INAK | MSR_SLAK);
         c->phase = HIL_CAN_IDLE;
         break;
-    case HIL_CAN_JAMMED: jammed(dev, at); return;
+    case HIL_CAN_JAMMED: end_jammed_frame(dev, at); return;
     case HIL_CAN_LEAVING:
         c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
         c->phase = HIL_CAN_IDLE;

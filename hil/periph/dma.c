@@ -43,7 +43,7 @@ static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned strea
     hil_irq_line(dev->core, irq[unit][stream], (flags(dma, stream) & enabled) != 0);
 }
 
-static void raise(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t flag)
+static void raise_flag(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t flag)
 {
     dev->state[unit].isr[stream / 4u] |= flag << flag_shift(stream);
     update_irq(dev, unit, stream);
@@ -55,7 +55,7 @@ static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned s
     dev->state[unit].stream[stream].cr &= ~CR_EN;
     hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream,
               (unsigned)address);
-    raise(dev, unit, stream, FLAG_TE);
+    raise_flag(dev, unit, stream, FLAG_TE);
 }
 
 /* Memory accessible to DMA: SRAM, and flash for reading; not the CCM. */
@@ -78,13 +78,13 @@ static void count_transfer(struct hil_dma_device *dev, unsigned unit, unsigned s
     uint32_t before = s->ndtr;
     s->ndtr -= n;
     if (before > s->reload - half && s->ndtr <= s->reload - half)
-        raise(dev, unit, stream, FLAG_HT);
+        raise_flag(dev, unit, stream, FLAG_HT);
     if (s->ndtr == 0) {
         if (s->cr & CR_CIRC)
             s->ndtr = s->reload;
         else
             s->cr &= ~CR_EN;
-        raise(dev, unit, stream, FLAG_TC);
+        raise_flag(dev, unit, stream, FLAG_TC);
     }
 }
 
@@ -254,7 +254,7 @@ static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream,
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
             /* suspended: TC signals the end of the last item (10.3.14) */
-            raise(dev, unit, stream, FLAG_TC);
+            raise_flag(dev, unit, stream, FLAG_TC);
     } else {
         s->cr = value & ~CR_EN;
         if (value & CR_EN)

@@ -38,7 +38,7 @@
 #define RESTART_HZ_LEAST  88e3 /* ES0182 */
 #define RESTART_HZ_MOST   100e3
 
-static bool waits(const struct hil_i2c *i2c, uint32_t bit)
+static bool is_waiting(const struct hil_i2c *i2c, uint32_t bit)
 {
     return (i2c->cr1 & bit) != 0;
 }
@@ -114,14 +114,14 @@ static void hold_start(struct hil_i2c_device *dev, bool repeated)
 }
 
 /* Makes a requested stop or repeated start after a byte. */
-static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
+static bool try_turn(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (!waits(i2c, CR1_STOP | CR1_START))
+    if (!is_waiting(i2c, CR1_STOP | CR1_START))
         return false;
-    if (!waits(i2c, CR1_STOP))
+    if (!is_waiting(i2c, CR1_STOP))
         hold_start(dev, true);
-    enter(dev, waits(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
+    enter(dev, is_waiting(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
     return true;
 }
 
@@ -129,25 +129,25 @@ static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
 static void take_request(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (!waits(i2c, CR1_PE))
+    if (!is_waiting(i2c, CR1_PE))
         return;
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
         i2c->cr1 &= ~CR1_STOP; /* there is no transfer to stop */
-        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(dev)) {
+        if (is_waiting(i2c, CR1_START) && !i2c->busy && is_connected(dev)) {
             hold_start(dev, false);
             enter(dev, HIL_I2C_STARTING, at, 1);
         }
         break;
     case HIL_I2C_STARTED:
-        if (waits(i2c, CR1_STOP)) {
+        if (is_waiting(i2c, CR1_STOP)) {
             i2c->sr1 &= ~SR1_SB;
-            (void)takes_turn(dev, at);
+            (void)try_turn(dev, at);
         }
         break;
     case HIL_I2C_SENT:
     case HIL_I2C_FULL:
-    case HIL_I2C_REFUSED: (void)takes_turn(dev, at); break;
+    case HIL_I2C_REFUSED: (void)try_turn(dev, at); break;
     default: break;
     }
 }
@@ -195,7 +195,7 @@ static void end_sent(struct hil_i2c_device *dev, uint64_t at)
     if (!dev->slave.write(dev->slave.who, i2c->shifted)) {
         i2c->sr1 |= SR1_AF;
         enter(dev, HIL_I2C_REFUSED, 0, 0);
-    } else if (!takes_turn(dev, at)) {
+    } else if (!try_turn(dev, at)) {
         if (i2c->held) {
             send_next(dev, at);
         } else {
@@ -209,21 +209,21 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
     uint8_t byte = holds_sda(dev) ? 0 : dev->slave.read(dev->slave.who);
-    bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
-    i2c->acknowledge = waits(i2c, CR1_ACK);
+    bool acknowledges = is_waiting(i2c, CR1_POS) ? i2c->acknowledge : is_waiting(i2c, CR1_ACK);
+    i2c->acknowledge = is_waiting(i2c, CR1_ACK);
     if (!acknowledges)
         /* the slave releases SDA; further bytes read as ones */
         dev->slave.stop(dev->slave.who);
     if (i2c->sr1 & SR1_RXNE) {
         i2c->shifted = byte;
         i2c->sr1 |= SR1_BTF;
-        if (!takes_turn(dev, at))
+        if (!try_turn(dev, at))
             enter(dev, HIL_I2C_FULL, 0, 0);
         return;
     }
     i2c->dr = byte;
     i2c->sr1 |= SR1_RXNE;
-    if (!takes_turn(dev, at))
+    if (!try_turn(dev, at))
         begin_byte(dev, HIL_I2C_RECEIVING, at);
 }
 
@@ -288,7 +288,7 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
 }
 
 /* Stops in the middle of a byte that is being read: the slave continues to hold its bit. */
-static void abandon(struct hil_i2c_device *dev)
+static void abandon_transfer(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
     if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.drives(dev->slave.who)) {
@@ -306,7 +306,7 @@ void hil_i2c_reset(void *device, unsigned unit)
     struct hil_i2c *i2c = dev->state;
     bool scl = i2c->scl, sda = i2c->sda;
     (void)unit;
-    abandon(dev);
+    abandon_transfer(dev);
     *i2c = (struct hil_i2c){.trise = TRISE_RESET, .end_cycle = HIL_NEVER, .scl = scl, .sda = sda};
     hil_i2c_lines_changed(dev, hil_now(dev->core));
 }
@@ -371,7 +371,7 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
         i2c->cr1 = CR1_SWRST;
         return;
     }
-    if (waits(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
+    if (is_waiting(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
         hil_bus_refuse(dev->core,
                        "CR1 is written while START or STOP waits for the hardware to clear it");
     if (!(value & CR1_PE) && i2c->master)
@@ -414,14 +414,14 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_i2c_device *dev = device;
     struct hil_i2c *i2c = dev->state;
     (void)unit;
-    if (waits(i2c, CR1_SWRST) && offset != CR1)
+    if (is_waiting(i2c, CR1_SWRST) && offset != CR1)
         return; /* the peripheral is held in reset */
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
     case DR: dr_write(dev, value); break;
     case SR1: /* error flags are cleared by writing 0 */ i2c->sr1 &= value | ~SR1_ERRORS; break;
     default:
-        if ((offset == CCR || offset == TRISE) && waits(i2c, CR1_PE))
+        if ((offset == CCR || offset == TRISE) && is_waiting(i2c, CR1_PE))
             hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");
         i2c->word[offset / 4u] = value;
         break;

@@ -314,7 +314,7 @@ static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
 
 /* Checks only within the block that enabled the clock: leaving the block takes a branch, whose
  * cycles are enough. (With APB at a quarter of HCLK they may not be; such cases are missed.) */
-static void fresh_accessed(void *who)
+static void stop_at_fresh_access(void *who)
 {
     struct hil_rcc_device *dev = who;
     const struct hil_rcc_fresh fresh = dev->fresh;
@@ -348,7 +348,7 @@ static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t risi
     dev->core->bus.fresh = (struct hil_fresh_clocks){
         .clocks = &dev->state->word[offset / 4u],
         .mask = rising,
-        .accessed = fresh_accessed,
+        .accessed = stop_at_fresh_access,
         .who = dev,
     };
 }

@@ -211,8 +211,8 @@ void hil_rules_stored(void *device, unsigned port)
 
 /* --- floating inputs --- */
 
-static bool matters(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
-                    struct hil_difference *difference)
+static bool is_relevant(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
+                        struct hil_difference *difference)
 {
     struct hil_moment read = hil_rules_hold(dev) ? hil_stamp(dev->core) : (struct hil_moment){0};
     bits &= hil_bus_bits_read(dev->core);
@@ -228,7 +228,7 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits
 {
     struct hil_rules_device *dev = device;
     struct hil_difference difference;
-    if (matters(dev, value, bits, &difference))
+    if (is_relevant(dev, value, bits, &difference))
         hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
                          "P%c%u is an input, but nothing drives or pulls it", 'A' + (int)port,
                          difference.bit);
@@ -237,7 +237,7 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits
 void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value, uint32_t bits)
 {
     struct hil_difference difference;
-    if (matters(dev, value, bits, &difference))
+    if (is_relevant(dev, value, bits, &difference))
         hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
                          "%s was received while nothing drove or pulled it", pin);
 }

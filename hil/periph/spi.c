@@ -70,7 +70,7 @@ static void refill(struct hil_spi_device *dev)
         spi->holding = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
 }
 
-static void shift(struct hil_spi_device *dev, uint64_t at)
+static void shift_byte(struct hil_spi_device *dev, uint64_t at)
 {
     struct hil_spi *spi = dev->state;
     if (spi->shifting || !spi->holding || !is_on(spi))
@@ -103,7 +103,7 @@ static void receive(struct hil_spi_device *dev, uint8_t byte)
 static void begin(struct hil_spi_device *dev, uint64_t at)
 {
     refill(dev);
-    shift(dev, at);
+    shift_byte(dev, at);
     refill(dev);
 }
 

@@ -120,7 +120,7 @@ static bool line_fits(const struct hil_usart_device *dev)
     return ratio > 0.98 && ratio < 1.02 && host_parity(dev) == parity(dev->state);
 }
 
-static bool sends(const struct hil_usart *u)
+static bool is_sending(const struct hil_usart *u)
 {
     return (u->cr1 & (CR1_UE | CR1_TE)) == (CR1_UE | CR1_TE) && u->brr;
 }
@@ -171,7 +171,7 @@ static void refill(struct hil_usart_device *dev)
 }
 
 /* Moves DR to the shift register at cycle `at` if that is free. */
-static void shift(struct hil_usart_device *dev, uint64_t at)
+static void shift_byte(struct hil_usart_device *dev, uint64_t at)
 {
     struct hil_usart *u = dev->state;
     if (u->shifting || !u->holding)
@@ -184,10 +184,10 @@ static void shift(struct hil_usart_device *dev, uint64_t at)
 
 static void begin(struct hil_usart_device *dev, uint64_t at)
 {
-    if (!sends(dev->state))
+    if (!is_sending(dev->state))
         return;
     refill(dev);
-    shift(dev, at);
+    shift_byte(dev, at);
     refill(dev);
 }
 
@@ -222,7 +222,7 @@ void hil_usart_catch_up(void *device, uint64_t at)
             flush(dev, last);
         u->shifting = false;
         moved = true;
-        shift(dev, last);
+        shift_byte(dev, last);
         refill(dev);
         if (!u->shifting)
             u->sr |= SR_TC;
@@ -412,7 +412,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
         if (u->sr_was_read)
             u->sr &= ~SR_TC;
         u->sr_was_read = false;
-        if (sends(u)) {
+        if (is_sending(u)) {
             u->held = (uint8_t)value;
             u->holding = true;
         }

@@ -61,7 +61,7 @@ static uint32_t random_below(void *device, uint32_t bound)
     return (uint32_t)((mr_splitmix64(&dev->state->random) >> 32) * bound >> 32);
 }
 
-static void schedule_late(struct hil_lines_device *dev)
+static void schedule_held_bytes(struct hil_lines_device *dev)
 {
     struct hil_lines *lines = dev->state;
     uint64_t next = lines->bytes_due_ps;
@@ -72,8 +72,8 @@ static void schedule_late(struct hil_lines_device *dev)
     hil_event_set_ps(dev->core, HIL_EVENT_LATE, next);
 }
 
-static bool suffers(void *device, enum hil_line line, enum hil_line_fault kind, const char *what,
-                    uint32_t number)
+static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fault kind,
+                             const char *what, uint32_t number)
 {
     struct hil_lines_device *dev = device;
     struct hil_line_effect *effect = &dev->state->effect[line][kind];
@@ -109,17 +109,17 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
     hil_call(&dev->frame_sent);
     if (dev->pin_callbacks.on_can_frame)
         dev->pin_callbacks.on_can_frame(dev->pin_callbacks.ctx, t_ps, frame);
-    if (suffers(dev, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
+    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
         return;
     if (lines->held_count < HIL_FAULT_HELD &&
-        suffers(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
+        apply_line_fault(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
         memcpy(lines->held_frame[lines->held_count], frame, sizeof *frame);
         lines->held_ps[lines->held_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
-        schedule_late(dev);
+        schedule_held_bytes(dev);
         return;
     }
     deliver_frame(dev, t_ps, frame);
-    if (suffers(dev, HIL_CAN_OUT, HIL_REPEAT, "frame", frame->id))
+    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_REPEAT, "frame", frame->id))
         deliver_frame(dev, t_ps, frame);
 }
 
@@ -163,21 +163,21 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     for (unsigned kind = 0; kind < HIL_FRAMING; kind++)
         any |= lines->effect[HIL_SERIAL_OUT][kind].left != 0;
     for (size_t i = 0; any && i < n; i++) {
-        if (suffers(dev, HIL_SERIAL_OUT, HIL_DROP, "byte", bytes[i])) {
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_DROP, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i + 1;
             continue;
         }
         if (lines->bytes_due_ps == HIL_NEVER &&
-            suffers(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
+            apply_line_fault(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
             lines->bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
-            schedule_late(dev);
+            schedule_held_bytes(dev);
         }
-        if (suffers(dev, HIL_SERIAL_OUT, HIL_CORRUPT, "byte", bytes[i]))
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_CORRUPT, "byte", bytes[i]))
             bytes[i] = (uint8_t)(bytes[i] ^ 1u << random_below(dev, 8));
-        if (suffers(dev, HIL_SERIAL_OUT, HIL_REPEAT, "byte", bytes[i])) {
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_REPEAT, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i + 1 - from);
             from = i;
         }
@@ -206,7 +206,7 @@ static void on_late(void *device, uint64_t at)
     }
     if (lines->bytes_due_ps <= now_ps)
         release_bytes(dev, now_ps);
-    schedule_late(dev);
+    schedule_held_bytes(dev);
 }
 
 static void lines_seed(struct hil_lines_device *dev, uint64_t seed)
@@ -223,7 +223,7 @@ void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
 
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev)
 {
-    return (struct hil_wire){dev, suffers, delay_ps, random_below, can_out, serial_out};
+    return (struct hil_wire){dev, apply_line_fault, delay_ps, random_below, can_out, serial_out};
 }
 
 /* ---- the supply ---- */
@@ -258,7 +258,7 @@ static double brown_out_volts(const struct hil_supply_device *dev)
     return level[dev->flash->state->options >> 2 & 3u];
 }
 
-static void supply_dip(struct hil_supply_device *dev, double volts, uint64_t duration_ps)
+static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t duration_ps)
 {
     /* RM0090 table 10: HCLK per wait state, by supply voltage. */
     double hz_by_wait_state = volts >= 2.7 ? 30e6
@@ -342,7 +342,7 @@ static uint64_t station_ps(const struct hil_run *run, double station_ft)
 }
 
 /* The n-th event of a counted kind has occurred: schedules the faults that wait for it. */
-static void reached(struct hil_faults_device *dev, enum hil_trigger trigger, uint64_t n)
+static void schedule_waiting(struct hil_faults_device *dev, enum hil_trigger trigger, uint64_t n)
 {
     struct hil_faults *faults = dev->state;
     bool any = false;
@@ -360,19 +360,19 @@ static void reached(struct hil_faults_device *dev, enum hil_trigger trigger, uin
 void hil_faults_flash_operation(void *device)
 {
     struct hil_faults_device *dev = device;
-    reached(dev, HIL_AT_FLASH, ++dev->state->flash_operations);
+    schedule_waiting(dev, HIL_AT_FLASH, ++dev->state->flash_operations);
 }
 
 void hil_faults_nor_operation(void *device)
 {
     struct hil_faults_device *dev = device;
-    reached(dev, HIL_AT_NOR, ++dev->state->nor_operations);
+    schedule_waiting(dev, HIL_AT_NOR, ++dev->state->nor_operations);
 }
 
 void hil_faults_can_sent(void *device)
 {
     struct hil_faults_device *dev = device;
-    reached(dev, HIL_AT_FRAME, dev->core->state.counters.can_frames_out);
+    schedule_waiting(dev, HIL_AT_FRAME, dev->core->state.counters.can_frames_out);
 }
 
 /* --- actions --- */
@@ -420,7 +420,7 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *f)
     fault_report(dev->core, dev->options->log, f->file_line, "%s", f->text);
     switch (f->action) {
     case HIL_FAULT_POWER_CUT: supply_off(dev->supply, f->duration_ps); break;
-    case HIL_FAULT_BROWN_OUT: supply_dip(dev->supply, f->volts, f->duration_ps); break;
+    case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
     case HIL_FAULT_CRYSTAL: hil_rcc_crystal(dev->rcc, f->choice); break;
     case HIL_FAULT_FLIP: flip(dev, f); break;
     case HIL_FAULT_STICK: (void)hil_stuck_add(dev->core, f->address, f->bit, f->choice); break;

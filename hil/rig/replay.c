@@ -370,7 +370,7 @@ static struct range range_of(unsigned i, unsigned low, unsigned high)
 }
 
 /* True if `count` codes, `low` and `high` of them saturated, can add up to `sum`. */
-static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
+static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned high)
 {
     unsigned least = 0, most = 0;
     if (low + high > count)
@@ -384,7 +384,7 @@ static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
 
 /* Starts with the least value of each code and spreads the rest evenly. A full code leaves its
  * share to the next ones. */
-static void spread(unsigned sum, unsigned count, unsigned low, unsigned high, uint16_t *codes)
+static void spread_sum(unsigned sum, unsigned count, unsigned low, unsigned high, uint16_t *codes)
 {
     unsigned rest = sum;
     for (unsigned i = 0; i < count; i++) {
@@ -409,12 +409,12 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
     const unsigned n = HIL_CODES_PER_POLARITY;
     for (unsigned low = 0; low <= block->low[i]; low++) {
         for (unsigned high = 0; high <= block->high[i]; high++) {
-            if (!possible(block->plus[i], n, low, high) ||
-                !possible(block->minus[i], n, block->low[i] - low, block->high[i] - high))
+            if (!is_possible(block->plus[i], n, low, high) ||
+                !is_possible(block->minus[i], n, block->low[i] - low, block->high[i] - high))
                 continue;
-            spread(block->plus[i], n, low, high, codes->transducer[0][i]);
-            spread(block->minus[i], n, block->low[i] - low, block->high[i] - high,
-                   codes->transducer[1][i]);
+            spread_sum(block->plus[i], n, low, high, codes->transducer[0][i]);
+            spread_sum(block->minus[i], n, block->low[i] - low, block->high[i] - high,
+                       codes->transducer[1][i]);
             return true;
         }
     }
@@ -433,9 +433,10 @@ bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigne
         unsigned c = *channel = MR_TRANSDUCERS + i;
         if (block->absent >> c & 1u)
             continue;
-        if (!possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c]))
+        if (!is_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c]))
             return false;
-        spread(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c], codes->adc1[i]);
+        spread_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c],
+                   codes->adc1[i]);
     }
     return true;
 }

@@ -88,7 +88,7 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
 
-static void bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
+static void start_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     struct hil_contact *contact = &dev->state->contact[i];
     uint64_t t_ps = contact->next_ps;
@@ -132,7 +132,7 @@ static void on_event(void *device, uint64_t at)
         move_relay(dev, at);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
-            bounce(dev, i, at);
+            start_bounce(dev, i, at);
     }
     while (dev->run && rig->opened < rig->order_count &&
            dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {

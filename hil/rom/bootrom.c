@@ -120,7 +120,7 @@ static bool answer(bool good)
 }
 
 /* Switches to 24 MHz through the PLL from the internal oscillator. */
-static void clock_fast(void)
+static void set_fast_clock(void)
 {
     RCC_CR |= 1u;
     while (!(RCC_CR & 2u))
@@ -139,7 +139,7 @@ static void clock_fast(void)
         ;
 }
 
-static void clock_slow(void)
+static void set_slow_clock(void)
 {
     RCC_CFGR = 0;
     while (RCC_CFGR & 0xcu)
@@ -223,7 +223,7 @@ static void line_close(void)
     GPIOA_AFRH = 0;
     RCC_APB2ENR = 0;
     RCC_AHB1ENR = 0x00100000u;
-    clock_slow();
+    set_slow_clock();
 }
 
 __attribute__((noreturn)) static void system_reset(void)
@@ -294,18 +294,18 @@ static void options_program(uint32_t clear, uint32_t set)
         sleep();
 }
 
-static bool in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
+static bool is_in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
 {
     return address >= begin && address < end && n <= end - address;
 }
 
 static bool in_flash(uint32_t address, uint32_t n)
 {
-    return in(address, FLASH_BEGIN, FLASH_END, n);
+    return is_in(address, FLASH_BEGIN, FLASH_END, n);
 }
 static bool in_ram(uint32_t address, uint32_t n)
 {
-    return in(address, RAM_BEGIN, RAM_END, n);
+    return is_in(address, RAM_BEGIN, RAM_END, n);
 }
 
 /* Receives an address: four bytes, most significant first, and their XOR. The caller answers. */
@@ -327,7 +327,7 @@ static const uint8_t get_reply[] = {9,    VERSION, 0x00, 0x01, 0x02, 0x11,
 static const uint8_t version_reply[] = {VERSION, 0, 0};
 static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
-static void tell(const uint8_t *reply, size_t n)
+static void send_reply(const uint8_t *reply, size_t n)
 {
     answer(true);
     put_bytes(reply, n);
@@ -339,14 +339,14 @@ static void command_read(void)
     uint32_t address;
     answer(true);
     bool good = get_address(&address);
-    good = good &&
-           (in_flash(address, 1) || in_ram(address, 1) || in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
+    good = good && (in_flash(address, 1) || in_ram(address, 1) ||
+                    is_in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
     if (!answer(good))
         return;
     uint8_t n = get(), complement = get();
     good = (uint8_t)(n ^ complement) == 0xff && !line_error;
     good = good && (in_flash(address, n + 1u) || in_ram(address, n + 1u) ||
-                    in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
+                    is_in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
     if (answer(good))
         put_bytes((const uint8_t *)address, n + 1u);
 }
@@ -460,16 +460,16 @@ static bool is_always_allowed(uint8_t command)
     return command <= 0x02 || command == 0x92;
 }
 
-static void obey(uint8_t command)
+static void execute_command(uint8_t command)
 {
     if (protection_byte() != 0xaa && !is_always_allowed(command)) {
         answer(false);
         return;
     }
     switch (command) {
-    case 0x00: tell(get_reply, sizeof get_reply); break;
-    case 0x01: tell(version_reply, sizeof version_reply); break;
-    case 0x02: tell(id_reply, sizeof id_reply); break;
+    case 0x00: send_reply(get_reply, sizeof get_reply); break;
+    case 0x01: send_reply(version_reply, sizeof version_reply); break;
+    case 0x02: send_reply(id_reply, sizeof id_reply); break;
     case 0x11: command_read(); break;
     case 0x21: command_go(); break;
     case 0x31: command_write(); break;
@@ -489,14 +489,14 @@ void reset(void)
         ;
     feed_watchdog();
     line_error = false;
-    clock_fast();
+    set_fast_clock();
     line_open();
     answer(true);
     for (;;) {
         line_error = false;
         uint8_t command = get(), complement = get();
         if ((uint8_t)(command ^ complement) == 0xff && !line_error)
-            obey(command);
+            execute_command(command);
         else
             answer(false);
     }

@@ -388,7 +388,7 @@ static void take_backlog(struct again *again)
         again->next_backlog++;
     if (again->next_backlog < again->backlogs &&
         again->backlog[again->next_backlog].block == again->block) {
-        mr_predictor_hurry(&again->predictor);
+        mr_predictor_choose_cheaper(&again->predictor);
         again->result->backlogs++;
     }
 }

@@ -305,7 +305,7 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
         (void)mr_predictor_load(p, kept);
     play(p, &bench->gear, &bench->other.truth, true, &run->other, run);
     run->ms = own_ms;
-    mr_predictor_fold(p);
+    mr_predictor_end_landing(p);
     mr_predictor_save(p, kept);
 }
 

@@ -157,11 +157,11 @@ void board_upkeep(void)
     }
 }
 
-void board_upkeep_restart(void)
+void board_restart_test(void)
 {
 }
 
-void board_upkeep_state(struct board_upkeep *upkeep)
+void board_test_state(struct board_upkeep *upkeep)
 {
     *upkeep = fake.upkeep;
 }

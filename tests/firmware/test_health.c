@@ -30,10 +30,10 @@ TEST_IN(each_task_has_its_limit, start, NULL)
         tasks_begin(MR_TASK_BOX);
         fake.late_task = 99;
         tick_all_but((enum mr_task)task, limit[task]);
-        assert_true(tasks_well());
+        assert_true(tasks_are_healthy());
         assert_int_equal(fake.late_task, 99);
         tick_all_but((enum mr_task)task, 1);
-        assert_false(tasks_well());
+        assert_false(tasks_are_healthy());
         /* when the loop itself stands, it stands in the part that runs */
         assert_int_equal(fake.late_task, task == MR_TASK_LOOP ? MR_TASK_BOX : task);
         assert_int_equal(fake.late_pc, 0x08001234);
@@ -41,7 +41,7 @@ TEST_IN(each_task_has_its_limit, start, NULL)
         assert_int_equal(health_counted(MR_FAULT_TASK_LATE), before + 1); /* once */
         tasks_done((enum mr_task)task);
         tasks_tick(0);
-        assert_true(tasks_well());
+        assert_true(tasks_are_healthy());
         assert_int_equal(fake.late_task, 0);
     }
 }
@@ -72,14 +72,14 @@ TEST_IN(a_living_loop_is_well, start, NULL)
         app_supervise(&app);
         tasks_done(MR_TASK_LOOP);
         tasks_tick(0);
-        assert_true(tasks_well());
+        assert_true(tasks_are_healthy());
     }
     for (unsigned i = 0; i < 300; i++) { /* no more blocks */
         app_poll(&app);
         app_supervise(&app);
         tasks_done(MR_TASK_LOOP);
         tasks_tick(0);
-        assert_true(tasks_well());
+        assert_true(tasks_are_healthy());
     }
 }
 
@@ -449,7 +449,7 @@ TEST_IN(of_late_tasks_the_first_is_named, start, NULL)
     assert_int_equal(fake.late_task, MR_TASK_LOOP);
     for (unsigned i = 0; i < 600; i++) /* ages end at 255 and do not come round to good */
         tasks_tick(0x08000000);
-    assert_false(tasks_well());
+    assert_false(tasks_are_healthy());
     tasks_begin((enum mr_task)(MR_TASK_COUNT + 5)); /* RAM after power on */
     assert_int_equal(tasks_current(), 0);
     tasks_start();

@@ -391,10 +391,10 @@ TEST(the_scan_interrupts_can)
     struct ear *ear = ear_open(NULL, 0);
     struct nesting nesting = {.core = &ear->board->core};
     ear_until(ear, 0.3);
-    ear->board->core.onlookers.tracer = &calls;
-    ear->board->core.onlookers.tracer_who = &nesting;
+    ear->board->core.observers.tracer = &calls;
+    ear->board->core.observers.tracer_who = &nesting;
     ear_until(ear, 0.5);
-    ear->board->core.onlookers.tracer = NULL;
+    ear->board->core.observers.tracer = NULL;
     print_message("# %u of %u\n", nesting.scan_in_can, nesting.made);
     assert_true(nesting.made > 10);
     assert_true(nesting.scan_in_can >= nesting.made);

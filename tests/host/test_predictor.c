@@ -250,7 +250,7 @@ TEST(follows_the_fine_chain)
         assert_int_equal(predictor.doubt[i], MR_PREDICTOR_TRUSTED);
     /* The sums of openings over 35 joints between stations are what the fine chain has, though each
      * joint differs. */
-    mr_predictor_fold(&predictor);
+    mr_predictor_end_landing(&predictor);
     for (unsigned s = 4; s < 10; s++) {
         double off_in = 0.0;
         for (unsigned j = 35 * s; j < 35 * (s + 1); j++)
@@ -347,7 +347,7 @@ TEST(without_switches_it_is_kinematic)
     assert_true(zone.basis & MR_PREDICTOR_NO_MOTION);
     assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
     assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
-    mr_predictor_fold(&predictor); /* and the next landing begins with it */
+    mr_predictor_end_landing(&predictor); /* and the next landing begins with it */
     mr_predictor_arm(&predictor);
     mr_predictor_zone(&predictor, &zone);
     assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
@@ -409,8 +409,8 @@ TEST(it_comes_back_level_by_level)
     unsigned blocks[MR_PREDICTOR_PLOUGH] = {0};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
-    mr_predictor_hurry(&predictor);
-    mr_predictor_hurry(&predictor);
+    mr_predictor_choose_cheaper(&predictor);
+    mr_predictor_choose_cheaper(&predictor);
     for (unsigned ms = 0; ms < 2000; ms++) {
         mr_predictor_block(&predictor, &input);
         assert_true(predictor.level < MR_PREDICTOR_PLOUGH);
@@ -518,7 +518,7 @@ TEST(wrong_inputs_end_in_sane_statements)
         play(&landing, wrong);
         assert_false(zone.basis & MR_PREDICTOR_FELL_BACK); /* none of it has reached the chain */
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
-        mr_predictor_fold(&predictor);
+        mr_predictor_end_landing(&predictor);
         assert_sane();
     }
 }
@@ -550,7 +550,7 @@ TEST(extremes_stay_bounded)
         for (unsigned n = 0; n < 3; n++) {
             play(&landing, NULL);
             assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
-            mr_predictor_fold(&predictor);
+            mr_predictor_end_landing(&predictor);
             assert_sane();
         }
     }
@@ -584,7 +584,7 @@ TEST(state_survives)
     struct mr_predictor_config config = rig();
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     play(&landing, NULL);
-    mr_predictor_fold(&predictor);
+    mr_predictor_end_landing(&predictor);
     mr_predictor_zone(&predictor, &zone);
     struct mr_predictor_zone before = zone;
     mr_predictor_save(&predictor, &kept);
@@ -627,6 +627,6 @@ TEST(survey_is_taken_over)
                 assert_true(fabs(sum - (double)sum_in[s]) <= 0.0101);
         }
         play(&landing, NULL);
-        mr_predictor_fold(&predictor);
+        mr_predictor_end_landing(&predictor);
     }
 }

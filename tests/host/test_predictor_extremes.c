@@ -371,7 +371,7 @@ TEST(a_spoilt_chain_falls_back)
         }
         mr_predictor_block(&predictor, &input);
     }
-    mr_predictor_fold(&predictor);
+    mr_predictor_end_landing(&predictor);
     for (unsigned j = 0; j <= 420; j++)
         assert_true(predictor.gap_ft[j] >= 0.0f && predictor.gap_ft[j] <= config.chain.slack_ft);
     mr_predictor_arm(&predictor); /* the next landing has the model again */
@@ -406,7 +406,7 @@ TEST(falling_back_again_closes_nothing_more)
             mr_predictor_block(&predictor, &input);
             assert_int_equal(predictor.failures, k);
         } else {
-            mr_predictor_fold(&predictor);
+            mr_predictor_end_landing(&predictor);
         }
         float now_ft = 0.0f;
         for (unsigned j = 130; j < 220; j++)

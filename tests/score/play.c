@@ -297,7 +297,7 @@ static void play_landing(struct player *player, const struct score_landing *land
         outcome.doubted =
             (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
     outcome.updates = (float)player->predictor.updates;
-    mr_predictor_fold(&player->predictor);
+    mr_predictor_end_landing(&player->predictor);
     player->sink->outcome(player->sink->ctx, &outcome);
 }
 

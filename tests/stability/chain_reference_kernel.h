@@ -711,8 +711,8 @@ static void switch_mat(struct state *s, int n, int to, real limit)
 
 static bool understood(const struct sim_scene *scene)
 {
-    return scene->model == SIM_CHAIN && scene->mats <= CHAIN_REFERENCE_MATS && !mods_any(scene) &&
-           scene->friction_law != SIM_SIGN;
+    return scene->model == SIM_CHAIN && scene->mats <= CHAIN_REFERENCE_MATS &&
+           !mods_are_given(scene) && scene->friction_law != SIM_SIGN;
 }
 
 static void begin(struct state *s)
