@@ -30,7 +30,7 @@ const char *advise_verdict_text(enum advise_verdict verdict)
 
 /* ---- learning ---- */
 
-static const struct past_landing *last_measured(const struct past *past)
+static const struct history_landing *last_measured(const struct history *past)
 {
     for (size_t i = past->landings; i-- > 0;) {
         if (past->landing[i].measured)
@@ -41,9 +41,9 @@ static const struct past_landing *last_measured(const struct past *past)
 
 static enum mr_status learn(struct advise *advise, struct error *error)
 {
-    const struct past *past = &advise->past;
+    const struct history *past = &advise->past;
     for (size_t i = 0; i < past->landings; i++) {
-        const struct past_landing *landing = &past->landing[i];
+        const struct history_landing *landing = &past->landing[i];
         progress_at(advise->progress, "%zu of %zu landings processed", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
@@ -65,14 +65,14 @@ static enum mr_status learn(struct advise *advise, struct error *error)
 
 /* ---- plan ---- */
 
-static bool unlike(double value, double low, double high)
+static bool is_unlike(double value, double low, double high)
 {
     return value > high * (1.0 + OUTSIDE) || value < low * (1.0 - OUTSIDE);
 }
 
 static void find_outside(struct advise *advise)
 {
-    const struct past *past = &advise->past;
+    const struct history *past = &advise->past;
     double braking[2] = {(double)INFINITY, 0.0}, speed[2] = {(double)INFINITY, 0.0};
     for (size_t i = 0; i < past->landings; i++) {
         const struct advise_braking *was = &past->landing[i].seen.braking;
@@ -84,17 +84,17 @@ static void find_outside(struct advise *advise)
         speed[1] = fmax(speed[1], was->speed_ft_s);
     }
     advise->outside = advise->members.learned &&
-                      (unlike(advise->plan.mean_ft_s2, braking[0], braking[1]) ||
-                       unlike(advise->plan.speed_ft_s, speed[0], speed[1]));
+                      (is_unlike(advise->plan.mean_ft_s2, braking[0], braking[1]) ||
+                       is_unlike(advise->plan.speed_ft_s, speed[0], speed[1]));
 }
 
 static void take_plan_history(struct advise *advise)
 {
-    const struct past *past = &advise->past;
+    const struct history *past = &advise->past;
     double *log_ratio = xcalloc(past->landings + 1, sizeof *log_ratio);
     size_t count = 0;
     for (size_t i = 0; i < past->landings; i++) {
-        const struct past_landing *landing = &past->landing[i];
+        const struct history_landing *landing = &past->landing[i];
         if (landing->measured && landing->planned_ft_s2 > 0.0)
             log_ratio[count++] = log(landing->seen.braking.mean_ft_s2 / landing->planned_ft_s2);
     }
@@ -118,7 +118,7 @@ static double mean_of(const struct advise_profile *profile, double speed_ft_s)
 static enum mr_status make_plan(struct advise *advise, struct error *error)
 {
     const struct advise_request *request = &advise->request;
-    const struct past_landing *last = last_measured(&advise->past);
+    const struct history_landing *last = last_measured(&advise->past);
     double length_ft = (double)advise->past.runway.chain.mat_length_ft *
                        advise->past.runway.chain.mats;
     advise->plan = (struct advise_plan){.speed_ft_s = request->speed_ft_s,
@@ -384,7 +384,7 @@ enum mr_status advise_begin(struct store *store, const struct advise_request *re
                             struct advise *advise, struct error *error)
 {
     *advise = (struct advise){.request = *request};
-    enum mr_status status = past_load(store, request->before, &advise->past, error);
+    enum mr_status status = history_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->share))
         advise->past.runway.share = request->share;
     return status ?: make_plan(advise, error);
@@ -418,7 +418,7 @@ enum mr_status advise_find(struct advise *advise, bool si, struct progress *prog
 
 void advise_free(struct advise *advise)
 {
-    past_free(&advise->past);
+    history_free(&advise->past);
     advise_members_free(&advise->members);
 }
 
@@ -547,7 +547,7 @@ static void known_answer(const struct advise *advise, struct answer *answer)
 /* Reasons for a wider interval, one per line. */
 static void notes_answer(const struct advise *advise, struct answer *answer)
 {
-    const struct past *past = &advise->past;
+    const struct history *past = &advise->past;
     if (!advise->members.learned)
         answer_words(
             answer, NULL, "note",

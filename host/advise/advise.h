@@ -1,4 +1,4 @@
-/* The advice before a landing: an ensemble is updated from the campaign's landings (past.h,
+/* The advice before a landing: an ensemble is updated from the campaign's landings (history.h,
  * members.h) and evaluated for the plan. The result is one word and one sentence about the mats
  * only. host/board/ready.h decides go or no-go for the equipment. */
 #ifndef MATRIG_HOST_ADVISE_ADVISE_H
@@ -6,7 +6,7 @@
 
 #include "common/risk.h"
 #include "host/advise/members.h"
-#include "host/advise/past.h"
+#include "host/advise/history.h"
 #include "host/base/answer.h"
 #include "host/base/progress.h"
 
@@ -33,7 +33,7 @@ struct advise_request {
 
 struct advise {
     struct advise_request request;
-    struct past past;
+    struct history past;
     struct advise_members members;
     struct advise_plan plan;
     bool as_before;   /* speed or deceleration is taken from the previous landing */
@@ -54,7 +54,7 @@ struct advise {
     struct progress *progress;
 };
 
-/* Loads the previous landings and the plan; fast. Errors: those of past_load, or MR_USAGE if the
+/* Loads the previous landings and the plan; fast. Errors: those of history_load, or MR_USAGE if the
  * plan is incomplete or lies off the runway. Call advise_free in every case. */
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
                             struct advise *advise, struct error *error);

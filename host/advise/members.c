@@ -78,7 +78,7 @@ static void draw_gaps(struct advise_members *members, struct advise_member *memb
                                         slack_ft);
 }
 
-static bool sensible(const struct advise_runway *r)
+static bool is_plausible(const struct advise_runway *r)
 {
     const struct mr_chain_params *c = &r->chain;
     return c->mats >= 2 && c->mats <= MR_CHAIN_MATS && c->mat_length_ft > 0.0f &&
@@ -97,7 +97,7 @@ enum mr_status advise_members_draw(struct advise_members *members,
         .threads = processors > 1 ? (unsigned)processors : 1u,
         .chance = chance_from(seed, STREAM),
     };
-    if (!sensible(runway) || count < CHAINS_LANES || count > ADVISE_MOST)
+    if (!is_plausible(runway) || count < CHAINS_LANES || count > ADVISE_MOST)
         return MR_USAGE;
     members->member = xcalloc(members->count, sizeof *members->member);
     for (size_t m = 0; m < members->count; m++) {
@@ -309,7 +309,7 @@ static void conclude(struct batch *b, const struct chains *chains, unsigned k)
     }
 }
 
-static bool rolling(const struct batch *b)
+static bool is_rolling(const struct batch *b)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         if (b->gear[k].speed_ft_s > 0.0 &&
@@ -346,7 +346,7 @@ static bool play_batch(struct batch *b)
         chains_step(chains, mat, thrust_lb);
         if (step % settle == settle - 1u) {
             away |= chains_settle(chains);
-            rest_s = rolling(b) ? 0.0 : rest_s + SETTLE_S;
+            rest_s = is_rolling(b) ? 0.0 : rest_s + SETTLE_S;
         }
         for (unsigned k = 0; step % each_look == 0 && k < CHAINS_LANES; k++)
             record_closure(b, chains, k);
@@ -665,7 +665,7 @@ static void from_state(struct advise_members *members, const struct assimilation
     }
 }
 
-static bool ran_away(const struct advise_members *members, const struct assimilation *l)
+static bool has_diverged(const struct advise_members *members, const struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
         if (l->met[m].ran_away)
@@ -677,7 +677,7 @@ static bool ran_away(const struct advise_members *members, const struct assimila
 static bool pass(struct advise_members *members, const struct advise_observation *seen,
                  struct assimilation *l)
 {
-    if (!advise_play(members, l->braking, false, l->met) || ran_away(members, l))
+    if (!advise_play(members, l->braking, false, l->met) || has_diverged(members, l))
         return false;
     to_state(members, l);
     find_errors(members, seen, l);
@@ -721,7 +721,7 @@ bool advise_learn(struct advise_members *members, const struct advise_observatio
     if (good)
         widen(members, &assimilation, was);
     good = good && advise_play(members, assimilation.braking, true, assimilation.met) &&
-           !ran_away(members, &assimilation);
+           !has_diverged(members, &assimilation);
     members->learned += good;
     assimilation_free(&assimilation);
     return good;

@@ -80,7 +80,7 @@ static enum mr_status fit_gates(struct measured *measured)
 }
 
 /* True: no source has data for that time. */
-static bool in_hole(const struct measured *measured, double t_s)
+static bool is_in_hole(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
     for (size_t i = 0; i < measured->stretches; i++) {
@@ -106,7 +106,7 @@ static unsigned find_hidden(const struct measured *measured)
         double due_s = measured->switch_ft[p] < stop->value
                          ? measured_reach_s(measured, measured->switch_ft[p])
                          : measured->summary.stop_t_s.value;
-        if (in_hole(measured, due_s))
+        if (is_in_hole(measured, due_s))
             return p + 1;
     }
     return 0;
@@ -229,7 +229,7 @@ static struct moment fit_at(const struct measured *measured, double t_s)
 }
 
 /* Cubic through station and speed of both moments. */
-static struct moment between(struct moment from, struct moment to, double t_s)
+static struct moment interpolate_moment(struct moment from, struct moment to, double t_s)
 {
     double span_s = to.t_s - from.t_s;
     double x = (t_s - from.t_s) / span_s;
@@ -264,9 +264,10 @@ static struct moment gear_at(const struct measured *measured, double t_s, double
         struct moment touchdown = {0.0, measured->landing.touchdown_ft,
                                    summary->touchdown_speed_ft_s.value};
         *error_ft_s = summary->touchdown_speed_ft_s.error;
-        return between(touchdown, fit_at(measured, first_s), t_s);
+        return interpolate_moment(touchdown, fit_at(measured, first_s), t_s);
     }
-    return t_s <= last_s ? fit_at(measured, t_s) : between(fit_at(measured, last_s), stop, t_s);
+    return t_s <= last_s ? fit_at(measured, t_s)
+                         : interpolate_moment(fit_at(measured, last_s), stop, t_s);
 }
 
 double measured_block_s(const struct measured *measured, int64_t block)

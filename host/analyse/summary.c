@@ -336,7 +336,7 @@ static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_
 
 /* Order of time maps: good ones first, of these CAN, which has the shorter delay. Of two bad
  * ones the refusal with more information is better. */
-static bool better(const struct store_time_map *a, const struct store_time_map *b)
+static bool is_better(const struct store_time_map *a, const struct store_time_map *b)
 {
     if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
         return b->refusal != TIMEMAP_GOOD &&
@@ -352,7 +352,7 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
     *known = false;
     enum mr_status status = store_time_maps(store, run, &map, &maps, error);
     for (size_t i = 0; status == MR_OK && i < maps; i++) {
-        if (!*known || better(&map[i], clock))
+        if (!*known || is_better(&map[i], clock))
             *clock = map[i];
         *known = true;
     }

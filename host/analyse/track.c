@@ -15,7 +15,7 @@
 
 /* Covariance of the station at two times since the first gate, for q = 1: the integral over u of
  * (s - u)^2 (t - u)^2 / 4. */
-static double wander(double a_s, double b_s)
+static double position_covariance(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
     return s <= 0.0 ? 0.0 : s * s * s * (s * s / 20.0 + d * s / 8.0 + d * d / 12.0);
@@ -34,7 +34,7 @@ static size_t set_system(const struct track *track, const struct track_model *mo
     memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
-            system[i][k] = model->q * wander(track->t_s[i], track->t_s[k]);
+            system[i][k] = model->q * position_covariance(track->t_s[i], track->t_s[k]);
         system[i][i] += track->error_ft * track->error_ft + model->ripple_ft * model->ripple_ft;
         for (size_t p = 0; p < PARABOLA; p++)
             system[i][n + p] = system[n + p][i] = power(track->t_s[i], p);
@@ -147,9 +147,9 @@ static void find_models(struct track *track)
 static double by_model(const struct track *track, const struct track_model *model, double since_s,
                        double *station_ft)
 {
-    double side[TRACK_SIZE], variance = model->q * wander(since_s, since_s);
+    double side[TRACK_SIZE], variance = model->q * position_covariance(since_s, since_s);
     for (size_t i = 0; i < track->points; i++)
-        side[i] = model->q * wander(track->t_s[i], since_s);
+        side[i] = model->q * position_covariance(track->t_s[i], since_s);
     for (size_t p = 0; p < PARABOLA; p++)
         side[track->points + p] = power(since_s, p);
     *station_ft = 0.0;

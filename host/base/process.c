@@ -16,7 +16,7 @@
 #define POLL_NS 5000000
 
 /* Runs in the child and does not return. */
-static void become(const char *const words[], const int streams[3])
+static void execute_program(const char *const words[], const int streams[3])
 {
     sigset_t none;
     sigemptyset(&none);
@@ -39,7 +39,7 @@ enum mr_status process_start(const char *const words[], const int streams[3], pi
 {
     *child = fork();
     if (*child == 0)
-        become(words, streams);
+        execute_program(words, streams);
     return *child < 0 ? error_set(error, MR_IO, "cannot start (%s): %s; close other programs",
                                   strerror(errno), words[0])
                       : MR_OK;

@@ -9,7 +9,7 @@
 
 #define LOOK_MS 200
 
-static void *watch(void *context)
+static void *run_watch(void *context)
 {
     struct progress *u = context;
     struct pollfd end = {.fd = u->wake[0], .events = POLLIN};
@@ -35,7 +35,7 @@ void progress_begin(struct progress *u, const char *who, const char *quicker, bo
     pthread_mutex_init(&u->lock, NULL);
     if (quiet || pipe(u->wake) != 0)
         return;
-    u->runs = pthread_create(&u->thread, NULL, watch, u) == 0;
+    u->runs = pthread_create(&u->thread, NULL, run_watch, u) == 0;
     if (!u->runs) {
         close(u->wake[0]);
         close(u->wake[1]);

@@ -70,32 +70,32 @@ static enum mr_status refused(const struct arm_client *talk, const struct mr_ack
                      arm_client_refusal(answer));
 }
 
-static bool reached(const void *context)
+static bool is_reached(const void *context)
 {
     const struct arm_client *talk = context;
     return talk->landing_told && talk->landing.state == talk->wanted;
 }
 
 /* If the answer is lost: the order worked if the state changed to the wanted one. */
-static bool changed(const void *context)
+static bool has_changed(const void *context)
 {
     const struct arm_client *talk = context;
-    return reached(talk) && talk->before != talk->wanted;
+    return is_reached(talk) && talk->before != talk->wanted;
 }
 
 enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t number,
                                 struct error *error)
 {
-    const struct dialogue_order order = {.code = code,
-                                         .argument = number,
-                                         .answer_s = ARM_CLIENT_ANSWER_S,
-                                         .taken = changed,
-                                         .context = talk};
+    const struct dialogue_command order = {.code = code,
+                                           .argument = number,
+                                           .answer_s = ARM_CLIENT_ANSWER_S,
+                                           .taken = has_changed,
+                                           .context = talk};
     struct mr_ack ack;
     talk->wanted = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE;
     talk->before = talk->landing.state;
     talk->landing_told = talk->wait_known = false;
-    enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
+    enum mr_status status = dialogue_send_command(talk->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
         return error_set(
             error, MR_TIMEOUT,
@@ -104,7 +104,7 @@ enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t n
     if (status == MR_OK && ack.status != MR_OK)
         return refused(talk, &ack, error);
     if (status == MR_OK)
-        status = dialogue_until(talk->dialogue, reached, talk, STATE_S, error);
+        status = dialogue_until(talk->dialogue, is_reached, talk, STATE_S, error);
     return status == MR_TIMEOUT
              ? error_set(
                    error, MR_TIMEOUT,

@@ -101,10 +101,10 @@ enum mr_status config_client_begin(struct config_client *talk, struct dialogue *
 static enum mr_status order(struct config_client *talk, uint8_t code, uint32_t argument,
                             struct mr_ack *ack, struct error *error)
 {
-    const struct dialogue_order order = {
+    const struct dialogue_command order = {
         .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_S};
     talk->refused = false;
-    enum mr_status status = dialogue_order(talk->dialogue, &order, ack, error);
+    enum mr_status status = dialogue_send_command(talk->dialogue, &order, ack, error);
     return status == MR_TIMEOUT ? dialogue_lost(talk->dialogue, code, error) : status;
 }
 
@@ -179,7 +179,7 @@ enum mr_status config_client_identify(struct config_client *talk, struct dialogu
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
         status = dialogue_execute(
             dialogue,
-            &(struct dialogue_order){.code = MR_COMMAND_DISARM, .answer_s = DIALOGUE_ANSWER_S},
+            &(struct dialogue_command){.code = MR_COMMAND_DISARM, .answer_s = DIALOGUE_ANSWER_S},
             NULL, error);
     return status ?: config_client_get(talk, config, crc, error);
 }
@@ -187,9 +187,9 @@ enum mr_status config_client_identify(struct config_client *talk, struct dialogu
 enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error)
 {
     return dialogue_execute(dialogue,
-                            &(struct dialogue_order){.code = MR_COMMAND_LIVE,
-                                                     .argument = seconds,
-                                                     .answer_s = DIALOGUE_ANSWER_S},
+                            &(struct dialogue_command){.code = MR_COMMAND_LIVE,
+                                                       .argument = seconds,
+                                                       .answer_s = DIALOGUE_ANSWER_S},
                             "the board must be idle", error);
 }
 

@@ -403,8 +403,8 @@ static size_t number_of(struct config_field_ref at)
     return number + (size_t)at.index * mr_config_groups[at.group].field_count + at.field;
 }
 
-static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
-                               const char *advice)
+static enum mr_status refuse_text(const struct reader *r, enum mr_status status, const char *what,
+                                  const char *advice)
 {
     return error_set(r->error, status, "%s: %s:%u; %s", what, r->name, r->line, advice);
 }
@@ -432,35 +432,35 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         sscanf(rest, "%31[a-z_][%9u].%47[a-z_0-9]%n", group, &index, field, &used) == 3 && used;
     if (!bracket && (sscanf(rest, "%31[a-z_].%47[a-z_0-9]%n", group, field, &used) != 2 || !used)) {
         snprintf(what, sizeof what, "no field: `%.60s`", rest);
-        return complain(r, MR_MALFORMED, what,
-                        "write group[index].field = value, or begin the line with #");
+        return refuse_text(r, MR_MALFORMED, what,
+                           "write group[index].field = value, or begin the line with #");
     }
     *at = (struct config_field_ref){0};
     while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
         at->group++;
     if (at->group == MR_CONFIG_GROUPS) {
         snprintf(what, sizeof what, "no such group: `%s`", group);
-        return complain(r, MR_UNKNOWN, what, "use site, channel, gate, band or predict");
+        return refuse_text(r, MR_UNKNOWN, what, "use site, channel, gate, band or predict");
     }
     const struct mr_config_group *found = &mr_config_groups[at->group];
     if (bracket ? index < 1 || index > found->count : found->count != 1) {
         char advice[100];
         snprintf(advice, sizeof advice, "use %s[1] to %s[%u]", group, group, found->count);
         snprintf(what, sizeof what, bracket ? "no such %s: %u" : "which %s?", group, index);
-        return complain(r, MR_UNKNOWN, what, advice);
+        return refuse_text(r, MR_UNKNOWN, what, advice);
     }
     at->index = bracket ? index - 1 : 0;
     while (at->field < found->field_count && strcmp(found->fields[at->field].name, field) != 0)
         at->field++;
     if (at->field == found->field_count) {
         snprintf(what, sizeof what, "%s has no field `%s`", group, field);
-        return complain(r, MR_UNKNOWN, what, "see the comment before each group for its fields");
+        return refuse_text(r, MR_UNKNOWN, what, "see the comment before each group for its fields");
     }
     *p = rest + used;
     skip_blanks(p);
     if (**p != '=') {
         snprintf(what, sizeof what, "no value: `%.60s`", rest);
-        return complain(r, MR_MALFORMED, what, "write group[index].field = value");
+        return refuse_text(r, MR_MALFORMED, what, "write group[index].field = value");
     }
     ++*p;
     skip_blanks(p);
@@ -568,7 +568,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
         snprintf(advice, sizeof advice, "line %u also gives it; delete one of the lines", *line);
-        return complain(r, MR_MALFORMED, what, advice);
+        return refuse_text(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;
     if (!read_value(configplace_field(at), p, configplace_bytes(r->config, at))) {
@@ -579,7 +579,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
         configplace_limits(configplace_field(at), limits, sizeof limits);
         snprintf(what, sizeof what, "%s cannot be `%.*s`", name, length, p);
         snprintf(advice, sizeof advice, "it is %s", limits);
-        return complain(r, MR_MALFORMED, what, advice);
+        return refuse_text(r, MR_MALFORMED, what, advice);
     }
     return MR_OK;
 }
@@ -608,7 +608,7 @@ static enum mr_status check(struct reader *r)
         r->given[number_of((struct config_field_ref){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
-    return complain(r, MR_LIMIT, text, advice ? advice + 2 : "correct it");
+    return refuse_text(r, MR_LIMIT, text, advice ? advice + 2 : "correct it");
 }
 
 enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,

@@ -355,7 +355,7 @@ struct greeting {
     const void *context;
 };
 
-static bool greeted(const void *context)
+static bool has_greeted(const void *context)
 {
     const struct greeting *greeting = context;
     return greeting->dialogue->identity.hello_known &&
@@ -366,7 +366,8 @@ enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, co
                               struct error *error)
 {
     const struct greeting greeting = {dialogue, done, context};
-    enum mr_status status = dialogue_until(dialogue, greeted, &greeting, DIALOGUE_HELLO_S, error);
+    enum mr_status status = dialogue_until(dialogue, has_greeted, &greeting, DIALOGUE_HELLO_S,
+                                           error);
     return status == MR_TIMEOUT ? dialogue_no_hello(dialogue, error) : status;
 }
 
@@ -477,8 +478,9 @@ static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payl
     return status;
 }
 
-enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
-                              struct mr_ack *answer, struct error *error)
+enum mr_status dialogue_send_command(struct dialogue *dialogue,
+                                     const struct dialogue_command *order, struct mr_ack *answer,
+                                     struct error *error)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     const struct mr_command command = {.code = order->code,
@@ -522,11 +524,11 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
                      now ? not_now : mr_status_text(why));
 }
 
-enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_order *order,
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *order,
                                 const char *not_now, struct error *error)
 {
     struct mr_ack answer;
-    enum mr_status status = dialogue_order(dialogue, order, &answer, error);
+    enum mr_status status = dialogue_send_command(dialogue, order, &answer, error);
     if (status == MR_TIMEOUT)
         return dialogue_lost(dialogue, order->code, error);
     return status != MR_OK || answer.status == MR_OK

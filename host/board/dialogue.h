@@ -1,13 +1,13 @@
 /* The dialogue with one board: its identity, commands and answers, waiting, and its other messages.
- * A command to the board is an "order" in names (struct dialogue_order).
+ * A command to the board is an "order" in names (struct dialogue_command).
  *
  *     struct dialogue dialogue;
  *     struct mr_ack answer;
- *     const struct dialogue_order order = {.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3};
+ *     const struct dialogue_command order = {.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3};
  *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
  *     dialogue_subscribe(&dialogue, take, talk);
  *     status = dialogue_hello(&dialogue, NULL, NULL, error);
- *     status = dialogue_order(&dialogue, &order, &answer, error);
+ *     status = dialogue_send_command(&dialogue, &order, &answer, error);
  *     dialogue_close(&dialogue);
  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
@@ -176,7 +176,7 @@ enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct e
  * accepted. Any other command is sent once, whatever `tries` is, because a second arming would be
  * refused due to the first. The board's state is used instead: `taken` decides whether the state
  * shows that the command was executed. */
-struct dialogue_order {
+struct dialogue_command {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
     int32_t argument;
@@ -189,8 +189,9 @@ struct dialogue_order {
 /* Sends a command and waits for its answer. MR_OK: `answer->status` is the board's answer; it is
  * MR_OK too if `taken` shows that the command was executed. MR_TIMEOUT: the answer was lost, and it
  * is not known whether the command was executed. */
-enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
-                              struct mr_ack *answer, struct error *error);
+enum mr_status dialogue_send_command(struct dialogue *dialogue,
+                                     const struct dialogue_command *order, struct mr_ack *answer,
+                                     struct error *error);
 /* True if executing the command twice has the same effect as once, so that it may be sent again. */
 bool dialogue_repeats(unsigned code);
 /* Tag of the last command, for messages that refer to it. */
@@ -210,7 +211,7 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
                                 const char *not_now, struct error *error);
 /* Sends a command and sets one of the standard error messages if it fails. MR_OK: the board
  * executed the command. */
-enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_order *order,
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *order,
                                 const char *not_now, struct error *error);
 
 #endif

@@ -48,12 +48,12 @@ static enum mr_status take(void *context, const struct dialogue_message *message
 enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
                                  int32_t argument, struct error *error)
 {
-    const struct dialogue_order order = {
+    const struct dialogue_command order = {
         .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     *talk = (struct gage_client){.zeros = 0};
     dialogue_subscribe(dialogue, take, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error)
-                              ?: dialogue_order(dialogue, &order, &talk->ack, error);
+                              ?: dialogue_send_command(dialogue, &order, &talk->ack, error);
     if (status == MR_TIMEOUT && error->status == MR_OK)
         return dialogue_lost(dialogue, code, error);
     if (status != MR_OK || talk->ack.status == MR_OK || talk->ack.status == MR_LIMIT)

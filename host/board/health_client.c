@@ -128,26 +128,26 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-static bool greeted(const void *context)
+static bool has_greeted(const void *context)
 {
     const struct health_client *talk = context;
     return talk->hellos >= talk->wanted;
 }
 
-static void until_hello(struct health_client *talk, unsigned hellos)
+static void wait_for_hello(struct health_client *talk, unsigned hellos)
 {
     talk->wanted = hellos;
-    if (dialogue_until(talk->dialogue, greeted, talk, ANSWER_S, fatal) == MR_TIMEOUT)
+    if (dialogue_until(talk->dialogue, has_greeted, talk, ANSWER_S, fatal) == MR_TIMEOUT)
         dialogue_no_hello(talk->dialogue, fatal);
 }
 
 static void order(struct health_client *talk, uint8_t code)
 {
-    dialogue_execute(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
+    dialogue_execute(talk->dialogue, &(struct dialogue_command){.code = code, .answer_s = ANSWER_S},
                      "a landing is armed or in progress", fatal);
 }
 
-static bool all_known(const void *context)
+static bool is_all_known(const void *context)
 {
     const struct health_client *talk = context;
     return talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known &&
@@ -160,8 +160,8 @@ static void health_client_receive(struct health_client *talk)
     discard(talk);
     order(talk, MR_COMMAND_STATE);
     /* a whole second of board time: from one regular hello to the next */
-    until_hello(talk, talk->hellos + 2);
-    if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
+    wait_for_hello(talk, talk->hellos + 2);
+    if (dialogue_until(talk->dialogue, is_all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
                   "the board did not report its health: %s; check that its firmware has the "
                   "version of this matrig",
@@ -185,7 +185,7 @@ static void health_client_reset(struct health_client *talk)
     double until_s = dialogue_now_s(talk->dialogue) + ANSWER_S;
     /* a hello sent before the reset still has the old reset cause */
     while (dialogue_now_s(talk->dialogue) < until_s) {
-        until_hello(talk, ++hellos);
+        wait_for_hello(talk, ++hellos);
         if ((talk->hello.reset_cause & 5u) == 4u)
             return;
     }

@@ -921,13 +921,13 @@ static void wait_for(struct asking *a, dialogue_done *done, const void *context,
 static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, double most_s)
 {
     struct mr_ack ack;
-    const struct dialogue_order order = {
+    const struct dialogue_command order = {
         .code = code,
         .argument = argument,
         .answer_s = fmin(most_s, a->until_s - dialogue_now_s(a->dialogue))};
     if (a->error->status != MR_OK)
         return MR_TIMEOUT;
-    return dialogue_order(a->dialogue, &order, &ack, a->error) ?: (enum mr_status)ack.status;
+    return dialogue_send_command(a->dialogue, &order, &ack, a->error) ?: (enum mr_status)ack.status;
 }
 
 static bool enough_blocks(const void *facts)

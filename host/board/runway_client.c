@@ -69,13 +69,13 @@ enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *
 static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned index,
                             int32_t argument, struct error *error)
 {
-    const struct dialogue_order order = {.code = (uint8_t)code,
-                                         .index = (uint8_t)index,
-                                         .argument = argument,
-                                         .answer_s = DIALOGUE_ANSWER_S};
+    const struct dialogue_command order = {.code = (uint8_t)code,
+                                           .index = (uint8_t)index,
+                                           .argument = argument,
+                                           .answer_s = DIALOGUE_ANSWER_S};
     const char *link = dialogue_spec(dialogue);
     struct mr_ack ack;
-    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
+    enum mr_status status = dialogue_send_command(dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
         return dialogue_lost(dialogue, code, error);
     if (status != MR_OK || ack.status == MR_OK)

@@ -28,8 +28,8 @@ static const char *kind_text(enum unit_kind kind)
                                      : "use lb, N, kN or kg for a gage";
 }
 
-static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
-                               const char *advice)
+static enum mr_status refuse_points(const struct reader *r, enum mr_status status, const char *what,
+                                    const char *advice)
 {
     return error_set(r->error, status, "%s: %s, line %u; %s", what, r->path, r->line, advice);
 }
@@ -88,9 +88,10 @@ static enum mr_status read_names(struct reader *r, char *line, char *comma)
     struct calibrate_column first = calibrate_column(line), second = calibrate_column(comma + 1),
                             value = first.codes ? second : first;
     if (!first.known || !second.known || first.codes == second.codes)
-        return complain(r, MR_MALFORMED, "not a line of column names", example);
+        return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
     if (value.unit && value.unit->kind != r->kind)
-        return complain(r, MR_MALFORMED, "values in a unit of the wrong kind", kind_text(r->kind));
+        return refuse_points(r, MR_MALFORMED, "values in a unit of the wrong kind",
+                             kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->codes_first = first.codes;
     r->named = true;
@@ -121,12 +122,13 @@ static enum mr_status read_point(struct reader *r, char *line, char *comma)
     bool coded = read_code(code, &point.code);
     if (!coded ||
         (!calibrate_value(value, r->kind, points->unit, &point.value, &wrong) && !wrong.what[0]))
-        return complain(r, MR_MALFORMED, "not a value and a code",
-                        points->codes_first ? "write CODE,VALUE, in the order of the first line"
-                                            : "write VALUE,CODE");
+        return refuse_points(r, MR_MALFORMED, "not a value and a code",
+                             points->codes_first
+                                 ? "write CODE,VALUE, in the order of the first line"
+                                 : "write VALUE,CODE");
     if (wrong.what[0])
-        return complain(r, MR_MALFORMED, wrong.what,
-                        strstr(wrong.what, "instead of") ? kind_text(r->kind) : wrong.advice);
+        return refuse_points(r, MR_MALFORMED, wrong.what,
+                             strstr(wrong.what, "instead of") ? kind_text(r->kind) : wrong.advice);
     if (points->count == CALIBRATE_POINTS_MAX)
         return error_set(r->error, MR_TOO_LONG, "more than %u points: %s; leave some out",
                          CALIBRATE_POINTS_MAX, r->path);
@@ -142,10 +144,10 @@ static enum mr_status read_line(struct reader *r, char *line)
         return MR_OK;
     char *comma = strchr(line, ',');
     if (!r->named && strchr(line, ';'))
-        return complain(r, MR_MALFORMED, "columns separated by semicolons",
-                        "save the file with commas between columns and points in numbers");
+        return refuse_points(r, MR_MALFORMED, "columns separated by semicolons",
+                             "save the file with commas between columns and points in numbers");
     if (!comma)
-        return complain(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
+        return refuse_points(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
     return r->named ? read_point(r, line, comma) : read_names(r, line, comma);
 }
 
@@ -165,7 +167,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.line++;
         status = strlen(line) == sizeof line - 1
-                   ? complain(&r, MR_MALFORMED, "line too long", "write VALUE,CODE")
+                   ? refuse_points(&r, MR_MALFORMED, "line too long", "write VALUE,CODE")
                    : read_line(&r, line);
     }
     if (status == MR_OK && ferror(file))

@@ -43,7 +43,7 @@ void account_settle(struct account *account)
 }
 
 /* True: that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
-static bool possible(int64_t frames, int64_t from_block, int64_t to_block)
+static bool is_possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
                            frames <= FRAMES_PER_BLOCK * (to_block - from_block + SLACK_BLOCKS));
@@ -60,8 +60,9 @@ bool account_message_count(struct account *account, const struct mr_message_coun
     if (place >= MR_PLACES || account->doubtful ||
         (account->count_known[place] && count->count < account->count_of[place]))
         return false;
-    if (account->count_known[place] && !possible((int64_t)(count->count - account->count_of[place]),
-                                                 account->count_block[place], time_of(account)))
+    if (account->count_known[place] &&
+        !is_possible((int64_t)(count->count - account->count_of[place]),
+                     account->count_block[place], time_of(account)))
         return false;
     /* A message_count does not count its own frame. */
     int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
@@ -261,15 +262,16 @@ static void add_loss(struct account *account, int64_t lost, int64_t block)
 
 /* True: the message continues the last accepted one. Otherwise the message is doubtful until a
  * later one continues it. */
-static bool believe(struct account *account, const struct mr_can_health *health, int64_t block)
+static bool is_believable(struct account *account, const struct mr_can_health *health,
+                          int64_t block)
 {
     if (!account->sent_known ||
-        possible((int32_t)(health->sent - account->sent), account->sent_block, block)) {
+        is_possible((int32_t)(health->sent - account->sent), account->sent_block, block)) {
         account->doubt_known = false;
         return true;
     }
     if (account->doubt_known &&
-        possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
+        is_possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
         account->sent = account->doubt_sent; /* an unnoticed restart of the board */
         account->sent_block = account->doubt_block;
         account->received_since = account->doubt_since;
@@ -285,7 +287,7 @@ static bool believe(struct account *account, const struct mr_can_health *health,
 
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block)
 {
-    if (!believe(account, health, block))
+    if (!is_believable(account, health, block))
         return;
     if (account->sent_known) {
         /* This frame is counted as received, but `sent` does not include it yet. */

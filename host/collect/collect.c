@@ -324,7 +324,7 @@ enum mr_status collector_mark(struct collector *collector, struct error *error)
     return MR_OK;
 }
 
-void collector_back_to_mark(struct collector *collector)
+void collector_restore_mark(struct collector *collector)
 {
     struct collector *mark = collector->mark;
     if (mark)

@@ -58,10 +58,10 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
  * from later data. */
 void collector_discard_time(struct collector *collector, enum link_kind kind);
 
-/* collector_mark saves the state at the start of a transaction. collector_back_to_mark restores it
+/* collector_mark saves the state at the start of a transaction. collector_restore_mark restores it
  * after the store has rolled the transaction back, so that the same data can be passed in again. */
 enum mr_status collector_mark(struct collector *collector, struct error *error);
-void collector_back_to_mark(struct collector *collector);
+void collector_restore_mark(struct collector *collector);
 /* Continues with this store, which contains everything that was committed to the previous one. Call
  * it between two transactions. */
 void collector_move(struct collector *collector, struct store *store);

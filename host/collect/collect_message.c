@@ -281,7 +281,7 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
 
 /* ---- predict: output of the predictor, and the runway and parameters of an armed landing ---- */
 
-static bool same(float a, float b)
+static bool is_same(float a, float b)
 {
     return memcmp(&a, &b, sizeof a) == 0;
 }
@@ -335,7 +335,7 @@ static enum mr_status item(struct collector *collector, const struct side *side,
                            const struct mr_predict_item *m, struct error *error)
 {
     if (m->index >= MR_PREDICT_ITEMS || (collector->told.predict_known[m->index] &&
-                                         same(collector->told.predict_item[m->index], m->value)))
+                                         is_same(collector->told.predict_item[m->index], m->value)))
         return MR_OK;
     collector->told.predict_known[m->index] = true;
     collector->told.predict_item[m->index] = m->value;

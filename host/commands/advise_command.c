@@ -70,7 +70,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
 static unsigned landings_of(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
-    const struct past *past = &advise->past;
+    const struct history *past = &advise->past;
     int64_t source;
     bool there = false;
     if (past->landings)

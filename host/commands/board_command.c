@@ -152,14 +152,14 @@ static void box_client_begin(struct box_client *talk, struct dialogue *dialogue)
 static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = talk->dialogue;
-    const struct dialogue_order order = {
+    const struct dialogue_command order = {
         .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     struct mr_ack ack;
     double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
-    enum mr_status status = dialogue_order(dialogue, &order, &ack, fatal);
+    enum mr_status status = dialogue_send_command(dialogue, &order, &ack, fatal);
     while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s)
         status = dialogue_turn(dialogue, DIALOGUE_TURN_S, fatal)
-                   ?: dialogue_order(dialogue, &order, &ack, fatal);
+                   ?: dialogue_send_command(dialogue, &order, &ack, fatal);
     if (status == MR_TIMEOUT)
         dialogue_lost(dialogue, code, fatal);
     if (ack.status == MR_UNKNOWN)
@@ -687,8 +687,8 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
     uint8_t key[MR_KEY_BYTES] = {0};
     struct error error = {0};
-    struct dialogue_order order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
-                                   .answer_s = KEY_S};
+    struct dialogue_command order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
+                                     .answer_s = KEY_S};
     if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
         error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",

@@ -213,8 +213,8 @@ struct gathering {
     double sum, squares, first;
 };
 
-static enum mr_status gather(void *context, const struct dialogue_message *message,
-                             struct error *error)
+static enum mr_status gather_readings(void *context, const struct dialogue_message *message,
+                                      struct error *error)
 {
     struct gathering *g = context;
     struct mr_block block;
@@ -285,14 +285,14 @@ static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
 }
 
 /* Point by point: the user sets a known value and types it; the board's readings give the code. */
-static void guide(const struct request *r, struct dialogue *dialogue,
-                  const struct mr_config *config, struct calibrate_points *points)
+static void guide_user(const struct request *r, struct dialogue *dialogue,
+                       const struct mr_config *config, struct calibrate_points *points)
 {
     struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
     const char *unit = unit_text(r);
     points->unit = unit_read(unit, 2);
-    dialogue_subscribe(dialogue, gather, &g);
+    dialogue_subscribe(dialogue, gather_readings, &g);
     cli_note(r->cli,
              "%s: set a known value, let it rest, type it (%s) and press Enter; u removes the last "
              "point; an empty line or q ends",
@@ -337,7 +337,7 @@ static void read_board(const struct request *r, struct mr_config *config,
         error_set(fatal, MR_USAGE,
                   "%s is not fitted: the configuration of %s; see matrig board config", r->word,
                   r->serial);
-    guide(r, dialogue, config, points);
+    guide_user(r, dialogue, config, points);
     dialogue_close(dialogue);
 }
 

@@ -514,7 +514,7 @@ static char *line_text(const struct line *line)
     return text;
 }
 
-static void stay(int number)
+static void ignore_signal(int number)
 {
     (void)number;
 }
@@ -525,7 +525,7 @@ static bool run(struct day *day, const struct line *line)
 {
     static const int streams[3] = {-1, -1, -1};
     /* A handler, because a command would inherit SIG_IGN. */
-    const struct sigaction action = {.sa_handler = stay, .sa_flags = SA_RESTART};
+    const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
     struct sigaction was;
     char *text = line_text(line);
     pid_t child;
@@ -937,7 +937,7 @@ static int show(const struct day *day)
 }
 
 /* Asks before a new campaign is created: the name may be mistyped. */
-static bool is_meant(const char *db)
+static bool confirm_new_campaign(const char *db)
 {
     struct stat there;
     char key[8];
@@ -953,7 +953,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
     day.cli = cli;
     command_parse(&command_day, argc, argv, cli, &day.r, &day.r.db, fatal);
     setvbuf(stdin, NULL, _IONBF, 0);
-    if (!cli->json && !is_meant(day.r.db))
+    if (!cli->json && !confirm_new_campaign(day.r.db))
         error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", day.r.db);
     day.store = program_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
     if (day.r.serial)

@@ -220,8 +220,8 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 static void order_into_rom(struct session *session)
 {
     struct mr_ack ack;
-    const struct dialogue_order order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
-    if (dialogue_order(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
+    const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
+    if (dialogue_send_command(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
         dialogue_lost(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
     if (answer == MR_NOT_NOW)

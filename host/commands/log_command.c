@@ -222,7 +222,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
         collector_listen(logger->collector, &logger->live.listener);
     /* Commits the session first, so that it survives a transaction that fails later. */
     status = logger_commit(logger, error);
-    logger_hasty(logger, true);
+    logger_set_nonblocking(logger, true);
     if (status == MR_OK)
         status = collect(logger, signals, for_s, error);
     /* After an error, received data is still stored, and the session is closed if the database
@@ -231,7 +231,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     if (status != MR_OK)
         logger->ended_by = "error";
     bool finished = logger_finish(logger, signals, &late) == MR_OK;
-    logger_hasty(logger, false);
+    logger_set_nonblocking(logger, false);
     logger_report_rest(logger);
     if (finished)
         logger_show_finished(logger, &late);

@@ -240,7 +240,7 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
     return status ?: config_client_live(dialogue, 0, error);
 }
 
-static int walk(const struct request *request, struct ready_facts *f)
+static int run_walk_test(const struct request *request, struct ready_facts *f)
 {
     static struct walking walking;
     static struct config_client talk;
@@ -317,7 +317,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->now_s = (int64_t)time(NULL);
     facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = request.walk ? walk(&request, facts) : ready(&request, facts);
+    int exit_code = request.walk ? run_walk_test(&request, facts) : ready(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);

@@ -283,7 +283,8 @@ static double default_of(const struct request *request, const struct sim_key *ke
 /* Adds the defaults that change with scale, because they differ for the other scale. Adds
  * defaults of modifications only if `scene` has that modification, and defaults of the scene
  * only if `whole`. */
-static void complete(const struct request *request, const json_t *scene, bool whole, json_t *result)
+static void complete_result(const struct request *request, const json_t *scene, bool whole,
+                            json_t *result)
 {
     static const char *const gates[][2] = {
         {"band_", "bands"}, {"band2_", "bands2"}, {"cleat_", "cleat_every"}};
@@ -324,9 +325,9 @@ static json_t *whole_study(const struct request *request, const json_t *source,
     {
         set_default(entry, "touchdown_ft", json_real(SERIES_TOUCHDOWN_FT));
         set_default(entry, "speed_ft_s", json_real(SERIES_SPEED_FT_S));
-        complete(request, json_object_get(entry, "apply"), false, scene);
+        complete_result(request, json_object_get(entry, "apply"), false, scene);
     }
-    complete(request, scene, true, scene);
+    complete_result(request, scene, true, scene);
     json_object_del(scene, "F"); /* set by the landings */
     json_object_del(scene, "Vac");
     json_object_set_new(study, "scene", scene);
@@ -356,7 +357,7 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
     } else {
         sim_scene_load(&scene, path, fatal);
         whole = json_deep_copy(source);
-        complete(request, source, true, whole);
+        complete_result(request, source, true, whole);
         sim_scene_free(&scene);
     }
     json_t *other = scaled_object(request, whole);

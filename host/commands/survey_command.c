@@ -21,7 +21,7 @@
 
 /* ---- results of a survey ---- */
 
-static void head(const struct survey *survey, struct answer *answer)
+static void put_head(const struct survey *survey, struct answer *answer)
 {
     const struct store_gage_survey *row = &survey->row;
     bool ended = row->ended_us != STORE_NONE;
@@ -222,7 +222,7 @@ static void survey_answer(const struct survey *survey, const struct survey_found
                           struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
-    head(survey, answer);
+    put_head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous)
         answer_count(answer, "since", "compared with survey", found->previous);
@@ -387,7 +387,7 @@ static void take_bytes(struct typist *typist, struct line *line, const char *byt
 }
 
 /* Reads lines until all readings are entered, q, or end of input. */
-static void type_in(struct typist *typist)
+static void enter_readings(struct typist *typist)
 {
     struct line keys = {.length = 0};
     char bytes[4096];
@@ -535,7 +535,7 @@ static void take(const struct request *request, struct store *store, struct surv
     if (request->from)
         take_sheet(&typist);
     else if (!request->end)
-        type_in(&typist);
+        enter_readings(&typist);
     if (request->end || survey->desk.at == survey->desk.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
     survey_get(store, id, survey, fatal);
@@ -584,11 +584,11 @@ static bool is_every_reading_stored(const void *context)
 static void order(struct loading *l, unsigned code, unsigned segment, int32_t argument)
 {
     dialogue_execute(l->dialogue,
-                     &(struct dialogue_order){.code = (uint8_t)code,
-                                              .index = (uint8_t)segment,
-                                              .argument = argument,
-                                              .answer_s = ANSWER_S,
-                                              .tries = TRIES},
+                     &(struct dialogue_command){.code = (uint8_t)code,
+                                                .index = (uint8_t)segment,
+                                                .argument = argument,
+                                                .answer_s = ANSWER_S,
+                                                .tries = TRIES},
                      "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 

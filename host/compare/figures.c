@@ -24,7 +24,7 @@ double signal_en(double measured, double measured_error, double simulated, doubl
     return difference > 0.0 ? (double)INFINITY : 0.0;
 }
 
-static bool both(const struct signal *s, size_t i)
+static bool has_both(const struct signal *s, size_t i)
 {
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
@@ -35,7 +35,7 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
     for (size_t i = 0; i < s->count; i++) {
-        if (!both(s, i))
+        if (!has_both(s, i))
             continue;
         double d = s->measured[i] - s->simulated[i],
                u = hypot(s->measured_error[i], s->simulated_error[i]);
@@ -64,7 +64,7 @@ static double smooth(const struct signal *s, const double *values, size_t i)
     double sum = 0.0;
     size_t count = 0;
     for (size_t k = from; k <= to; k++) {
-        if (!both(s, k))
+        if (!has_both(s, k))
             continue;
         sum += values[k];
         count++;
@@ -84,7 +84,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     size_t at = 0, first = 0;
     for (size_t i = 0; i < s->count; i++) {
-        double value = both(s, i) ? smooth(s, values, i) : (double)NAN;
+        double value = has_both(s, i) ? smooth(s, values, i) : (double)NAN;
         if (isnan(value) || fabs(value) <= fabs(peak.value))
             continue;
         peak.value = value;
@@ -110,7 +110,8 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
-        double value = both(s, i) ? smooth(s, values, i) * (peak < 0.0 ? -1.0 : 1.0) : (double)NAN;
+        double value = has_both(s, i) ? smooth(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
+                                      : (double)NAN;
         if (isnan(value))
             continue;
         if (value < threshold) {
@@ -480,8 +481,8 @@ static const char *most_often(const struct measured *measured,
                                       : mr_validity_text((unsigned)most);
 }
 
-static bool usable(const struct measured *measured, const struct measured_channel *channel,
-                   const struct store_simulation *row, struct compare_channel *out)
+static bool is_usable(const struct measured *measured, const struct measured_channel *channel,
+                      const struct store_simulation *row, struct compare_channel *out)
 {
     size_t of = 0, valid = 0;
     double end_s = row ? row->t0_s + (double)row->length * row->dt_s : 0.0;
@@ -523,7 +524,7 @@ static void add_channel(const struct measured *measured, const struct compare_cl
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->f); /* sets all figures to unknown */
-    out->compared = usable(measured, channel, row, out);
+    out->compared = is_usable(measured, channel, row, out);
     if (!out->compared)
         return;
     compare_curves(measured, clock, channel, row, solver_error_in, &series);

@@ -9,8 +9,8 @@
 #define PATH_MAX_LENGTH 200
 #define SERIES          "series."
 
-static enum mr_status wrong(struct error *error, const char *file, const char *path,
-                            const char *what, const char *wanted)
+static enum mr_status refuse_limit(struct error *error, const char *file, const char *path,
+                                   const char *what, const char *wanted)
 {
     return error_set(error, MR_MALFORMED, "%s: %s: \"%.80s\"; give %s", what, file, path, wanted);
 }
@@ -44,7 +44,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
         return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d: %s; correct that line",
                          file, where.line, where.text);
     if (!json_is_object(root))
-        wrong(error, file, "", "not an object", "{\"channels.*.rms_in\": 0.05}");
+        refuse_limit(error, file, "", "not an object", "{\"channels.*.rms_in\": 0.05}");
     json_object_foreach(root, path, value)
     {
         double number;
@@ -52,14 +52,15 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
         if (path[0] == '_' || error->status != MR_OK)
             continue;
         if (json_is_object(value))
-            wrong(error, file, path, "not a limit",
-                  "a path and a number: \"channels.*.rms_in\": 0.05");
+            refuse_limit(error, file, path, "not a limit",
+                         "a path and a number: \"channels.*.rms_in\": 0.05");
         else if (!quantity_json(value, quantity_unit_of_name(path), &number, &no_number))
-            wrong(error, file, path, no_number.what, no_number.advice);
+            refuse_limit(error, file, path, no_number.what, no_number.advice);
         else if (!isfinite(number) || (number < 0.0 && !is_least(path)))
-            wrong(error, file, path, "not a limit", "a number, 0 or more");
+            refuse_limit(error, file, path, "not a limit", "a number, 0 or more");
         else if (strlen(path) >= PATH_MAX_LENGTH)
-            wrong(error, file, path, "no such path", "a path in the JSON output of matrig compare");
+            refuse_limit(error, file, path, "no such path",
+                         "a path in the JSON output of matrig compare");
         else
             compare_limits_add(limits, path, number);
     }
@@ -127,7 +128,8 @@ static void judge(struct check *check, const char *path, const json_t *value)
     }
 }
 
-static void walk(struct check *check, const char *rest, const char *so_far, const json_t *node);
+static void check_values(struct check *check, const char *rest, const char *so_far,
+                         const json_t *node);
 
 /* Walks into an element or key; `name` extends the path in messages. */
 static void enter(struct check *check, const char *rest, const char *so_far, const char *name,
@@ -135,7 +137,7 @@ static void enter(struct check *check, const char *rest, const char *so_far, con
 {
     char path[2 * PATH_MAX_LENGTH];
     snprintf(path, sizeof path, "%s%s%s", so_far, so_far[0] ? "." : "", name);
-    walk(check, rest, path, node);
+    check_values(check, rest, path, node);
 }
 
 /* Number of the channel, else its position. */
@@ -148,7 +150,8 @@ static void name_of(const json_t *element, size_t index, char *name, size_t size
         snprintf(name, size, "%zu", index + 1);
 }
 
-static void walk(struct check *check, const char *rest, const char *so_far, const json_t *node)
+static void check_values(struct check *check, const char *rest, const char *so_far,
+                         const json_t *node)
 {
     char name[PATH_MAX_LENGTH], element_name[24];
     size_t length = strcspn(rest, "."), i;
@@ -204,7 +207,8 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
         check.limit = json_number_value(limit);
         check.found = check.skipped = 0;
         for (int pass = 0; pass < 2 && check.found == 0; pass++)
-            walk(&check, series ? path + strlen(SERIES) : path, "", pass == 0 ? answer : si);
+            check_values(&check, series ? path + strlen(SERIES) : path, "",
+                         pass == 0 ? answer : si);
         if (check.found + check.skipped == 0) {
             char text[300];
             snprintf(

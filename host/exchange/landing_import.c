@@ -80,7 +80,7 @@ static const struct mapping_channel *find_role(const struct mapping *m, enum map
     return NULL;
 }
 
-static bool measures(const struct mapping_channel *channel)
+static bool is_measuring(const struct mapping_channel *channel)
 {
     return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
 }
@@ -115,7 +115,7 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
     double first_s = (double)INFINITY, last_s = -(double)INFINITY;
     for (size_t c = 0; c < m->channels; c++) {
         const struct series *s = &m->channel[c].series;
-        if (!measures(&m->channel[c]) || s->count == 0)
+        if (!is_measuring(&m->channel[c]) || s->count == 0)
             continue;
         first_s = fmin(first_s, s->time_s[0]);
         last_s = fmax(last_s, s->time_s[s->count - 1]);
@@ -280,7 +280,7 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     unsigned unknown = 0;
     for (size_t c = 0; c < w->mapping->channels; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
-        if (measures(channel) && channel->series.count == 0)
+        if (is_measuring(channel) && channel->series.count == 0)
             cli_note(w->request->cli, "no reading of %c%u in %s",
                      channel->role == MAPPING_TENSION ? 't' : 'd', channel->number,
                      w->request->path);
@@ -288,9 +288,9 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     float *reading = xmalloc(w->blocks * sizeof *reading);
     enum mr_status status = MR_OK;
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
-        if (measures(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
+        if (is_measuring(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
             status = put_channel(w, &w->mapping->channel[c], reading, error);
-        unknown += measures(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
+        unknown += is_measuring(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
     }
     if (unknown)
         cli_note(w->request->cli,

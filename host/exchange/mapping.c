@@ -120,7 +120,8 @@ struct reader {
     struct error *error;
 };
 
-static void wrong(const struct reader *r, const char *where, const char *key, const char *wanted)
+static void refuse_value(const struct reader *r, const char *where, const char *key,
+                         const char *wanted)
 {
     error_set(r->error, MR_MALFORMED, "%s%s%s: %s; %s", where, where[0] ? "." : "", key, r->path,
               wanted);
@@ -146,9 +147,9 @@ static double number(const struct reader *r, const char *where, const char *key,
     struct quantity_wrong wrongly;
     double v = otherwise;
     if (value && !quantity_json(value, unit, &v, &wrongly))
-        wrong(r, where, key, wrongly.advice);
+        refuse_value(r, where, key, wrongly.advice);
     else if (value && (!isfinite(v) || fabs(v) > 1e12))
-        wrong(r, where, key, "give a number");
+        refuse_value(r, where, key, "give a number");
     return v;
 }
 
@@ -156,7 +157,7 @@ static char character(const struct reader *r, const char *key, const char *text)
 {
     bool none = strcmp(key, "comment") == 0 && !text[0];
     if (!none && (strlen(text) != 1 || text[0] == '"' || text[0] == '\n'))
-        wrong(r, "", key, "give one character");
+        refuse_value(r, "", key, "give one character");
     return text[0];
 }
 
@@ -171,7 +172,7 @@ static void take_column(const struct reader *r, const char *where, json_t *value
     else if (counted >= 1 && counted <= 10000)
         *place = (unsigned)counted;
     else
-        wrong(r, where, "column", "give the column's name, or its number from 1");
+        refuse_value(r, where, "column", "give the column's name, or its number from 1");
 }
 
 static void read_time(const struct reader *r, json_t *time, struct mapping *m)
@@ -184,10 +185,10 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
     if (!m->signals)
         take_column(r, "time", column, m->time_column, &m->time_place);
     else if (column)
-        wrong(r, "time", "column", "the log gives the times: leave it out");
+        refuse_value(r, "time", "column", "the log gives the times: leave it out");
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
-        wrong(r, "time", "unit", "give s, ms, us or min");
+        refuse_value(r, "time", "unit", "give s, ms, us or min");
     m->shift_s = number(r, "time", "shift_s", shift, "s", 0.0);
 }
 
@@ -198,7 +199,7 @@ static void take_id(const struct reader *r, const char *where, const char *id,
     unsigned long value = strtoul(id, &end, 16);
     bool wide = strlen(id) > 5; /* extended: 0x00000321; standard: 0x321 */
     if (strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
-        wrong(r, where, "id", "give the identifier as 0x and 3 or 8 hexadecimal digits");
+        refuse_value(r, where, "id", "give the identifier as 0x and 3 or 8 hexadecimal digits");
     signal->id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
 }
 
@@ -207,16 +208,17 @@ static void check_channel(const struct reader *r, const char *where, const struc
     const struct mapping_channel *c = &m->channel[m->channels - 1];
     for (size_t i = 0; i + 1 < m->channels; i++) {
         if (m->channel[i].role == c->role && m->channel[i].number == c->number)
-            wrong(r, where, "channel", "this channel is given twice");
+            refuse_value(r, where, "channel", "this channel is given twice");
     }
     if (c->scale == 0.0)
-        wrong(r, where, "scale", "a scale of 0 makes all readings 0: give a different scale");
+        refuse_value(r, where, "scale",
+                     "a scale of 0 makes all readings 0: give a different scale");
     if (c->error < 0.0)
-        wrong(r, where, "error", "a standard error must be 0 or more");
+        refuse_value(r, where, "error", "a standard error must be 0 or more");
     if (m->signals && !signal_fits(&c->signal, 8))
-        wrong(r, where, "bits", "start_bit and bits must lie within 8 bytes");
+        refuse_value(r, where, "bits", "start_bit and bits must lie within 8 bytes");
     if ((c->role == MAPPING_ALIGN || c->role == MAPPING_SWITCH) && isnan(c->threshold))
-        wrong(r, where, "threshold", "give the value that the signal crosses at the edge");
+        refuse_value(r, where, "threshold", "give the value that the signal crosses at the edge");
 }
 
 /* Reads an entry of channels, or align. */
@@ -236,10 +238,10 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
            "switch", &at_switch, "id", &id, "start_bit", &start_bit, "bits", &bits, "signed",
            &is_signed, "float", &is_float, "byte_order", &order);
     if (align && (at_switch < 1 || at_switch > (int)SWITCH_MAX))
-        wrong(r, where, "switch", "give the number of the switch with this edge, from 1");
+        refuse_value(r, where, "switch", "give the number of the switch with this edge, from 1");
     c->number = (unsigned)at_switch;
     if (!align && !channel_named(name, c))
-        wrong(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
+        refuse_value(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
     if (m->signals)
         take_id(r, where, id, &c->signal);
     else
@@ -250,18 +252,19 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     c->signal.is_float = is_float;
     c->signal.big_endian = strcmp(order, "big") == 0;
     if (!c->signal.big_endian && strcmp(order, "little") != 0)
-        wrong(r, where, "byte_order", "give little or big");
+        refuse_value(r, where, "byte_order", "give little or big");
     double factor = c->role == MAPPING_SWITCH || align ? 1.0 : unit_of_role(c->role, unit);
     if (factor == 0.0)
-        wrong(r, where, "unit",
-              c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");
+        refuse_value(r, where, "unit",
+                     c->role == MAPPING_TENSION ? "give lb, N, kN or kip"
+                                                : "give in, mm, cm, m or ft");
     c->scale = factor * number(r, where, "scale", scale, "", 1.0);
     c->offset = factor * number(r, where, "offset", offset, unit, 0.0);
     c->error = factor * number(r, where, "error", error, unit, (double)NAN);
     c->threshold = number(r, where, "threshold", threshold, "", (double)NAN);
     c->falling = strcmp(edge, "falling") == 0;
     if (!c->falling && strcmp(edge, "rising") != 0)
-        wrong(r, where, "edge", "give rising or falling");
+        refuse_value(r, where, "edge", "give rising or falling");
     c->station_ft = number(r, where, "station_ft", station, "ft", (double)NAN);
     check_channel(r, where, m);
 }
@@ -269,11 +272,11 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
 static void read_missing(const struct reader *r, json_t *words, struct mapping *m)
 {
     if (words && (!json_is_array(words) || json_array_size(words) > MAPPING_WORDS))
-        wrong(r, "", "missing", "give a list of up to 16 words");
+        refuse_value(r, "", "missing", "give a list of up to 16 words");
     for (size_t i = 0; i < json_array_size(words) && i < MAPPING_WORDS; i++) {
         const char *word = json_string_value(json_array_get(words, i));
         if (!word || strlen(word) >= sizeof m->missing[0])
-            wrong(r, "", "missing", "give strings of at most 15 characters");
+            refuse_value(r, "", "missing", "give strings of at most 15 characters");
         else
             strcpy(m->missing[m->missing_count++], word);
     }
@@ -292,7 +295,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
            "channels", &channels, "touchdown_ft", &touchdown, "switch_error_ft", &switch_error,
            "gap_s", &gap, "note", &note);
     if (json_array_size(channels) == 0 || json_array_size(channels) >= MAPPING_CHANNELS) {
-        wrong(r, "", "channels", "give a list of one to 99 objects");
+        refuse_value(r, "", "channels", "give a list of one to 99 objects");
         return;
     }
     m->signals = json_object_get(json_array_get(channels, 0), "id");
@@ -303,9 +306,9 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
                                                  : ",");
     m->comment = character(r, "comment", comment);
     if ((m->decimal != '.' && m->decimal != ',') || m->decimal == m->separator)
-        wrong(r, "", "decimal", "give . or , and a different separator");
+        refuse_value(r, "", "decimal", "give . or , and a different separator");
     if (header_lines < 0 || header_lines > 1000)
-        wrong(r, "", "header_lines", "give 0 to 1000");
+        refuse_value(r, "", "header_lines", "give 0 to 1000");
     m->header_lines = (unsigned)header_lines;
     m->last_line_open = last_line_open;
     m->touchdown_ft = number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);

@@ -105,16 +105,16 @@ struct table {
     } eaten;
 };
 
-static bool blank(char c)
+static bool is_blank(char c)
 {
     return c == ' ' || c == '\t' || c == '\r';
 }
 
 static struct field trimmed(const char *from, const char *to)
 {
-    while (from < to && blank(*from))
+    while (from < to && is_blank(*from))
         from++;
-    while (to > from && blank(to[-1]))
+    while (to > from && is_blank(to[-1]))
         to--;
     if (to - from >= 2 && *from == '"' && to[-1] == '"') {
         from++;
@@ -155,7 +155,7 @@ static bool next_line(struct table *t, bool blanks, const char **line, size_t *l
         t->at = newline ? newline + 1 : t->end;
         t->line++;
         size_t said = *length;
-        while (said && blank((*line)[said - 1]))
+        while (said && is_blank((*line)[said - 1]))
             said--;
         if (said ? !t->mapping->comment || **line != t->mapping->comment : blanks)
             return true;
@@ -260,7 +260,8 @@ static enum mr_status take_header(struct table *t, struct error *error)
     return status;
 }
 
-static bool bad(struct table *t, const char *line, const char *at, bool whole, const char *what)
+static bool refuse_line(struct table *t, const char *line, const char *at, bool whole,
+                        const char *what)
 {
     if (whole)
         t->verdict->bad_lines++;
@@ -275,30 +276,31 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     const struct mapping *m = t->mapping;
     double value;
     if (!split(t, line, length))
-        return bad(t, line, line, whole, "too many columns");
+        return refuse_line(t, line, line, whole, "too many columns");
     if (!t->columns)
         t->columns = t->fields;
     if (t->fields != t->columns)
-        return bad(t, line, t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
-                   t->fields < t->columns ? "fewer columns than the header has"
-                                          : "more columns than the header has");
+        return refuse_line(t, line,
+                           t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
+                           t->fields < t->columns ? "fewer columns than the header has"
+                                                  : "more columns than the header has");
     if (!whole && !m->last_line_open)
-        return bad(t, line, line + length, false, NULL);
+        return refuse_line(t, line, line + length, false, NULL);
     if (m->time_place > t->fields)
-        return bad(t, line, line + length, whole, "no time column");
+        return refuse_line(t, line, line + length, whole, "no time column");
     if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
-        return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
+        return refuse_line(t, line, t->field[m->time_place - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
     const char *wrong = wrong_time(*time_s, t->last_s);
     if (wrong)
-        return bad(t, line, t->field[m->time_place - 1].at, whole, wrong);
+        return refuse_line(t, line, t->field[m->time_place - 1].at, whole, wrong);
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
         if (place > t->fields || !take_number(m, t->field[place - 1], &value))
-            return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole,
-                       "no number");
+            return refuse_line(t, line, place > t->fields ? line + length : t->field[place - 1].at,
+                               whole, "no number");
         if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MOST)
-            return bad(t, line, t->field[place - 1].at, whole, "impossible value");
+            return refuse_line(t, line, t->field[place - 1].at, whole, "impossible value");
     }
     return true;
 }

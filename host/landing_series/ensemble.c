@@ -379,7 +379,7 @@ static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
 
 /* A wheel at one end of mats that a line of stiffeners connects tips them, and their joints rise
  * without compression. */
-static bool tips(const struct sim_scene *scene)
+static bool is_tipping(const struct sim_scene *scene)
 {
     return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
            scene->wheel_load_lb > 0.0;
@@ -555,9 +555,10 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
     carry(r, scene, moved);
 }
 
-static enum mr_status land(struct runway *r, const struct series_landing *landing,
-                           const struct draw_path *path, const struct series_outcome *first,
-                           struct series_outcome *out, struct error *error)
+static enum mr_status simulate_landing_once(struct runway *r, const struct series_landing *landing,
+                                            const struct draw_path *path,
+                                            const struct series_outcome *first,
+                                            struct series_outcome *out, struct error *error)
 {
     const struct landing_series *c = r->series;
     const struct sim_scene *scene = &landing->scene;
@@ -566,7 +567,8 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
         run_engine(r, landing, SIM_CHAIN, path, first, out, &chain, error) == MR_OK)
         out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
     bool asked = c->engine == SERIES_PLANAR ||
-                 (c->engine == SERIES_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
+                 (c->engine == SERIES_AUTO &&
+                  (out->skip_ratio > c->skip_share || is_tipping(scene)));
     if (error->status == MR_OK && (first ? first->by_planar : asked) &&
         run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
@@ -604,8 +606,8 @@ static void play(const struct landing_series *series, uint64_t seed, const struc
             break;
         out->stop_ft = path.stop_ft;
         out->deceleration_ft_s2 = path.mean_ft_s2;
-        if (land(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out, &run->error) !=
-            MR_OK)
+        if (simulate_landing_once(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out,
+                                  &run->error) != MR_OK)
             break;
         run->played = i + 1;
         if (out->buckled) {

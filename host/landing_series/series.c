@@ -22,12 +22,12 @@ struct keys {
     struct error *error;
 };
 
-static bool keys_failed(const struct keys *keys)
+static bool has_failed(const struct keys *keys)
 {
     return keys->error->status != MR_OK;
 }
 
-static void keys_wrong(const struct keys *keys, const char *where, const char *key,
+static void refuse_key(const struct keys *keys, const char *where, const char *key,
                        const char *wanted)
 {
     error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where,
@@ -98,7 +98,7 @@ static void read_object(const struct keys *r, const char *where, const json_t *o
     json_t *value;
     char wanted[300];
     if (!json_is_object(object))
-        keys_wrong(r, where, "", "an object, {...}");
+        refuse_key(r, where, "", "an object, {...}");
     json_object_foreach((json_t *)(uintptr_t)object, name, value)
     {
         size_t i = 0, k = 0;
@@ -106,11 +106,11 @@ static void read_object(const struct keys *r, const char *where, const json_t *o
             i++;
         while (others[k] && strcmp(others[k], name) != 0)
             k++;
-        if (keys_failed(r))
+        if (has_failed(r))
             return;
         if (i < count && !read_value(&keys[i], value, (char *)base + keys[i].offset)) {
             wanted_text(&keys[i], wanted);
-            keys_wrong(r, where, name, wanted);
+            refuse_key(r, where, name, wanted);
         } else if (i == count && !others[k] && name[0] != '_') {
             error_set(
                 r->error, MR_MALFORMED,
@@ -198,7 +198,7 @@ json_t *series_key_json(const struct series_key *key, const struct landing_serie
 static void read_sections(const struct keys *r, const json_t *root, struct landing_series *c)
 {
     static const char *const none[] = {NULL};
-    for (size_t i = 0, count; i < series_key_count && !keys_failed(r); i += count) {
+    for (size_t i = 0, count; i < series_key_count && !has_failed(r); i += count) {
         const json_t *section = json_object_get(root, series_keys[i].section);
         for (count = 0; i + count < series_key_count &&
                         strcmp(series_keys[i + count].section, series_keys[i].section) == 0;)
@@ -220,10 +220,10 @@ static void read_seeds(const struct keys *r, const json_t *root, struct landing_
         first = (double)json_integer_value(json_array_get(seeds, 0));
         last = (double)json_integer_value(json_array_get(seeds, 1));
     } else if (seeds) {
-        keys_wrong(r, "", "seeds", "the number of seeds, or [first, last]");
+        refuse_key(r, "", "seeds", "the number of seeds, or [first, last]");
     }
     if (!(first >= 0.0 && last >= first && last < 1e15 && last - first < SERIES_SEEDS_MAX)) {
-        keys_wrong(r, "", "seeds", "1 to 10000 seeds, as a number or [first, last]");
+        refuse_key(r, "", "seeds", "1 to 10000 seeds, as a number or [first, last]");
         return;
     }
     c->first_seed = (uint64_t)first;
@@ -242,11 +242,11 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     }
     c->station_count = json_array_size(list);
     if (!json_is_array(list) || c->station_count == 0 || c->station_count > SERIES_STATIONS_MAX)
-        keys_wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
-    for (size_t i = 0; i < c->station_count && !keys_failed(r); i++) {
+        refuse_key(r, "", "stations_ft", "a list of 1 to 64 stations");
+    for (size_t i = 0; i < c->station_count && !has_failed(r); i++) {
         if (!quantity_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
             !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
-            keys_wrong(r, "", "stations_ft", "stations on the runway");
+            refuse_key(r, "", "stations_ft", "stations on the runway");
     }
 }
 
@@ -255,10 +255,10 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
 {
     landing->profile_count = json_array_size(list);
     if (landing->profile_count > SERIES_PROFILE_MAX) {
-        keys_wrong(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
+        refuse_key(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
         return;
     }
-    for (size_t i = 0; i < landing->profile_count && !keys_failed(r); i++) {
+    for (size_t i = 0; i < landing->profile_count && !has_failed(r); i++) {
         const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
                      *a = json_array_get(row, 1);
         struct series_knot *knot = &landing->profile[i];
@@ -267,7 +267,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
             !quantity_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
             !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
             !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
-            keys_wrong(
+            refuse_key(
                 r, where, "profile",
                 "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
     }
@@ -278,7 +278,7 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
 {
     json_t *apply = json_object_get(landing, "apply");
     if (apply && !json_is_object(apply))
-        keys_wrong(r, where, "apply", "an object of scene keys");
+        refuse_key(r, where, "apply", "an object of scene keys");
     json_object_update(now, apply);
     return apply;
 }
@@ -299,21 +299,21 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     read_object(r, where, entry, landing_keys, COUNT(landing_keys), others, landing);
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
                  *profile = json_object_get(entry, "profile");
-    if (!keys_failed(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
-        keys_wrong(r, where, "deceleration_ft_s2", "one of deceleration_ft_s2, profile and tow_lb");
-    if (profile && !keys_failed(r))
+    if (!has_failed(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+        refuse_key(r, where, "deceleration_ft_s2", "one of deceleration_ft_s2, profile and tow_lb");
+    if (profile && !has_failed(r))
         read_profile(r, where, profile, landing);
-    if (keys_failed(r))
+    if (has_failed(r))
         return;
     landing->modified = modify(r, where, entry, now);
-    if (!keys_failed(r))
+    if (!has_failed(r))
         read_scene(r, where, now, &landing->scene);
-    if (!keys_failed(r) &&
+    if (!has_failed(r) &&
         landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
         char says[100];
         snprintf(says, sizeof says, "a station before the end of the runway, %.6g ft",
                  landing->scene.mats * landing->scene.length_ft);
-        keys_wrong(r, where, "touchdown_ft", says);
+        refuse_key(r, where, "touchdown_ft", says);
     }
 }
 
@@ -324,8 +324,8 @@ static void check_scene(const struct keys *r, const json_t *scene)
                                       "bump",  "t_dwell", "tend",    "t_out", "Vac",
                                       "s0",    "F",       "F_tstop", NULL};
     if (!json_is_object(scene))
-        keys_wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
-    for (size_t i = 0; own[i] && !keys_failed(r); i++) {
+        refuse_key(r, "", "scene", "an object of scene keys, or the name of a scene file");
+    for (size_t i = 0; own[i] && !has_failed(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED,
                       "key not allowed here: %s: scene.%s; leave it out, the runway and the "
@@ -342,7 +342,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     size_t i;
     c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
     if (!json_is_array(list) || json_array_size(list) == 0)
-        keys_wrong(r, "", "landings", "a list of at least one landing");
+        refuse_key(r, "", "landings", "a list of at least one landing");
     /* the engines add heights and paths later; set enough here for a valid scene */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
@@ -351,9 +351,9 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
         char where[40];
         double times = 1.0;
         snprintf(where, sizeof where, "landings[%zu]", i);
-        if (keys_failed(r))
+        if (has_failed(r))
             break;
-        for (size_t k = 0; k < (size_t)times && !keys_failed(r); k++) {
+        for (size_t k = 0; k < (size_t)times && !has_failed(r); k++) {
             if (c->landing_count == SERIES_LANDINGS_MAX) {
                 error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer",
                           r->path, SERIES_LANDINGS_MAX);
@@ -375,7 +375,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
 static void check_lengths(const struct keys *r, const struct landing_series *c)
 {
     const struct sim_scene *first = &c->landings[0].scene;
-    for (size_t i = 1; i < c->landing_count && !keys_failed(r); i++) {
+    for (size_t i = 1; i < c->landing_count && !has_failed(r); i++) {
         const struct sim_scene *scene = &c->landings[i].scene;
         if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
             scene->slack_ft != first->slack_ft)
@@ -433,8 +433,8 @@ json_t *series_elastic_json(const char *file, const json_t *root, struct error *
 {
     const struct keys r = {file, error};
     json_t *elastic = object_or_file(file, root, "elastic", error);
-    if (elastic && !keys_failed(&r) && !json_is_object(elastic))
-        keys_wrong(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
+    if (elastic && !has_failed(&r) && !json_is_object(elastic))
+        refuse_key(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
     return elastic;
 }
 
@@ -446,12 +446,12 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
         return scene;
     json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
-    if (!elastic && !keys_failed(&r))
+    if (!elastic && !has_failed(&r))
         error_set(error, MR_MALFORMED,
                   "no elastic ground: %s: ground is elastic, but its stiffness is not given; give "
                   "elastic, an object of scene keys with gear_k_lb_ft",
                   file);
-    if (elastic && !keys_failed(&r))
+    if (elastic && !has_failed(&r))
         json_object_update(both, elastic);
     json_decref(elastic);
     json_decref(scene);
@@ -463,18 +463,18 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
     static const char *const others[] = {"scene", "runway",      "aircraft", "engine", "landings",
                                          "seeds", "stations_ft", "elastic",  NULL};
     read_object(r, "", root, root_keys, COUNT(root_keys), others, c);
-    if (keys_failed(r))
+    if (has_failed(r))
         return;
     read_sections(r, root, c);
     read_seeds(r, root, c);
-    json_t *scene = keys_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
-    if (!keys_failed(r))
+    json_t *scene = has_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
+    if (!has_failed(r))
         check_scene(r, scene);
-    if (!keys_failed(r))
+    if (!has_failed(r))
         read_landings(r, root, scene, c);
-    if (!keys_failed(r))
+    if (!has_failed(r))
         check_lengths(r, c);
-    if (!keys_failed(r))
+    if (!has_failed(r))
         read_stations(r, root, c);
     json_decref(scene);
 }
@@ -500,9 +500,9 @@ enum mr_status series_from_json(struct landing_series *c, const char *where, con
         .skip_share = 0.9,
     };
     read_root(&r, root, c);
-    if (keys_failed(&r))
+    if (has_failed(&r))
         series_free(c);
-    if (!keys_failed(&r) && !c->name[0])
+    if (!has_failed(&r) && !c->name[0])
         snprintf(c->name, sizeof c->name, "%s", where);
     return error->status;
 }

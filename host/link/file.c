@@ -177,7 +177,7 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
 
 #define SEEN 40u
 /* Make an invalid line printable. */
-static void see(const char *text, size_t length, char seen[SEEN + 1])
+static void make_printable(const char *text, size_t length, char seen[SEEN + 1])
 {
     size_t i = 0;
     for (; i < length && i < SEEN; i++)
@@ -200,7 +200,7 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
         if (candump_log_take(&log, text, length, whole, &line))
             room = add_to_buses(buses, &line, link->base);
         else if (!seen[0])
-            see(text, length, seen);
+            make_printable(text, length, seen);
     }
     if (!buses)
         status = error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);

@@ -421,7 +421,7 @@ static void put_counters(struct link_reader *reader)
     link_queue_put_counters(reader->queue, &copy);
 }
 
-static void lose(struct link_reader *reader, size_t count)
+static void drop_queued(struct link_reader *reader, size_t count)
 {
     reader->dropping = true;
     link_event(reader->link, reader->blame(reader->context), count);
@@ -434,7 +434,7 @@ static bool deliver(struct link_reader *reader, const struct link_frame *frame, 
 {
     size_t count = reader->kind == LINK_CAN ? 1 : length;
     if (reader->dropping && link_queue_is_tight(reader->queue)) {
-        lose(reader, count);
+        drop_queued(reader, count);
         return true;
     }
     reader->dropping = false;
@@ -446,7 +446,7 @@ static bool deliver(struct link_reader *reader, const struct link_frame *frame, 
         if (there)
             return true;
         if (!link_waits(reader->link)) {
-            lose(reader, count);
+            drop_queued(reader, count);
             return true;
         }
         atomic_store(&reader->holds_up, true);

@@ -52,7 +52,7 @@ static size_t take_points(const struct timemap *map, struct timemap_fit *fit, st
 }
 
 /* True if c is on or above the line from a to b. */
-static bool above(struct point a, struct point b, struct point c)
+static bool is_above(struct point a, struct point b, struct point c)
 {
     return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
 }
@@ -62,7 +62,7 @@ static size_t lower_hull(const struct point *point, size_t n, struct point *hull
 {
     size_t count = 0;
     for (size_t i = 0; i < n; i++) {
-        while (count >= 2 && !above(hull[count - 2], hull[count - 1], point[i]))
+        while (count >= 2 && !is_above(hull[count - 2], hull[count - 1], point[i]))
             count--;
         hull[count++] = point[i];
     }
@@ -178,7 +178,7 @@ struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board
                                   hypot(offset.half, STAMP_US)};
 }
 
-static bool beyond(const struct timemap_fit *fit, double most_ppm)
+static bool is_beyond(const struct timemap_fit *fit, double most_ppm)
 {
     return fabs(fit->fast_ppm.value) - fit->fast_ppm.half > most_ppm;
 }
@@ -187,9 +187,9 @@ static enum timemap_refusal judge(const struct timemap_fit *fit, double toleranc
 {
     if (fit->host0_us < DAY_ZERO_US)
         return TIMEMAP_NO_DATE;
-    if (set && !beyond(fit, EMULATED_PPM))
+    if (set && !is_beyond(fit, EMULATED_PPM))
         return TIMEMAP_UNCERTAIN;
-    if (beyond(fit, tolerance_ppm))
+    if (is_beyond(fit, tolerance_ppm))
         return TIMEMAP_OTHER_PACE;
     if (fit->spread_us > UNCERTAIN_US || timemap_host_us(fit, fit->to_us).half > UNCERTAIN_US)
         return TIMEMAP_UNCERTAIN;

@@ -414,7 +414,7 @@ static json_t *state_json(const struct live_hub *hub)
 }
 
 /* Publish all events that are due. The caller holds the lock. */
-static void turn(struct live_hub *hub)
+static void take_turn(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restarts != hub->restarts) {
@@ -437,7 +437,7 @@ static void turn(struct live_hub *hub)
 void live_hub_turn(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    turn(hub);
+    take_turn(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
@@ -600,7 +600,7 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
     hub->heard_us[event->link] = (int64_t)event->host_us;
     if (live_buckets_receive(&hub->buckets, event->link, block)) {
         discard_landing(hub, true);
-        turn(hub);
+        take_turn(hub);
     }
     struct mr_config config;
     if (m->place == MR_PLACE_CONFIG_IMAGE &&
@@ -636,7 +636,7 @@ void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_
     hub->heard_us[LINK_SERIAL] = host_us;
     if (live_buckets_receive(&hub->buckets, LINK_SERIAL, record->index)) {
         discard_landing(hub, true);
-        turn(hub);
+        take_turn(hub);
     }
     live_buckets_record(&hub->buckets, record);
     /* a campaign may be replayed faster than turn() is called */
@@ -683,7 +683,7 @@ char *live_hub_snapshot(struct live_hub *hub)
 /* ---- viewers ---- */
 
 /* All events for a new viewer. The caller holds the lock. */
-static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
+static char *make_whole_event(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
     publish_messages(hub); /* the snapshot includes waiting messages */
@@ -721,7 +721,7 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
     if (viewer->next < hub->first)
         viewer->fresh = true; /* the viewer did not read for longer than the ring holds */
     if (viewer->fresh) {
-        text = whole(hub, viewer, length);
+        text = make_whole_event(hub, viewer, length);
     } else if (viewer->next < hub->next) {
         const struct event *event = &hub->event[viewer->next++ % EVENTS];
         text = malloc(event->length + 1);
@@ -753,8 +753,8 @@ bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer)
 
 /* ---- orders ---- */
 
-enum mr_status live_hub_order(struct live_hub *hub, unsigned code, int32_t argument,
-                              int64_t until_us, enum mr_status *answer)
+enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
+                                     int64_t until_us, enum mr_status *answer)
 {
     struct timespec until = after_ms(1000 * ARM_CLIENT_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
@@ -778,7 +778,7 @@ enum mr_status live_hub_order(struct live_hub *hub, unsigned code, int32_t argum
     return status;
 }
 
-bool live_hub_take_order(struct live_hub *hub, struct mr_command *command)
+bool live_hub_take_command(struct live_hub *hub, struct mr_command *command)
 {
     pthread_mutex_lock(&hub->lock);
     bool any = hub->ordered && !hub->sent && (int64_t)link_now_us() < hub->until_us;

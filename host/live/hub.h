@@ -65,9 +65,9 @@ bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer);
  * which it must not be executed. MR_OK: the board answered with `*answer`. MR_TIMEOUT: no answer
  * within 3 s. MR_LIMIT: the command is too old. MR_NOT_NOW: another command is in progress, or
  * commands are not available. */
-enum mr_status live_hub_order(struct live_hub *hub, unsigned code, int32_t argument,
-                              int64_t until_us, enum mr_status *answer);
+enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
+                                     int64_t until_us, enum mr_status *answer);
 /* For the owner of the links: takes a command to be sent. */
-bool live_hub_take_order(struct live_hub *hub, struct mr_command *command);
+bool live_hub_take_command(struct live_hub *hub, struct mr_command *command);
 
 #endif

@@ -188,8 +188,9 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
                                         "disarm, and until_us, the time limit for its execution"));
         return MHD_HTTP_BAD_REQUEST;
     }
-    enum mr_status status = live_hub_order(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
-                                           (int32_t)number, json_integer_value(until), &of_board);
+    enum mr_status status =
+        live_hub_send_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+                              (int32_t)number, json_integer_value(until), &of_board);
     snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
                       : status == MR_LIMIT   ? "the command arrived too late: repeat it"
@@ -407,5 +408,5 @@ void live_turn(struct live *live, const struct collector *collector)
 
 bool live_take_order(struct live *live, struct mr_command *command)
 {
-    return live->hub && live_hub_take_order(live->hub, command);
+    return live->hub && live_hub_take_command(live->hub, command);
 }

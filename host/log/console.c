@@ -174,7 +174,7 @@ void logger_serve_page(struct logger *logger, bool end)
     }
 }
 
-void logger_hasty(struct logger *logger, bool on)
+void logger_set_nonblocking(struct logger *logger, bool on)
 {
     for (int i = 0; i < 2; i++) {
         int fd = STDOUT_FILENO + i, other = -1;
@@ -325,7 +325,7 @@ void logger_note_orders(struct logger *logger)
                         order.ack.code == typed->command.code;
         char more[60] = "", words[300];
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
-            logger_again(logger))
+            logger_repeat_command(logger))
             continue;
         if (is_typed) { /* typed_turn reports the outcome */
             typed->answered = true;

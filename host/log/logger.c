@@ -123,7 +123,7 @@ static void roll_back(struct logger *logger)
 {
     store_roll_back(logger->store);
     if (logger->in_transaction && logger->collector)
-        collector_back_to_mark(logger->collector);
+        collector_restore_mark(logger->collector);
     logger->in_transaction = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link])
@@ -286,7 +286,7 @@ static void prove(struct logger *logger, unsigned link, const uint8_t *command)
     }
 }
 
-bool logger_again(struct logger *logger)
+bool logger_repeat_command(struct logger *logger)
 {
     struct collector_progress p;
     collector_progress(logger->collector, &p);

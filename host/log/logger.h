@@ -88,7 +88,7 @@ struct logger {
     json_t *landings;
     char *unsaid; /* text of summaries that standard output has not accepted yet; NULL: never any */
     size_t unsaid_length;
-    /* original standard output and standard error during logger_hasty; 0: not active */
+    /* original standard output and standard error during logger_set_nonblocking; 0: not active */
     int output[2];
     bool all;               /* print the full summary of each landing */
     unsigned shown;         /* number of landings whose summary was printed */
@@ -142,7 +142,7 @@ bool logger_close_store(struct logger *logger);
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
 /* Sends the typed command again if it was refused and a newer nonce shows that another program's
  * command came first. Returns false if it was not sent. */
-bool logger_again(struct logger *logger);
+bool logger_repeat_command(struct logger *logger);
 void logger_ask_for_configuration(struct logger *logger);
 /* Serves the live page: due events, and the commands of its viewers. */
 void logger_serve_live(struct logger *logger);
@@ -152,7 +152,7 @@ void logger_serve_live(struct logger *logger);
 /* Makes standard output and standard error non-blocking, or blocking again, so that a stopped
  * terminal or a hanging connection cannot delay writing. Unprinted text of summaries is printed
  * later; other text is lost. */
-void logger_hasty(struct logger *logger, bool on);
+void logger_set_nonblocking(struct logger *logger, bool on);
 /* Prints the summaries still unprinted, as far as standard output accepts them; waits for it unless
  * output is non-blocking. */
 void logger_report_rest(struct logger *logger);

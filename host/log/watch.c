@@ -131,7 +131,7 @@ static void lost_text(const struct watch *watch, char *out, size_t size)
         snprintf(out, size, "lost so far in this session: %s", what);
 }
 
-static bool holds_up(const struct watch *watch)
+static bool is_holding_up(const struct watch *watch)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
@@ -162,7 +162,7 @@ static void describe(const struct watch *watch, enum watch_cause cause, uint64_t
     }
     lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
-             holds_up(watch) ? ", the board must wait" : "", lost, watch->path);
+             is_holding_up(watch) ? ", the board must wait" : "", lost, watch->path);
 }
 
 static void check_call(struct watch *watch, uint64_t at_us)

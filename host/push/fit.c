@@ -425,16 +425,16 @@ static void decompose(struct work *w, size_t n)
     }
 }
 
-static bool slid(const struct work *w)
+static bool has_slid(const struct work *w)
 {
     return w->slid_from <= w->slid_to;
 }
 
 /* True if two readings share an additional offset besides u0. Each reading that slid has one of its
  * own; all readings after it share the last one. */
-static bool share_offset(const struct work *w, size_t i, size_t k)
+static bool is_offset_shared(const struct work *w, size_t i, size_t k)
 {
-    return slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
+    return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
 }
 
 static double chi_square(struct work *w, double a, double b)
@@ -447,7 +447,7 @@ static double chi_square(struct work *w, double a, double b)
             w->v[i][k] = force2 *
                              (a * a * w->gg[i][k] + a * b * w->gf[i][k] + b * b * w->ff[i][k]) +
                          w->free2 + (i == k ? moved2 : 0.0);
-            if (share_offset(w, i, k))
+            if (is_offset_shared(w, i, k))
                 w->v[i][k] += w->free2;
         }
         w->r[i] = w->series->moved_in[i] - w->series->moved_in[0] - a * w->grows_lb[i] -
@@ -680,14 +680,14 @@ static void fit_series(struct work *w, double expected_lb_in, double stretch, st
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
     fit->slid_from = w->slid_from;
-    double force = slid(w) ? slide_force(w, &fit->limit_lb) : 0.0;
-    fit->slid = slid(w) ? w->slid_to + 1 - w->slid_from : 0;
-    size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (slid(w) ? 1u : 0u);
+    double force = has_slid(w) ? slide_force(w, &fit->limit_lb) : 0.0;
+    fit->slid = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
+    size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
     fit->freedom = n > taken ? n - taken : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
     fit->log_odds = log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
-    size_t before = slid(w) ? w->slid_from : n;
+    size_t before = has_slid(w) ? w->slid_from : n;
     for (size_t i = 0; i < before; i++)
         sum += w->series->moved_in[i] - a * w->grows_lb[i] - b * w->falls_lb[i];
     fit->zero_in = sum / (double)before;

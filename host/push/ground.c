@@ -213,7 +213,7 @@ static double solve(struct pooled *p, double spread)
     return left;
 }
 
-static void pool(struct pooled *p)
+static void pool_readings(struct pooled *p)
 {
     size_t more = p->count > p->terms ? p->count - p->terms : 0;
     double left = solve(p, 0.0), low = 0.0, high = SPREAD_MOST;
@@ -313,7 +313,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
         unmeasured(&ground->axle_law, "only one load: test also under twice the load of an axle");
         return;
     }
-    pool(&p);
+    pool_readings(&p);
     struct push_interval ln = interval(&p, 0);
     size_t more = p.count - p.terms;
     ground->k_lb_ft.of = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
@@ -352,7 +352,7 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
                                            : "the stiffness is also undetermined");
         return;
     }
-    pool(&p);
+    pool_readings(&p);
     ground->unloading.of = interval(&p, 0);
     snprintf(ground->unloading.reason, PUSH_REASON, "unloading readings of %zu push test%s",
              p.count, p.count == 1 ? "" : "s");
@@ -384,7 +384,7 @@ static void find_friction(const struct push_readings *readings, const struct pus
         ground->friction.of.low = held;
         return;
     }
-    pool(&p);
+    pool_readings(&p);
     ground->friction.of = interval(&p, 0);
     snprintf(ground->friction.reason, PUSH_REASON, "%zu push test%s in which the mat slid", p.count,
              p.count == 1 ? "" : "s");

@@ -304,8 +304,8 @@ static const struct board_message *next(struct walk *walk, const struct mr_messa
     return NULL;
 }
 
-static void only_one(struct comparing *c, const struct board_message *answer, int64_t block,
-                     bool recorded)
+static void note_unmatched(struct comparing *c, const struct board_message *answer, int64_t block,
+                           bool recorded)
 {
     /* The record can end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
@@ -331,7 +331,7 @@ static void only_one(struct comparing *c, const struct board_message *answer, in
 
 /* True if two messages of one kind have the same subject: the number of a channel, switch, edge or
  * command, and the item if there is one. */
-static bool same_subject(const struct board_message *a, const struct board_message *b)
+static bool has_same_subject(const struct board_message *a, const struct board_message *b)
 {
     static const char *const subjects[] = {"index", "position", "segment", "count",
                                            "tag",   "code",     "band",    "gage"};
@@ -365,8 +365,8 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             continue;
         }
         bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
-        if (paired && c->options->lossy[link] && !same_subject(a, b)) {
-            only_one(c, b, replayed_at, false);
+        if (paired && c->options->lossy[link] && !has_same_subject(a, b)) {
+            note_unmatched(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
             /* CAN sent the message while its record was still in transit on serial */
@@ -379,10 +379,10 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             old.at++;
             new.at++;
         } else if (at < replayed_at) {
-            only_one(c, a, at, true);
+            note_unmatched(c, a, at, true);
             old.at++;
         } else {
-            only_one(c, b, replayed_at, false);
+            note_unmatched(c, b, replayed_at, false);
             new.at++;
         }
     }
@@ -396,7 +396,8 @@ static int64_t late_by(const struct comparing *c, int link, const struct mr_mess
     struct walk old, new;
     const struct board_message *a, *b;
     begin_walks(c, link, &old, &new);
-    while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL && same_subject(a, b)) {
+    while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL &&
+           has_same_subject(a, b)) {
         int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
         if (apart > LATE_MOST_BLOCKS)
             break;
@@ -463,9 +464,10 @@ static void compare_blocks(struct comparing *c)
         if (at == replayed_at)
             compare_block(c, &c->recorded->block[i++], &c->replayed->block[k++]);
         else if (at < replayed_at)
-            only_one(c, &any, c->recorded->block[i++].index, true);
+            note_unmatched(c, &any, c->recorded->block[i++].index, true);
         else
-            only_one(c, &any, c->replayed->block[k++].index + c->options->shift_blocks, false);
+            note_unmatched(c, &any, c->replayed->block[k++].index + c->options->shift_blocks,
+                           false);
     }
 }
 

@@ -711,7 +711,7 @@ static void series_row(const struct store_landing *landing, const struct journal
         answer_words(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
 }
 
-static void journal(const struct report *report, FILE *out)
+static void put_journal(const struct report *report, FILE *out)
 {
     struct store_landing *landing = NULL;
     size_t count = 0;
@@ -953,7 +953,7 @@ static void draw_slow(FILE *out, const struct store_slow *rows, const double *ho
                "the mat.");
 }
 
-static void slow(const struct report *report, FILE *out)
+static void put_slow(const struct report *report, FILE *out)
 {
     double *hours = xcalloc(2 * (report->slow_rows + 1), sizeof *hours);
     size_t n = choose(report->slow, report->slow_rows, hours);
@@ -974,8 +974,8 @@ const struct report_section report_sections[] = {
     {"record", "Warnings and their outcome", warnings, 0},
     {"predictor", "Predictions", predictor, 2},
     {"compared", "Measured against simulated", compared, 2},
-    {"slow", "Tension and temperature between landings", slow, 0},
-    {"journal", "Observations and notes", journal, 0},
+    {"slow", "Tension and temperature between landings", put_slow, 0},
+    {"journal", "Observations and notes", put_journal, 0},
     {"records", "Acceptance of runway and mats", records, 0},
     {"survey", "Surveys of the mat", surveys, 0},
     {NULL, NULL, NULL, 0},

@@ -116,7 +116,7 @@ static void end_fact(FILE *out)
 }
 
 /* "not entered", and the command that enters it. */
-static void missing(FILE *out, const char *word, const char *how)
+static void put_missing(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
     html_text(out, how);
@@ -153,7 +153,7 @@ static void text_fact(const struct report *report, const struct text_row *row, F
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
-        missing(out, "not entered", row->how);
+        put_missing(out, "not entered", row->how);
     end_fact(out);
 }
 
@@ -203,7 +203,7 @@ static void date_fact(const struct report *report, FILE *out)
         }
         local_time(first_us, last_us, out);
     } else if (report->landings) {
-        missing(out, "not known", "read from a recording that has no times of day");
+        put_missing(out, "not known", "read from a recording that has no times of day");
     } else {
         fputs("no landing", out);
     }
@@ -271,7 +271,7 @@ static void number_fact(const struct report *report, const struct number_row *ro
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
-        missing(out, row->unknown, row->how);
+        put_missing(out, row->unknown, row->how);
     else if (high - low < 0.5 * pow(10.0, -d))
         fprintf(out, "%.*f", d, low);
     else
@@ -372,9 +372,9 @@ static void verdicts_fact(const struct report *report, FILE *out)
         any = true;
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
-        missing(out, "", report->facts[0].why);
+        put_missing(out, "", report->facts[0].why);
     else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
-        missing(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
+        put_missing(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
         fputs("no landing", out);
     end_fact(out);
@@ -382,7 +382,7 @@ static void verdicts_fact(const struct report *report, FILE *out)
 
 /* ---- problems ---- */
 
-static void wrong_fact(const struct report *report, bool *of, FILE *out)
+static void put_wrong_fact(const struct report *report, bool *of, FILE *out)
 {
     unsigned all = 0;
     for (size_t i = 0; i < report->landings; i++)
@@ -489,7 +489,7 @@ static void emulated_banner(const struct report *report, FILE *out)
 }
 
 /* Outcome and main numbers of one landing, as the front shows them for all. */
-static void lead(const struct report *report, struct report_facts *facts, FILE *out)
+static void put_lead(const struct report *report, struct report_facts *facts, FILE *out)
 {
     bool of[1];
     struct report one = *report;
@@ -513,7 +513,7 @@ static void sensors_fact(const struct report *report, FILE *out)
         fprintf(out, "%zu of %zu: <a href=\"#provenance\">Provenance</a>", facts->serials,
                 facts->sensors);
     else
-        missing(out, "not entered", "serial of each channel in the configuration");
+        put_missing(out, "not entered", "serial of each channel in the configuration");
     end_fact(out);
 }
 
@@ -545,7 +545,7 @@ static void facts(const struct report *report, bool *of, FILE *out)
     number_fact(report, &weight, out);
     five_numbers(report, of, out);
     verdicts_fact(report, out);
-    wrong_fact(report, of, out);
+    put_wrong_fact(report, of, out);
     sensors_fact(report, out);
     fputs("</dl>\n", out);
 }
@@ -729,7 +729,7 @@ static void write_landing(const struct report *report, struct report_facts *fact
     summary_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
-    lead(report, facts, out);
+    put_lead(report, facts, out);
     for (const struct report_part *part = report_parts; part->write; part++) {
         char *text = NULL;
         size_t size = 0;

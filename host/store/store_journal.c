@@ -228,7 +228,7 @@ enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin, 
 
 /* ---- recalibrate ---- */
 
-static bool same(float a, float b)
+static bool is_same(float a, float b)
 {
     return a == b || (isnan(a) && isnan(b));
 }
@@ -237,7 +237,7 @@ static enum mr_status keep(struct store *store, int64_t run, unsigned index, int
                            float was, float value, const struct store_recalibration *how,
                            unsigned *changed, struct error *error)
 {
-    if (same(was, value))
+    if (is_same(was, value))
         return MR_OK;
     ++*changed;
     const struct store_recalibrated row = {.index = index,
@@ -269,7 +269,7 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
     for (unsigned item = 0; item < MR_CALIBRATION_ITEMS && status == MR_OK; item++) {
         float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
         status = keep(store, run, index, item, was, value, how, changed, error);
-        if (status == MR_OK && !same(was, value))
+        if (status == MR_OK && !is_same(was, value))
             status = store_calibration_put(
                 store, run, &(struct store_calibration){index, item, (double)value}, error);
     }

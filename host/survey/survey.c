@@ -354,7 +354,7 @@ void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si)
     }
 }
 
-static bool whole(const char *text, unsigned *value)
+static bool read_whole_number(const char *text, unsigned *value)
 {
     char *end;
     unsigned long number = strtoul(text, &end, 10);
@@ -401,8 +401,9 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
     if (text[READING][0] == '\0')
         return MR_OK;
-    int at = survey_kind_parse(text[KIND], &item.kind) && whole(text[LINE], &item.line) &&
-                     whole(text[PLACE], &item.place)
+    int at = survey_kind_parse(text[KIND], &item.kind) &&
+                     read_whole_number(text[LINE], &item.line) &&
+                     read_whole_number(text[PLACE], &item.place)
                ? survey_plan_find(plan, &item)
                : -1;
     if (at < 0)

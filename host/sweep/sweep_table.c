@@ -168,7 +168,7 @@ static void keep(json_t **where, json_t *value)
 
 /* True if the field is beyond its level at a value of the key. Also false if the run failed;
  * s->failed is then set. */
-static bool beyond(struct search *s, double value)
+static bool is_beyond(struct search *s, double value)
 {
     const struct sweep_find *find = &s->sweep->find;
     json_t *input = sweep_input_at(s->sweep, s->input, value);
@@ -217,14 +217,14 @@ static bool search_range(struct search *s, double *low, double *high)
     *low = (double)NAN;
     for (unsigned i = 0; i <= find->scan && !found && !s->failed; i++) {
         double value = design_number(range, (double)i / find->scan);
-        found = beyond(s, value);
+        found = is_beyond(s, value);
         *(found ? high : low) = value;
     }
     while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
         double middle = between(range, *low, *high);
         if (middle <= *low || middle >= *high)
             break;
-        bool is = beyond(s, middle);
+        bool is = is_beyond(s, middle);
         *(is ? high : low) = middle;
     }
     return found && !s->failed;

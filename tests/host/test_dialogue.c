@@ -109,9 +109,9 @@ static enum mr_status order(unsigned code, unsigned tries, struct mr_ack *answer
                             struct error *error)
 {
     *error = (struct error){0};
-    return dialogue_order(
+    return dialogue_send_command(
         &dialogue,
-        &(struct dialogue_order){
+        &(struct dialogue_command){
             .code = (uint8_t)code, .argument = 5, .answer_s = ANSWER_S, .tries = tries},
         answer, error);
 }
@@ -147,13 +147,13 @@ TEST_IN(a_lost_answer_is_read_from_the_state, begin, end)
     struct mr_ack answer = {.status = MR_LIMIT};
     struct error error = {0};
     bool armed = false;
-    struct dialogue_order arm = {
+    struct dialogue_command arm = {
         .code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
     dialogue_subscribe(&dialogue, take_landing, &armed);
     /* silent: the order was lost */
-    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_send_command(&dialogue, &arm, &answer, &error), MR_TIMEOUT);
     board.board = arms_unheard;
-    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_OK);
+    assert_int_equal(dialogue_send_command(&dialogue, &arm, &answer, &error), MR_OK);
     assert_int_equal(answer.status, MR_OK);
     assert_int_equal(board.commands, 2);
 }

@@ -410,7 +410,8 @@ struct asking {
 static void *ask(void *context)
 {
     struct asking *asking = context;
-    asking->status = live_hub_order(asking->hub, MR_COMMAND_ARM, 7, INT64_MAX, &asking->answer);
+    asking->status = live_hub_send_command(asking->hub, MR_COMMAND_ARM, 7, INT64_MAX,
+                                           &asking->answer);
     return NULL;
 }
 
@@ -422,13 +423,13 @@ TEST(an_order_waits_for_its_own_answer)
     uint8_t payload[MR_MESSAGE_MAX];
     pthread_t thread;
     assert_int_equal(live_hub_open(&source, &asking.hub, &error), MR_OK);
-    assert_false(live_hub_take_order(asking.hub, &command));
+    assert_false(live_hub_take_command(asking.hub, &command));
     assert_int_equal(pthread_create(&thread, NULL, ask, &asking), 0);
-    for (int i = 0; i < 2000 && !live_hub_take_order(asking.hub, &command); i++)
+    for (int i = 0; i < 2000 && !live_hub_take_command(asking.hub, &command); i++)
         usleep(1000);
     assert_int_equal(command.code, MR_COMMAND_ARM);
     assert_int_equal(command.argument, 7);
-    assert_false(live_hub_take_order(asking.hub, &command)); /* once */
+    assert_false(live_hub_take_command(asking.hub, &command)); /* once */
     /* somebody else's */
     struct mr_ack ack = {
         .code = MR_COMMAND_ARM, .status = MR_OK, .tag = (uint16_t)(command.tag + 1)};
@@ -448,7 +449,7 @@ TEST(who_only_watches_gives_no_order)
     struct error error = {0};
     enum mr_status answer;
     assert_int_equal(live_hub_open(&watching, &hub, &error), MR_OK);
-    assert_int_equal(live_hub_order(hub, MR_COMMAND_ARM, 1, INT64_MAX, &answer), MR_NOT_NOW);
+    assert_int_equal(live_hub_send_command(hub, MR_COMMAND_ARM, 1, INT64_MAX, &answer), MR_NOT_NOW);
     live_hub_close(hub);
 }
 
@@ -459,9 +460,10 @@ TEST(an_order_that_is_too_old_is_refused)
     enum mr_status answer;
     struct mr_command command;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    assert_int_equal(live_hub_order(hub, MR_COMMAND_ARM, 1, (int64_t)link_now_us() - 1, &answer),
-                     MR_LIMIT);
-    assert_false(live_hub_take_order(hub, &command));
+    assert_int_equal(
+        live_hub_send_command(hub, MR_COMMAND_ARM, 1, (int64_t)link_now_us() - 1, &answer),
+        MR_LIMIT);
+    assert_false(live_hub_take_command(hub, &command));
     live_hub_close(hub);
 }
 

@@ -56,7 +56,7 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
             collector_put_counts(s.collector, &s.error);
             assert_no_error(&s.error);
             store_roll_back(s.store);
-            collector_back_to_mark(s.collector);
+            collector_restore_mark(s.collector);
         }
         store_begin(s.store, &s.error);
         collector_mark(s.collector, &s.error);

@@ -454,7 +454,7 @@ size_t error_study_solvers(const struct error_study *study, const char **names, 
     return count;
 }
 
-static bool usable(const struct error_run *run)
+static bool is_usable(const struct error_run *run)
 {
     return run->status == SIM_OK && !run->beyond;
 }
@@ -470,7 +470,7 @@ static struct error_slope fit(const struct error_study *study, const char *solve
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         double error = lift ? run->lift_ft : run->u_ft;
-        if (strcmp(run->solver, solver) != 0 || !usable(run) || !(error > least && error < most))
+        if (strcmp(run->solver, solver) != 0 || !is_usable(run) || !(error > least && error < most))
             continue;
         double at = run->dt_s > 0.0 ? run->dt_s : run->rtol, x = log10(at), y = log10(error);
         s.points++;
@@ -509,7 +509,7 @@ void error_study_fit(struct error_study *study)
 
 static double own_ft(const struct error_study *study, const struct error_run *run)
 {
-    return !usable(run) ? (double)NAN : study->lifts ? run->lift_ft : run->u_ft;
+    return !is_usable(run) ? (double)NAN : study->lifts ? run->lift_ft : run->u_ft;
 }
 
 double error_study_judged_ft(const struct error_study *study, size_t i)

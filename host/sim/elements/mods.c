@@ -362,7 +362,7 @@ struct mods *mods_make(const struct sim_scene *scene)
     const struct sim_mods *s = &scene->mods;
     bool anchored = mods_restraints(scene, SIM_ANCHORS) > 0;
     bool sprung = scene->left == SIM_SPRING || scene->right == SIM_SPRING;
-    if (!mods_any(scene))
+    if (!mods_are_given(scene))
         return NULL;
     struct mods *m = xmalloc(sizeof *m);
     *m = (struct mods){

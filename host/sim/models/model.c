@@ -37,7 +37,8 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
         {has_grit(scene), "grit", "chain or consistent"},
         {sim_scene_varies(scene), "a list of KV, CV, KL, KT, W or v0, or an end weight",
          "chain or consistent"},
-        {mods_any(scene), "a modified runway (bands, cleats and others)", "chain or consistent"},
+        {mods_are_given(scene), "a modified runway (bands, cleats and others)",
+         "chain or consistent"},
         {scene->element[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
         {scene->ground_ft.count > 0, "ground", "consistent"},
     };
@@ -408,14 +409,14 @@ static bool lies_flat(const struct model *m, const double *z, int n)
            fabs(v[2 * n + 2]) <= quiet_ft_s(m);
 }
 
-static bool lies_still(const struct model *m, const double *z, int n)
+static bool is_at_rest(const struct model *m, const double *z, int n)
 {
     double v = z[m->size + 2 * n + 1];
     return exact_push(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
 }
 
 /* Range of mats that the aircraft touches in this span. False: none. */
-static bool touched(const struct model *m, int *low, int *high)
+static bool find_touched(const struct model *m, int *low, int *high)
 {
     const struct span *span = &m->span;
     if (span->mat < 0)
@@ -475,7 +476,7 @@ static void widen(struct model *m, double *z, int first, int last)
     m->last = last;
 }
 
-static void narrow(struct model *m, double *z, int first, int last)
+static void narrow_window(struct model *m, double *z, int first, int last)
 {
     for (int n = m->first; n <= m->last; n++) {
         if (n < first || n > last)
@@ -499,7 +500,7 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
     int low, high;
     *first = m->first;
     *last = m->last;
-    if (touched(m, &low, &high)) {
+    if (find_touched(m, &low, &high)) {
         *first = low < *first ? low : *first;
         *last = high > *last ? high : *last;
     }
@@ -520,13 +521,13 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
     for (int k = 0; k < GUARD && m->first > 0; k++) {
         int n = m->first + k;
         if (n <= m->last &&
-            ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
+            ((!exact_push(m) && !is_at_rest(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
             *first = m->first - chunk(m) < *first ? m->first - chunk(m) : *first;
     }
     for (int k = 0; k < GUARD && m->last < m->mats - 1; k++) {
         int n = m->last - k;
         if (n >= m->first &&
-            ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
+            ((!exact_push(m) && !is_at_rest(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
             *last = m->last + chunk(m) > *last ? m->last + chunk(m) : *last;
     }
 }
@@ -535,10 +536,10 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
 static int idle(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;
-    bool any = touched(m, &low, &high);
+    bool any = find_touched(m, &low, &high);
     for (; count < m->last - m->first; count++) {
         int n = at_first ? m->first + count : m->last - count;
-        if ((any && n >= low && n <= high) || !lies_still(m, z, n) || !lies_flat(m, z, n) ||
+        if ((any && n >= low && n <= high) || !is_at_rest(m, z, n) || !lies_flat(m, z, n) ||
             (exact_shape(m) &&
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
@@ -567,7 +568,7 @@ bool model_follow(struct model *m, double *z)
     at_last = at_last >= WORTH_LEAVING ? at_last : 0;
     if (at_first + at_last == 0 || at_first + at_last > m->last - m->first)
         return false;
-    narrow(m, z, m->first + at_first, m->last - at_last);
+    narrow_window(m, z, m->first + at_first, m->last - at_last);
     return true;
 }
 
@@ -579,13 +580,13 @@ void model_prune(struct model *m, double t_s, const double *z)
     for (int n = 0; n < m->mats; n++) {
         bool pushed = exact_push(m) ? m->slide[n] != 0 : model_push_lb(m, t_s, z, n) != 0.0;
         m->rest_u_ft[n] = z[2 * n + 1];
-        if (pushed || !lies_still(m, z, n) || !lies_flat(m, z, n) ||
+        if (pushed || !is_at_rest(m, z, n) || !lies_flat(m, z, n) ||
             (!m->consistent && (!m->contact[n] || !m->contact[n + 1]))) {
             first = n < first ? n : first;
             last = n;
         }
     }
-    if (touched(m, &low, &high)) {
+    if (find_touched(m, &low, &high)) {
         first = low < first ? low : first;
         last = high > last ? high : last;
     }

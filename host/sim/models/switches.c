@@ -43,7 +43,7 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
 
 /* Under the soil's normal force a mat in the air has no friction, so it neither stops nor
  * sticks. */
-static inline bool afloat(const struct model *m, int mat)
+static inline bool is_afloat(const struct model *m, int mat)
 {
     return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
 }
@@ -185,7 +185,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         for (int n = first; n <= last; n++) {
             double tension_r = tension_lb(m, z, n + 1);
             if (m->slide[n] != 0) {
-                if (m->slide[n] * v[2 * n + 1] < 0.0 && !afloat(m, n))
+                if (m->slide[n] * v[2 * n + 1] < 0.0 && !is_afloat(m, n))
                     note(&found, MODEL_SLIDE, n);
             } else {
                 double rate, push = tension_r - tension_l;
@@ -262,7 +262,7 @@ static void settle_slide(struct model *m, double t_s, const double *z)
             m->slide[n] = v > 0.0 ? 1 : -1;
         else {
             double push = model_push_lb(m, t_s, z, n);
-            bool rests = fabs(push) <= model_limit_lb(m, z, n) && !afloat(m, n);
+            bool rests = fabs(push) <= model_limit_lb(m, z, n) && !is_afloat(m, n);
             m->slide[n] = rests ? 0 : push > 0.0 ? 1 : -1;
         }
     }
@@ -347,7 +347,7 @@ static void turn_afloat(struct model *m, const double *z)
 {
     for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
-        if (v != 0.0 && afloat(m, n))
+        if (v != 0.0 && is_afloat(m, n))
             m->slide[n] = v > 0.0 ? 1 : -1;
     }
 }

@@ -85,7 +85,7 @@ void mods_free_lists(struct sim_mods *mods)
     }
 }
 
-bool mods_any(const struct sim_scene *scene)
+bool mods_are_given(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
     bool restrained = scene->left == SIM_SPRING || scene->right == SIM_SPRING;

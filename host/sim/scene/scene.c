@@ -796,7 +796,7 @@ static enum mr_status out_of_range(const struct sim_key *key, const char *where,
                      where, key->name, entry, value, key->low, key->high);
 }
 
-static bool allowed(const struct sim_key *key, double value)
+static bool is_allowed(const struct sim_key *key, double value)
 {
     return value >= key->low && value <= key->high && !(key->above && value == key->low);
 }
@@ -808,7 +808,7 @@ static enum mr_status check_list(const struct sim_scene *scene, const struct sim
 {
     size_t wanted = along_count(scene, key);
     for (size_t i = 0; i < list->count; i++) {
-        if (!allowed(key, list->values[i]))
+        if (!is_allowed(key, list->values[i]))
             return out_of_range(key, where, list->values[i], i, true, error);
     }
     if ((key->kind == SIM_KEY_JOINTS || key->list) && list->count > 1 && list->count != wanted)
@@ -842,13 +842,13 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     }
     case SIM_KEY_REAL:
         value = *(const double *)field;
-        if (!allowed(key, value))
+        if (!is_allowed(key, value))
             return out_of_range(key, where, value, 0, false, error);
         field = key->list ? (const char *)scene + key->list : NULL;
         return field ? check_list(scene, key, field, where, error) : MR_OK;
     case SIM_KEY_INTEGER:
         value = *(const int *)field;
-        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+        return is_allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
     case SIM_KEY_LIST:
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS: break;

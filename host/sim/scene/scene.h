@@ -278,7 +278,7 @@ void mods_free_lists(struct sim_mods *mods);
 /* all lists that it owns */
 void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
 /* True if the scene has any modification. */
-bool mods_any(const struct sim_scene *scene);
+bool mods_are_given(const struct sim_scene *scene);
 
 /* Numbers of connections (riveted mats) of a group of bands and of cleats in a scene, and the mat
  * of the i-th one, counted from 0. A group has one segment more than connections, or none. */

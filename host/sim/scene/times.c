@@ -40,7 +40,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
 static bool rests(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
-                 scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_any(scene);
+                 scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_given(scene);
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         still = still && scene->bump_ft.values[i] == 0.0;
     for (size_t i = 0; i < scene->gap0_ft.count; i++)

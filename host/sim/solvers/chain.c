@@ -279,7 +279,7 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
 
 /* Recompute each mat under the gear from its speed before the kick: elastic ground holds it instead
  * of Coulomb friction. */
-LAW_INLINE void ride_mats(const struct chain *chain, double h_s, bool varied)
+LAW_INLINE void push_mats_by_wheel(const struct chain *chain, double h_s, bool varied)
 {
     struct gear *gear = chain->gear;
     for (int i = 0; i < gear->loaded_count; i++) {
@@ -297,12 +297,12 @@ LAW_INLINE void ride_mats(const struct chain *chain, double h_s, bool varied)
     }
 }
 
-static void ride(const struct chain *chain, double h_s)
+static void push_by_wheel(const struct chain *chain, double h_s)
 {
     if (chain->varied)
-        ride_mats(chain, h_s, true);
+        push_mats_by_wheel(chain, h_s, true);
     else
-        ride_mats(chain, h_s, false);
+        push_mats_by_wheel(chain, h_s, false);
 }
 
 /* Kick with elements: each mat separately. */
@@ -314,7 +314,7 @@ LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, 
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
         stops = LANES_CALL(stick, chain, h_s, h_s, block_of(chain, first), block_of(chain, last));
-        ride(chain, h_s);
+        push_by_wheel(chain, h_s);
         return stops;
     }
     for (int n = first; n <= last; n++) {
@@ -333,7 +333,7 @@ LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, 
                        (step.as_if_s / mass);
     }
     if (chain->gear)
-        ride(chain, h_s);
+        push_by_wheel(chain, h_s);
     return stops;
 }
 
@@ -536,7 +536,7 @@ struct pass {
 };
 
 /* Nothing in the window has moved for QUIET_STEPS. */
-static bool asleep(const struct window *window)
+static bool is_window_at_rest(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
            window->quiet_last >= QUIET_STEPS;
@@ -544,10 +544,10 @@ static bool asleep(const struct window *window)
 
 /* Extend the window to the mats under the wheel. If nothing in it has moved for a while, move it to
  * the wheel instead. */
-static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
-                  int count)
+static void extend_window(struct window *window, const struct chain *chain,
+                          const struct sim_touch *touch, int count)
 {
-    if (count > 0 && asleep(window))
+    if (count > 0 && is_window_at_rest(window))
         window->first = window->last = touch[0].mat;
     for (int i = 0; i < count; i++) {
         if (touch[i].mat <= window->first && window->first > 1)
@@ -631,7 +631,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         chain_release(chain, touch, count);
         count = chain->gear ? gear_span(chain->gear, from_s, to_s, touch)
                             : sim_wheel_span(&wheel, from_s, to_s, touch);
-        cover(&window, chain, touch, count);
+        extend_window(&window, chain, touch, count);
         chain_touch(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
@@ -647,7 +647,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         else if (prune)
             follow(&window, chain);
         /* at rest under forces that no longer change: nothing will move again */
-        bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
+        bool still = prune && i > 0 && is_window_at_rest(&window) &&
+                     sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
         pass->done = i + 1;
         int awake = window.last - window.first + 1;

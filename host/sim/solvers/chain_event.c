@@ -38,7 +38,7 @@ struct run {
 
 bool chain_event_can(const struct sim_scene *scene)
 {
-    return !mods_any(scene) && !sim_scene_varies(scene);
+    return !mods_are_given(scene) && !sim_scene_varies(scene);
 }
 
 /* Update the largest forces of each joint: at points of the step, or at the top of a parabola

@@ -116,7 +116,7 @@ static bool agree(const struct planar_engine *l, const struct march *coarse,
            (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
 }
 
-static bool complete(const struct march *march)
+static bool is_complete(const struct march *march)
 {
     return march->done > 0 && march->status == SIM_OK;
 }
@@ -136,7 +136,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
     result->error_u_ft = CAUTION * apart.u.u_ft;
     /* a landing is noticed up to one step late, with the same error in all marches */
     result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
-    if (!complete(rough))
+    if (!is_complete(rough))
         return;
     struct pass_difference before = difference_of(rough, coarse);
     if (agree(l, rough, coarse))
@@ -165,16 +165,16 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
     if (sim_scene_end_s(l->scene) / (double)steps > result->dt_limit_s)
         return;
     march_copy(l, &between, options, steps, result);
-    if (complete(&between)) {
+    if (is_complete(&between)) {
         const struct march *const others[] = {fine, coarse, rough};
         for (int i = 0; i < 3; i++) {
             struct pass_difference apart = {0};
-            if (complete(others[i]))
+            if (is_complete(others[i]))
                 apart = difference_of(&between, others[i]);
-            if (complete(others[i]) && agree(l, &between, others[i]))
+            if (is_complete(others[i]) && agree(l, &between, others[i]))
                 widen(result, apart);
         }
-        if (complete(rough)) {
+        if (is_complete(rough)) {
             if (agree(l, rough, fine))
                 widen(result, difference_of(rough, fine));
         }
@@ -193,7 +193,7 @@ static void doubt(struct planar_engine *l, const struct sim_options *options,
         return;
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
     march_copy(l, &beside, options, steps, result);
-    if (complete(&beside)) {
+    if (is_complete(&beside)) {
         struct pass_difference apart = difference_of(&beside, fine);
         result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
         result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
@@ -213,7 +213,7 @@ static void state_spread(const struct planar_engine *l, const struct march *roug
     result->spread_runs = 1;
     result->spread_waves = fine->max_lift_ft > threshold;
     for (int i = 0; i < 2; i++) {
-        if (!complete(others[i]))
+        if (!is_complete(others[i]))
             continue;
         struct pass_difference apart = difference_of(fine, others[i]);
         divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);

@@ -32,7 +32,7 @@ static double clock_s(const struct sim_options *options)
     return options->clock_s ? options->clock_s(options->clock_ctx) : monotonic_s();
 }
 
-static bool in_time(void *ctx, int pass, double part)
+static bool is_in_time(void *ctx, int pass, double part)
 {
     struct deadline *w = ctx;
     if (clock_s(w->asked) >= w->until_s) {
@@ -49,7 +49,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
     if (limit_s <= 0.0)
         return;
     w->until_s = clock_s(asked) + limit_s;
-    w->options.may_continue = in_time;
+    w->options.may_continue = is_in_time;
     w->options.may_continue_ctx = w;
 }
 
@@ -197,8 +197,9 @@ static bool samples(const struct stepper_kind *kind)
 }
 
 /* Run another pass; it may end early. */
-static void again(struct pass_outcome *pass, struct model *m, const struct pass_request *request,
-                  const struct sim_options *options, struct sim_result *result)
+static void repeat_pass(struct pass_outcome *pass, struct model *m,
+                        const struct pass_request *request, const struct sim_options *options,
+                        struct sim_result *result)
 {
     struct pass_request numbered = *request;
     numbered.number = ++result->passes;
@@ -225,7 +226,7 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
     if (kind->fixed)
         request.first_part = longer ? runs->check.first_part * ESTIMATE_GRID_RATIO
                                     : runs->request.first_part / ESTIMATE_GRID_RATIO;
-    again(&runs->third, m, &request, options, result);
+    repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
         return;
     double share = CAUTION;
@@ -300,7 +301,7 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
         return false;
     paced.may_continue = gets_on;
     paced.may_continue_ctx = &pace;
-    again(&pass, m, &request, &paced, result);
+    repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_note(
@@ -313,7 +314,7 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     return done;
 }
 
-static bool bounces(const struct model *m, const struct pass_outcome *pass)
+static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
 {
     return pass->flips_most >= REBOUNDS &&
            4.0 * m->mats * pass->flips_most >= (double)pass->events &&
@@ -323,14 +324,14 @@ static bool bounces(const struct model *m, const struct pass_outcome *pass)
 /* Implicit makes the same error at every bounce of a run, so two runs with the same error by chance
  * agree at all times. Without a run of event, a finer run is added. It must be finer: implicit
  * mostly loses energy, so a run between the two can have the same error too. */
-static void rebound(struct model *m, const struct sim_options *options, struct error_pair *runs,
-                    struct sim_result *result)
+static void add_finer_run_after_bounces(struct model *m, const struct sim_options *options,
+                                        struct error_pair *runs, struct sim_result *result)
 {
     struct pass_request request = runs->request;
-    if (request.kind != &stepper_implicit || !bounces(m, &runs->fine) || runs->third.z)
+    if (request.kind != &stepper_implicit || !has_bounces(m, &runs->fine) || runs->third.z)
         return;
     request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
-    again(&runs->third, m, &request, options, result);
+    repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
         widen(result, pass_difference(&runs->fine, &runs->third), CAUTION);
 }
@@ -338,8 +339,8 @@ static void rebound(struct model *m, const struct sim_options *options, struct e
 /* Switches are sampled, and no other method locates them. Something may hover, and each step size
  * then follows it differently, although two runs agree by chance. Further runs show how far results
  * differ. */
-static void linger(struct model *m, const struct sim_options *options,
-                   const struct error_pair *runs, struct sim_result *result)
+static void add_runs_where_hovering(struct model *m, const struct sim_options *options,
+                                    const struct error_pair *runs, struct sim_result *result)
 {
     struct pass_request request = runs->request;
     if (!samples(request.kind))
@@ -352,7 +353,7 @@ static void linger(struct model *m, const struct sim_options *options,
         request.rtol *= MORE_RTOL;
         request.first_part = request.kind->fixed ? request.first_part / MORE_GRID
                                                  : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
-        again(&pass, m, &request, options, result);
+        repeat_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
             widen(result, pass_difference(&runs->fine, &pass), CAUTION);
             if (runs->coarse_answers)
@@ -373,8 +374,8 @@ static bool sensitive(const struct model *m, const struct error_pair *runs,
 }
 
 /* For a sensitive answer, add runs with slightly different stiffnesses to the estimate. */
-static void feel(struct model *m, const struct sim_options *options, const struct error_pair *runs,
-                 struct sim_result *result)
+static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
+                                  const struct error_pair *runs, struct sim_result *result)
 {
     bool fixed = runs->request.kind->fixed;
     if (!sensitive(m, runs, result))
@@ -392,7 +393,7 @@ static void feel(struct model *m, const struct sim_options *options, const struc
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
-            again(&pass, m, &finer, options, result);
+            repeat_pass(&pass, m, &finer, options, result);
         else
             divergence_nudged(m, &runs->request, options, run, &pass, result);
         if (pass.status == SIM_OK)
@@ -422,10 +423,10 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
         return false;
     doubt(m, options, runs, result);
     if (!cross(m, options, runs, result)) {
-        rebound(m, options, runs, result);
-        linger(m, options, runs, result);
+        add_finer_run_after_bounces(m, options, runs, result);
+        add_runs_where_hovering(m, options, runs, result);
     }
-    feel(m, options, runs, result);
+    add_runs_if_sensitive(m, options, runs, result);
     result->error_u_ft += b->clock_ft;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0) {
         result->error_u_ft = fmax(result->error_u_ft, grown * least_ft);
@@ -461,7 +462,7 @@ struct ladder {
     struct pass_difference last, before;
 };
 
-static void climb(struct ladder *l, const struct pass_outcome *run)
+static void ladder_add(struct ladder *l, const struct pass_outcome *run)
 {
     if (l->count == RUNS) {
         pass_free(&l->runs[0]);
@@ -555,7 +556,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         bool more = given ? i + 1 < RUNS
                           : i + 1 < RUNS_MOST && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
-            climb(&ladder, &run);
+            ladder_add(&ladder, &run);
             state(&ladder, result);
         } else { /* runs with longer steps no longer count */
             sim_result_end(result, run.status, run.mat, run.t_s);
@@ -828,7 +829,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     return error->status;
 }
 
-static bool undecided(const struct sim_result *result)
+static bool is_undecided(const struct sim_result *result)
 {
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
@@ -870,7 +871,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
             sim_result_note(
                 result, "auto: staggered; a whole landing has too many switches to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !solver_is_automatic(options) ||
-            !undecided(result) || options->dt_s > 0.0 || options->single)
+            !is_undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;
         return run_located(scene, options, result, error);
     }

@@ -30,7 +30,7 @@ bool parallel_can(const struct sim_scene *scene)
     bool plain = scene->model == SIM_CHAIN && scene->thrust == SIM_JUMP && scene->slack_ft > 0.0 &&
                  scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
                  (scene->friction_law == SIM_STICK || scene->friction_law == SIM_SIGN) &&
-                 scene->friction_normal == SIM_WEIGHT && !mods_any(scene) &&
+                 scene->friction_normal == SIM_WEIGHT && !mods_are_given(scene) &&
                  !sim_scene_varies(scene);
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++)
         plain = plain && !(scene->element[i] > 0.0);

@@ -1,12 +1,12 @@
 /* The campaign before a landing: the runway as the board's predictor has it, the previous landings
  * with their readings and surveys, their plans, and the survey since the last landing. */
-#ifndef MATRIG_HOST_ADVISE_PAST_H
-#define MATRIG_HOST_ADVISE_PAST_H
+#ifndef MATRIG_HOST_ADVISE_HISTORY_H
+#define MATRIG_HOST_ADVISE_HISTORY_H
 
 #include "host/advise/members.h"
 #include "host/store/store.h"
 
-struct past_landing {
+struct history_landing {
     int64_t run;
     bool measured;                  /* its stop is known, so the ensemble can be updated from it */
     bool relaid;                    /* the mats were laid anew before it, and a new series began */
@@ -15,10 +15,10 @@ struct past_landing {
     double planned_ft_s2;           /* NaN: no advice was stored */
 };
 
-struct past {
+struct history {
     struct advise_runway runway;
     double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
-    struct past_landing *landing;
+    struct history_landing *landing;
     size_t landings;
     int64_t newest_run; /* newest RUN of the campaign, which may be left out here */
     size_t voided;      /* voided landings are left out: their effect on the mats is unknown */
@@ -30,10 +30,10 @@ struct past {
 
 /* Loads the landings of the board that landed last. With `before` (a RUN), loads only the landings
  * before it, and the survey that preceded it. MR_TOO_FEW: no landing has the predictor's
- * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call past_free
+ * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call history_free
  * in every case. */
-enum mr_status past_load(struct store *store, int64_t before, struct past *past,
-                         struct error *error);
-void past_free(struct past *past);
+enum mr_status history_load(struct store *store, int64_t before, struct history *past,
+                            struct error *error);
+void history_free(struct history *past);
 
 #endif

@@ -1,4 +1,4 @@
-#include "host/advise/past.h"
+#include "host/advise/history.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -58,7 +58,7 @@ static enum mr_status surveyed_segments(struct store *store, int64_t run,
 /* ---- a landing ---- */
 
 /* Braking over time, relative to its mean, from the final fit. */
-static void take_profile(const struct measured *measured, struct past_landing *landing)
+static void take_profile(const struct measured *measured, struct history_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
     double width_s = measured->summary.stop_t_s.value / ADVISE_PROFILE, error;
@@ -73,8 +73,8 @@ static void take_profile(const struct measured *measured, struct past_landing *l
     }
 }
 
-static void take_readings(const struct measured *measured, struct past *past,
-                          struct past_landing *landing)
+static void take_readings(const struct measured *measured, struct history *past,
+                          struct history_landing *landing)
 {
     landing->seen.moved_error_in = 0.0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -87,8 +87,8 @@ static void take_readings(const struct measured *measured, struct past *past,
     }
 }
 
-static enum mr_status take_landing(struct store *store, struct past *past,
-                                   struct past_landing *landing, struct error *error)
+static enum mr_status take_landing(struct store *store, struct history *past,
+                                   struct history_landing *landing, struct error *error)
 {
     struct measured measured;
     enum mr_status status = measured_load(store, landing->run, &measured, error);
@@ -115,7 +115,7 @@ static enum mr_status take_landing(struct store *store, struct past *past,
 }
 
 /* The last advice stored after RUN `after` and before the landing. */
-static enum mr_status take_plan(struct store *store, int64_t after, struct past_landing *landing,
+static enum mr_status take_plan(struct store *store, int64_t after, struct history_landing *landing,
                                 struct error *error)
 {
     struct store_advice *advice = NULL;
@@ -134,7 +134,7 @@ static enum mr_status take_plan(struct store *store, int64_t after, struct past_
 
 /* Reads the runway from the newest landing with all parameters. */
 static enum mr_status take_runway(struct store *store, const struct store_landing *row,
-                                  size_t count, struct past *past, struct error *error)
+                                  size_t count, struct history *past, struct error *error)
 {
     for (size_t i = count; i-- > 0;) {
         struct mr_predictor_config config;
@@ -160,7 +160,8 @@ static enum mr_status take_runway(struct store *store, const struct store_landin
 
 /* Landings to learn from: of the board that landed last, before RUN `before`. */
 static enum mr_status choose(struct store *store, int64_t before, struct store_landing **rows,
-                             size_t *count, struct past *past, int64_t *end_us, struct error *error)
+                             size_t *count, struct history *past, int64_t *end_us,
+                             struct error *error)
 {
     size_t all = 0, kept = 0;
     char reason[STORE_JOURNAL_TEXT];
@@ -191,7 +192,7 @@ static enum mr_status choose(struct store *store, int64_t before, struct store_l
 }
 
 static enum mr_status take_series(struct store *store, const struct store_landing *row,
-                                  size_t count, struct past *past, int64_t end_us,
+                                  size_t count, struct history *past, int64_t end_us,
                                   struct error *error)
 {
     struct store_series series = {0}, *all = NULL;
@@ -213,14 +214,14 @@ static enum mr_status take_series(struct store *store, const struct store_landin
     return status;
 }
 
-enum mr_status past_load(struct store *store, int64_t before, struct past *past,
-                         struct error *error)
+enum mr_status history_load(struct store *store, int64_t before, struct history *past,
+                            struct error *error)
 {
     struct store_landing *row = NULL;
     size_t count = 0;
     int64_t end_us = INT64_MAX;
     float last_in[MR_SEGMENTS];
-    *past = (struct past){.touchdown_ft = (double)NAN, .survey_error_in = SURVEY_ERROR_IN};
+    *past = (struct history){.touchdown_ft = (double)NAN, .survey_error_in = SURVEY_ERROR_IN};
     blank(past->sum_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
@@ -232,7 +233,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
         status = take_runway(store, row, count, past, error);
     past->landing = status == MR_OK ? xcalloc(count, sizeof *past->landing) : NULL;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        struct past_landing *landing = &past->landing[i];
+        struct history_landing *landing = &past->landing[i];
         landing->run = row[i].id;
         landing->seen.survey_error_in = past->survey_error_in;
         blank(landing->seen.before_in);
@@ -264,7 +265,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
     return status;
 }
 
-void past_free(struct past *past)
+void history_free(struct history *past)
 {
     free(past->landing);
     past->landing = NULL;
