@@ -3,6 +3,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -243,7 +244,8 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
                          link->spec);
     if (link->text)
         return choose_bus(link, named, error);
-    link->fd = open(path, O_RDONLY | O_CLOEXEC);
+    /* A named pipe opens at once: waiting for its writer must not stop signals. */
+    link->fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
                          link->spec);
@@ -264,10 +266,23 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
     return MR_OK;
 }
 
+/* True for a named pipe to which no program has written since it was opened. */
+static bool waits_for_writer(const struct link *link)
+{
+    struct stat info;
+    struct pollfd end = {.fd = link->fd, .events = POLLIN};
+    return fstat(link->fd, &info) == 0 && S_ISFIFO(info.st_mode) && poll(&end, 1, 0) == 0;
+}
+
 static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 {
-    if (!link->text)
-        return read(link->fd, bytes, size);
+    if (!link->text) {
+        ssize_t count = read(link->fd, bytes, size);
+        if (count != 0 || !waits_for_writer(link))
+            return count;
+        errno = EAGAIN;
+        return -1;
+    }
     size_t left = link->text_length - link->text_at, count = left < size ? left : size;
     memcpy(bytes, link->text + link->text_at, count);
     link->text_at += count;

@@ -41,6 +41,22 @@ in_json() {
     $matrig --json --quiet log --can "file:$tmp/faults.can" --db "$tmp/json.db" >"$tmp/faults.json"
     grep -qF '"troubles":{"bus off":1,"restarted after bus off":1,"error warning":1,"no acknowledgement":2,' "$tmp/faults.json"
 }
+# A named pipe to which nothing writes: the log says so and ends by a signal; one that gets its writer late is read.
+pipe_without_writer() {
+    mkfifo "$tmp/pipe"
+    timeout -k 60 250 $matrig log --can "file:$tmp/pipe" --db "$tmp/pipe.db" >/dev/null 2>"$tmp/pipe.err" &
+    local log=$!
+    await grep -q 'no hello from a board: file:.*/pipe; no frame in' "$tmp/pipe.err" && kill -TERM $log || return 1
+    wait $log
+    local status=$?
+    echo "exit $status"
+    [ $status -lt 124 ]
+}
+pipe_with_a_late_writer() {
+    $matrig log --can "file:$tmp/pipe" --db "$tmp/late.db" >"$tmp/late" 2>"$tmp/late.err" &
+    local log=$!
+    await grep -q 'no frame in' "$tmp/late.err" && cat "$tmp/all.can" >"$tmp/pipe" && wait $log && grep -q '^RUN 1: landing 5, done' "$tmp/late"
+}
 needs() { readelf -d "$1" | sed -n 's/.*(NEEDED).*\[\(lib[a-z]*\).*/\1/p'; }
 libraries_apart() {
     needs $matrig; needs build/matrig-board
@@ -53,5 +69,7 @@ check "each is told at once" told
 check "landing and session name them, and why frames are lost" summary_says
 check "the campaign has them, and the counts are right" recorded
 check "the JSON has them" in_json
+check "a pipe without a writer ends by a signal" pipe_without_writer
+check "a pipe with a late writer is read" pipe_with_a_late_writer
 check "libserialport only in matrig, Unicorn only in matrig-board" libraries_apart
 finish
