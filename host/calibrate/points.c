@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "common/decimal.h"
+#include "host/base/csv.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 
@@ -80,12 +81,11 @@ struct calibrate_column calibrate_column(const char *name)
     return column;
 }
 
-static enum mr_status read_names(struct reader *r, char *line, char *comma)
+static enum mr_status read_names(struct reader *r, const char *left, const char *right)
 {
     const char *example = r->kind == UNIT_DISPLACEMENT ? "name the columns: mm,codes"
                                                        : "name the columns: N,codes";
-    *comma = '\0';
-    struct calibrate_column first = calibrate_column(line), second = calibrate_column(comma + 1),
+    struct calibrate_column first = calibrate_column(left), second = calibrate_column(right),
                             value = first.codes ? second : first;
     if (!first.known || !second.known || first.codes == second.codes)
         return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
@@ -111,14 +111,15 @@ static bool read_code(const char *text, double *code)
     return end != text && isfinite(*code) && end[strspn(end, BLANKS)] == '\0';
 }
 
-static enum mr_status read_point(struct reader *r, char *line, char *comma)
+static enum mr_status read_point(struct reader *r, const char *left, const char *right)
 {
     struct calibrate_points *points = r->points;
     struct calibrate_point point = {.spread = (double)NAN};
-    *comma = '\0';
-    const char *value = points->codes_first ? comma + 1 : line,
-               *code = points->codes_first ? line : comma + 1;
+    const char *value = points->codes_first ? right : left,
+               *code = points->codes_first ? left : right;
     struct quantity_wrong wrong = {"", ""};
+    if (strchr(left, ',') || strchr(right, ','))
+        return refuse_points(r, MR_MALFORMED, "a comma in a number", "write points in numbers");
     bool coded = read_code(code, &point.code);
     if (!coded ||
         (!calibrate_value(value, r->kind, points->unit, &point.value, &wrong) && !wrong.what[0]))
@@ -142,13 +143,21 @@ static enum mr_status read_line(struct reader *r, char *line)
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
-    char *comma = strchr(line, ',');
-    if (!r->named && strchr(line, ';'))
-        return refuse_points(r, MR_MALFORMED, "columns separated by semicolons",
+    char *separator = strpbrk(line, r->named ? "," : ",;\t"), *cell[3];
+    if (separator && *separator != ',')
+        return refuse_points(r, MR_MALFORMED,
+                             *separator == ';' ? "columns separated by semicolons"
+                                               : "columns separated by tabs",
                              "save the file with commas between columns and points in numbers");
-    if (!comma)
+    if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet */
+        return MR_OK;
+    size_t cells = csv_split(line, cell, 3);
+    if (cells < 2)
         return refuse_points(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
-    return r->named ? read_point(r, line, comma) : read_names(r, line, comma);
+    if (cells > 2 && cell[2][strspn(cell[2], BLANKS ",")] != '\0')
+        return refuse_points(r, MR_MALFORMED, "more than two columns",
+                             "write VALUE,CODE, with points in numbers");
+    return r->named ? read_point(r, cell[0], cell[1]) : read_names(r, cell[0], cell[1]);
 }
 
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,

@@ -376,11 +376,12 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
             *mm = true;
         }
     }
-    if (column[KIND] < 0 && strchr(cell[0], ';'))
+    const char *separator = strpbrk(cell[0], ";\t");
+    if (column[KIND] < 0 && separator)
         return error_set(error, MR_MALFORMED,
-                         "columns separated by semicolons: %s, line 1; save the file with commas "
+                         "columns separated by %s: %s, line 1; save the file with commas "
                          "between columns and points in numbers",
-                         path);
+                         *separator == ';' ? "semicolons" : "tabs", path);
     for (int i = 0; i < NOTE; i++) {
         if (column[i] < 0)
             return error_set(error, MR_MALFORMED,
@@ -392,13 +393,21 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
 }
 
 static enum mr_status take_row(const char *path, size_t line, char **cell, size_t cells,
-                               const int column[COLUMNS], bool mm, const struct survey_plan *plan,
-                               struct survey_sheet *sheet, struct error *error)
+                               size_t names, const int column[COLUMNS], bool mm,
+                               const struct survey_plan *plan, struct survey_sheet *sheet,
+                               struct error *error)
 {
     struct survey_item item;
     const char *text[COLUMNS];
     for (int i = 0; i < COLUMNS; i++)
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
+    while (cells > names && cell[cells - 1][0] == '\0') /* empty columns of a spreadsheet */
+        cells--;
+    if (cells > names)
+        return error_set(error, MR_MALFORMED,
+                         "more cells than column names: %s, line %zu; write numbers with a point, "
+                         "and text with a comma in quotes",
+                         path, line);
     if (text[READING][0] == '\0')
         return MR_OK;
     int at = survey_kind_parse(text[KIND], &item.kind) &&
@@ -439,6 +448,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
     char line[LINE_MAX_BYTES], *cell[COLUMNS_MAX];
     int column[COLUMNS] = {0};
     bool mm = false;
+    size_t names = 0;
     enum mr_status status = MR_OK;
     memset(sheet, 0, sizeof *sheet);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
@@ -455,11 +465,12 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
             status = find_columns(
-                path, cell, csv_split(line + output_mark(line, strlen(line)), cell, COLUMNS_MAX),
+                path, cell,
+                names = csv_split(line + output_mark(line, strlen(line)), cell, COLUMNS_MAX),
                 column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = take_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), column, mm,
-                              plan, sheet, error);
+            status = take_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), names, column,
+                              mm, plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; give a file", path);

@@ -67,6 +67,18 @@ TEST(as_people_and_programs_write_it)
     is_read("value,codes\n12.7mm,372.4\n", UNIT_DISPLACEMENT, 0.5, 372.4);
 }
 
+/* A spreadsheet quotes cells, and leaves empty columns and rows. */
+TEST(as_a_spreadsheet_writes_it)
+{
+    is_read("\"mm\",\"codes\"\r\n\"12.7\",\"372.4\"\r\n", UNIT_DISPLACEMENT, 0.5, 372.4);
+    is_read("mm,codes,,\n12.7,372.4,,\n,,,\n", UNIT_DISPLACEMENT, 0.5, 372.4);
+    is_refused("in\tcodes\n1\t2\n", UNIT_DISPLACEMENT, MR_MALFORMED, "separated by tabs");
+    is_refused("in,codes\n\"0,5\",\"372,4\"\n", UNIT_DISPLACEMENT, MR_MALFORMED,
+               "a comma in a number");
+    is_refused("in,codes\n0,5,372,4\n", UNIT_DISPLACEMENT, MR_MALFORMED, "more than two columns");
+    is_refused("in,codes\n1,\"1,682.6\"\n", UNIT_DISPLACEMENT, MR_MALFORMED, "a comma in a number");
+}
+
 /* A name is read wholly or not at all: a unit that matrig does not know, or one that something
  * scales, is not passed over. */
 TEST(what_is_not_understood_is_refused)
