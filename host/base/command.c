@@ -47,6 +47,21 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
+/* The only long option that begins with this letter; NULL: none, or several. */
+static const char *only_option_with(const struct command *command, char letter)
+{
+    const char *only = NULL;
+    for (size_t i = 0; i < command->count; i++) {
+        const char *name = command->parts[i].option.name;
+        if (!name || name[1] != '-' || name[2] != letter)
+            continue;
+        if (only)
+            return NULL;
+        only = name;
+    }
+    return only;
+}
+
 /* `name`: the command as typed; NULL: before any command. */
 static enum mr_status unknown_option(const struct command *command, const char *name,
                                      const char *word, struct error *error)
@@ -59,6 +74,8 @@ static enum mr_status unknown_option(const struct command *command, const char *
         if (command->parts[i].option.name)
             spell_suggest_try(&near, command->parts[i].option.name);
     }
+    if (!near.best && bare[0] == '-' && bare[1] && !bare[2])
+        near.best = only_option_with(command, bare[1]);
     spell_suggest_text(&near, text);
     return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
                      name ? " of " : "", name ? name : "", text, text[0] ? "" : ";",
@@ -296,15 +313,90 @@ static bool is_second_word(const struct parsing *p, char **argv, int i, size_t c
            run_parse(argv[i], &run, &ignored) != MR_OK;
 }
 
+static bool ends_in(const char *text, const char *ending)
+{
+    size_t length = strlen(text), last = strlen(ending);
+    return length > last && strcmp(text + length - last, ending) == 0;
+}
+
+/* The option whose value this word is, if it was not given: a format, a file F.html or a DB. */
+static const char *option_of_value(const struct parsing *p, const char *word)
+{
+    const char *dot = strrchr(word, '.');
+    for (size_t i = 0; i < p->command->count; i++) {
+        const struct command_option *option = &p->command->parts[i].option;
+        struct error ignored = {0};
+        const char *own = option->argument ? strchr(option->argument, '.') : NULL;
+        if (!option->name || p->given[i] || option->kind == OPTION_IS_FLAG)
+            continue;
+        if ((option->kind == OPTION_IS_CHOICE && read_choice(p, option, word, &ignored) == MR_OK) ||
+            (strcmp(option->name, "-o") == 0 && own && dot && strlen(dot) > 2 &&
+             strstr(own, dot)) ||
+            (strcmp(option->name, "--db") == 0 && ends_in(word, ".db")))
+            return option->name;
+    }
+    return NULL;
+}
+
+/* --speed 36 ft/s */
+static bool is_unit_of(const struct parsing *p, char **argv, int i)
+{
+    const char *attached;
+    char joined[80];
+    double number;
+    struct error ignored = {0};
+    size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
+                                                : p->command->count;
+    if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_NUMBER)
+        return false;
+    const char *unit = p->command->parts[row].option.unit;
+    snprintf(joined, sizeof joined, "%s%s", argv[i - 1], argv[i]);
+    return unit && quantity_read(joined, "", unit, unit, &number, &ignored) == MR_OK;
+}
+
 static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
 {
+    const char *option = option_of_value(p, argv[i]), *takes = p->command->operands.names;
+    if (option)
+        return error_set(error, MR_USAGE, "unexpected argument: '%s' of %s; write %s %s", argv[i],
+                         p->name, option, argv[i]);
+    if (strstr(takes, "RUN") && strcmp(argv[i - 1], "landing") == 0 &&
+        argv[i][strspn(argv[i], "0123456789")] == '\0')
+        return error_set(error, MR_USAGE,
+                         "unexpected argument: '%s' of %s; for landing %s of the board write "
+                         "landing%s, in one word",
+                         argv[i], p->name, argv[i], argv[i]);
+    if (is_unit_of(p, argv, i))
+        return error_set(error, MR_USAGE,
+                         "unexpected argument: '%s' of %s; put the unit directly after its "
+                         "number: %s %s%s",
+                         argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
     if (!follows_text(p, argv, i))
-        return error_set(error, MR_USAGE, "unexpected argument: '%s' of %s; see matrig %s --help",
-                         argv[i], p->name, p->name);
+        return error_set(error, MR_USAGE,
+                         "unexpected argument: '%s' of %s%s%s; see matrig %s --help", argv[i],
+                         p->name, *takes ? ", which takes " : "", takes, p->name);
     return error_set(
         error, MR_USAGE,
         "unexpected argument: '%s' of %s; put a text of several words in quotes: %s '%s %s ...'",
         argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
+}
+
+/* A dash or quote as a web page or a word processor prints it, pasted instead of - or ". */
+static enum mr_status check_typography(const char *word, struct error *error)
+{
+    static const struct {
+        const char *begins, *kind, *right;
+    } marks[] = {
+        {"\xe2\x80\x93", "dash", "--"},  {"\xe2\x80\x94", "dash", "--"},
+        {"\xe2\x88\x92", "minus", "-"},  {"\xe2\x80\x9c", "quote", "\""},
+        {"\xe2\x80\x9d", "quote", "\""}, {"\xe2\x80\x9e", "quote", "\""},
+        {"\xe2\x80\x98", "quote", "'"},  {"\xe2\x80\x99", "quote", "'"},
+    };
+    for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++)
+        if (strncmp(word, marks[i].begins, 3) == 0)
+            return error_set(error, MR_USAGE, "typographic %s: '%s'; type %s instead",
+                             marks[i].kind, word, marks[i].right);
+    return MR_OK;
 }
 
 enum mr_status command_parse(const struct command *command, int argc, char **argv,
@@ -319,6 +411,8 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         words[i] = NULL;
     for (int i = 1; i < argc; i++) {
         bool is_option = argv[i][0] == '-' && argv[i][1] != '\0';
+        if (check_typography(argv[i], error) != MR_OK)
+            return error->status;
         if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
         if (!is_option && (count == operands->most || is_second_word(&p, argv, i, count)))

@@ -5,6 +5,7 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -44,6 +45,11 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
         {"# matrig configuration", "a board's configuration",
          "load it with matrig board config set"},
         {"<!DOCTYPE", "a web page", "give the file with the data"},
+        {"\037\213", "a compressed file", "unpack it with gunzip"},
+        {"\375\067zXZ", "a compressed file", "unpack it with unxz"},
+        {"(\265/\375", "a compressed file", "unpack it with unzstd"},
+        {"LOGG\220", "a BLF log", "convert it to a candump log"},
+        {";$FILEVERSION", "a PEAK trace", "convert it to a candump log"},
         {"\377\376", "a text in UTF-16", "save it as CSV UTF-8"},
     };
     char begins[32] = "";
@@ -54,7 +60,7 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
         fclose(file);
     }
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
-        if (strncmp(begins, kinds[i].begins, strlen(kinds[i].begins)) == 0)
+        if (strncasecmp(begins, kinds[i].begins, strlen(kinds[i].begins)) == 0)
             return error_set(error, MR_MALFORMED, "%s, not a %s: %s; %s", kinds[i].kind, wanted,
                              path, kinds[i].advice);
     return MR_OK;

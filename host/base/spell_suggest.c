@@ -87,6 +87,11 @@ void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_
          "this is a command to the board: matrig board --serial LINK arm, disarm, zero [1|2], "
          "shunt or reset"},
         {" output out ", "name the output file with -o F"},
+        {" list ls view open summary ", "to list the landings use matrig show DB"},
+        {" plot graph chart draw ", "to plot a campaign use matrig report DB"},
+        {" start begin run ", "to record landings use matrig log"},
+        {" stop quit exit end ", "to end a log press Ctrl-C in its terminal"},
+        {" version ", "write matrig --version"},
         {" format pdf print ",
          "the ending of -o F sets the format; to print a report, open its page in a browser"},
     };

@@ -135,6 +135,11 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
         return error_set(error, MR_USAGE,
                          "interface name of %zu characters: %s; give 1 to %d characters", length,
                          link->spec, IFNAMSIZ - 1);
+    if (strpbrk(name, ":,/@ "))
+        return error_set(error, MR_USAGE,
+                         "not a CAN interface: %s; write can:IFACE[,base=N], the bit rate is set "
+                         "with ip link",
+                         link->spec);
     link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
     if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
         return error_set(error, MR_IO,

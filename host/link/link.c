@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -62,6 +63,11 @@ enum mr_status link_check(const char *spec, struct error *error)
     char forms[FORMS_TEXT];
     if (find_kind(spec))
         return MR_OK;
+    struct stat file;
+    const char *ending = strrchr(spec, '.');
+    if (ending && strcmp(ending, ".log") == 0 && stat(spec, &file) == 0 && S_ISREG(file.st_mode))
+        return error_set(error, MR_USAGE, "not a link: '%s'; for a recorded file write file:%s",
+                         spec, spec);
     list_forms(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }

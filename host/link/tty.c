@@ -171,7 +171,8 @@ static enum mr_status no_port(const char *spec, const char *why, struct error *e
 {
     char known[300];
     list_ports(known, sizeof known);
-    return error_set(error, MR_IO, "no serial port (%s): %s; %s", why, spec, known);
+    return error_set(error, MR_IO, "no serial port (%s): %s; %s%s", why, spec,
+                     strpbrk(spec, ",@; ") ? "write serial:TTY[:BAUD]; " : "", known);
 }
 
 static enum mr_status open_failed(const char *spec, const char *real, struct error *error)

@@ -1,5 +1,7 @@
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +14,8 @@
 
 #include "host/store/store.h"
 #include "common/version.h"
+#include "host/base/output.h"
+#include "host/base/spell_suggest.h"
 #include "host/store/table.h"
 
 /* another program may hold the file; received data waits in the links meanwhile */
@@ -270,14 +274,44 @@ static enum mr_status keep_journal(struct store *store, struct error *error)
     return store_execute(store, sql, "set up", error);
 }
 
+/* Names a database in the same folder: one that is spelled alike, else the first one. */
+static enum mr_status no_such(const char *path, struct error *error)
+{
+    char folder[STORE_TEXT], best[NAME_MAX + 1] = "";
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    struct spell_suggest near;
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
+             slash ? path : ".");
+    DIR *directory = opendir(folder);
+    spell_suggest_begin(&near, name);
+    for (const struct dirent *entry; directory && (entry = readdir(directory));) {
+        const char *ending = strrchr(entry->d_name, '.');
+        if (!ending || strcmp(ending, ".db") != 0)
+            continue;
+        bool known = near.best;
+        spell_suggest_try(&near, entry->d_name);
+        if (near.best == entry->d_name || (!known && !best[0]))
+            snprintf(best, sizeof best, "%s", entry->d_name);
+        if (near.best)
+            near.best = best;
+    }
+    if (directory)
+        closedir(directory);
+    return error_set(error, MR_IO, "no such database: %s; %s%s%s%s", path,
+                     best[0] ? "the folder has " : "give a database that matrig log created",
+                     best[0] && slash ? folder : "", best,
+                     best[0] && !near.best ? ", check the folder too" : "");
+}
+
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error)
 {
     struct stat info;
     const bool create = mode == STORE_CREATE || mode == STORE_LOG;
     if (!create && stat(path, &info) != 0)
-        return error_set(error, MR_IO,
-                         "no such database: %s; give a database that matrig log created", path);
+        return no_such(path, error);
+    if (!output_is_database(path) && output_other_kind(path, "campaign database", error) != MR_OK)
+        return error->status;
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
     if (!made || !copy) {
