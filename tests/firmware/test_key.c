@@ -377,6 +377,21 @@ TEST_IN(a_proof_is_for_one_order_once, keyed, NULL)
     assert_int_equal(app.proof.refused, 6); /* the last one for the proof before */
 }
 
+/* A proof with one wrong bit in any of its bytes is none; right ones in between avoid the
+ * lockout. */
+TEST_IN(each_byte_of_a_proof_counts, keyed, NULL)
+{
+    for (unsigned byte = 0; byte < MR_PROOF_BYTES; byte++) {
+        uint8_t payload[MR_MESSAGE_MAX], proof[MR_PROOF_BYTES];
+        mr_command_put(&survey, payload);
+        mr_proof_make(proof, key, nonce(), payload, app.telemetry.identity.uid);
+        proof[byte] ^= 1;
+        give(MR_ID_PROOF, proof, sizeof proof, false);
+        assert_int_equal(order(&survey, false, 5), MR_PROOF);
+        assert_int_equal(order_proven(&survey, false), MR_OK);
+    }
+}
+
 /* What was refused for the state is not obeyed later, when a stranger says it again. */
 TEST_IN(a_proof_of_what_was_refused_is_used_up, keyed, NULL)
 {
