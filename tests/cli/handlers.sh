@@ -17,7 +17,21 @@ handlers_end_with_a_barrier() { # ELF
 fences_are_in_one_place() { # streams start behind the one of regs.h, rings count by queue.h
     ! grep -nE '\| DMA_CR_EN|volatile uint32_t .*(queued|taken|_put|_got)' firmware/f407/*.c
 }
+# Barriers between a store and what looks for its effect, and between a count of DMA and the bytes it counts.
+functions_have_their_barriers() { # ELF
+    local function barrier
+    while read -r function barrier; do
+        arm-none-eabi-objdump -d --no-show-raw-insn --disassemble="$function" "$1" | grep -qw "$barrier" || { echo "no $barrier in $function" && return 1; }
+    done <<'L'
+flash_program dsb
+board_sleep dsb
+board_enter_rom dsb
+board_serial_receive dmb
+nor_poll dmb
+L
+}
 
 check "each handler ends with a barrier" handlers_end_with_a_barrier build/firmware/matrig.elf
+check "functions that hand over or take data have their barriers" functions_have_their_barriers build/firmware/matrig.elf
 check "streams and rings have their fences" fences_are_in_one_place
 finish
