@@ -484,6 +484,25 @@ TEST_IN(bad_blocks_cost_space_only, fresh, NULL)
     }
 }
 
+/* 64 pages in a row that fail are the end of the memory; 80 with sound ones in between are not. */
+TEST_IN(pages_that_fail_apart_are_not_in_a_row, fresh, NULL)
+{
+    arm(1);
+    blackbox_trigger(&box, index_now);
+    play(500);
+    fake_nor.to = FAKE_NOR_SIZE;
+    unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
+    for (unsigned n = 1; n <= 80; n++) {
+        fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
+        for (unsigned ms = 0; ms < 100 && health_take(MR_FAULT_NOR_FAILED).count < failed + n; ms++)
+            play(1);
+        fake_nor.faults = 0;
+        play(20);
+    }
+    assert_int_equal(health_take(MR_FAULT_NOR_FAILED).count, failed + 80);
+    assert_int_equal(box.state, MR_BOX_RECORDING);
+}
+
 TEST_IN(sectors_that_do_not_erase_are_left, fresh, NULL)
 {
     static const unsigned kinds[] = {FAKE_NOR_ERASE_ERROR, FAKE_NOR_ERASE_SILENT};
