@@ -358,8 +358,11 @@ static const char *wrong_settings(const struct hil_i2c_device *dev)
     uint32_t pclk1_mhz = dev->core->state.clock.hclk_hz / hil_rcc_divider(dev->rcc, HIL_RCC_APB1) /
                          1000000u;
     uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
+    uint32_t rise_ns = i2c->ccr & CCR_FS ? 300u : 1000u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE with CR2.FREQ other than PCLK1 in MHz";
+    if (i2c->trise != rise_ns * pclk1_mhz / 1000u + 1u) /* RM0090 27.6.9 */
+        return "PE with TRISE other than the longest rise of SCL";
     return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its minimum" : NULL;
 }
 

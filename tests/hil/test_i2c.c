@@ -374,6 +374,13 @@ TEST_IN(what_the_manual_forbids_ends_the_run, wake, put_away)
     put(CCR, 80);
     put(CR1, PE);
     ends_the_run("FREQ other than PCLK1");
+    put(CR1, SWRST);
+    put(CR1, 0);
+    configure_i2c();
+    put(CR1, 0);
+    put(TRISE, 5); /* of fast mode */
+    put(CR1, PE);
+    ends_the_run("TRISE other than");
     (void)get(CR1 + 0x24);
     ends_the_run("I2C1 + 0x24");
 }
@@ -386,6 +393,7 @@ static void start_at(uint32_t ccr)
     configure_i2c();
     put(CR1, 0);
     put(CCR, ccr);
+    put(TRISE, ccr & 1u << 15 ? 5 : 17); /* 300 or 1000 ns */
     put(CR1, PE);
     put(CR1, PE | START);
     pass_us(200);
