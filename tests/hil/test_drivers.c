@@ -65,15 +65,12 @@ static bool on_both_links(uint16_t id)
     return info && info->direction == MR_DIRECTION_BOTH;
 }
 
-/* More frames wait than there are mailboxes: they still leave as they were queued, for can_health
- * counts on it. */
-TEST(frames_leave_in_their_order)
+static void check_order_of_frames(struct ear *ear, double from_s)
 {
-    struct ear *ear = ear_open(NULL, 0);
-    ear_until(ear, 0.3001);
+    ear_until(ear, from_s);
     ear->listens = true;
     ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 1, 1); /* a burst of the whole configuration */
-    ear_until(ear, 0.8);
+    ear_until(ear, from_s + 0.5);
     ear->listens = false;
     unsigned n = 0;
     unsigned from = 0; /* serial and CAN may stand a message apart at the beginning */
@@ -99,6 +96,23 @@ TEST(frames_leave_in_their_order)
     assert_true(n > 100);
     assert_int_equal(ear->can_sent, ear->can_at_health);
     ear_close(ear);
+}
+
+/* More frames wait than there are mailboxes: they still leave as they were queued, for can_health
+ * counts on it. */
+TEST(frames_leave_in_their_order)
+{
+    check_order_of_frames(ear_open(NULL, 0), 0.3001);
+}
+
+/* The recovery from bus-off writes the mode again. */
+TEST(frames_leave_in_their_order_after_bus_off)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.1 bus short\nat 0.3 bus connect");
+    ear_until(ear, 0.7);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_BUS_OFF));
+    check_order_of_frames(ear, 0.7001);
 }
 
 /* Only commands, proofs and words of a configuration pass the filter: of all 2048 identifiers with
@@ -398,6 +412,26 @@ TEST(the_scan_interrupts_can)
     print_message("# %u of %u\n", nesting.scan_in_can, nesting.made);
     assert_true(nesting.made > 10);
     assert_true(nesting.scan_in_can >= nesting.made);
+    ear_close(ear);
+}
+
+/* Who can wait longer interrupts nobody who cannot: scans (36 us), then CAN (a frame), then memory
+ * and serial, and last the supervision, which is late by 10 ms at most. */
+TEST(supervision_interrupts_nobody)
+{
+    enum { DMA1_STREAM3 = 14, DMA2_STREAM7 = 70 };
+    static const unsigned order[4][3] = {
+        {16 + DMA2_STREAM1, 16 + DMA2_STREAM4, 16 + HIL_IRQ_ADC},
+        {16 + HIL_IRQ_CAN1_TX, 16 + HIL_IRQ_CAN1_RX0, 16 + HIL_IRQ_CAN1_RX0},
+        {16 + DMA1_STREAM3, 16 + DMA2_STREAM7, 16 + DMA2_STREAM7},
+        {HIL_EXC_SYSTICK, HIL_EXC_SYSTICK, HIL_EXC_SYSTICK}};
+    struct ear *ear = ear_open(NULL, 0);
+    const int16_t *priority = ear->board->core.state.nvic.priority;
+    ear_until(ear, 0.05);
+    for (unsigned urgent = 0; urgent + 1 < COUNT_OF(order); urgent++) {
+        for (unsigned pair = 0; pair < 9; pair++)
+            assert_true(priority[order[urgent][pair / 3]] < priority[order[urgent + 1][pair % 3]]);
+    }
     ear_close(ear);
 }
 
