@@ -216,15 +216,15 @@ static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[M
     return told;
 }
 
-/* Each register gets a value of its own, four words are pushed, and an instruction is met that
- * there is not. */
-TEST(a_processor_fault_leaves_its_registers_and_stack)
+/* Each register gets a value of its own, those from `first` to r7 are pushed, and an instruction is
+ * met that there is not. */
+static void check_processor_fault(unsigned first)
 {
-    static const uint16_t code[] = {
-        0x2010, 0x2121, 0x2232, 0x2343, 0x2454, 0x2565, 0x2676, 0x2787, /* movs r0..r7, #... */
-        /* mov r8, r4; r9, r5; r10, r6; r11, r7; r12, r0 */
-        0x46a0, 0x46a9, 0x46b2, 0x46bb, 0x4684, 0xb4f0, /* push {r4-r7} */
-        UNDEFINED};
+    const uint16_t code[] = {0x2010, 0x2121, 0x2232, 0x2343, 0x2454, 0x2565, 0x2676,
+                             0x2787, /* movs r0..r7, #... */
+                             /* mov r8, r4; r9, r5; r10, r6; r11, r7; r12, r0 */
+                             0x46a0, 0x46a9, 0x46b2, 0x46bb, 0x4684,
+                             (uint16_t)(0xb400u | (0xffu << first & 0xffu)), UNDEFINED};
     static const uint32_t expected[13] = {0x10, 0x21, 0x32, 0x43, 0x54, 0x65, 0x76,
                                           0x87, 0x54, 0x65, 0x76, 0x87, 0x10};
     uint16_t before[COUNT_OF(code)];
@@ -257,8 +257,10 @@ TEST(a_processor_fault_leaves_its_registers_and_stack)
     assert_int_equal(word[MR_CRASH_TASK], MR_TASK_TELEMETRY);
     assert_in_range(word[MR_CRASH_BLOCK], block, block + 101);
     assert_in_range(word[MR_CRASH_SP], symbol("stack_bottom"), symbol("stack_top"));
-    for (unsigned i = 0; i < 4; i++)
-        assert_int_equal(word[MR_CRASH_STACK_FIRST + i], expected[4 + i]);
+    /* the processor aligns its frame to 8 bytes: PM0214 2.3.7 */
+    assert_int_equal(word[MR_CRASH_XPSR] >> 9 & 1u, first % 2);
+    for (unsigned i = 0; first + i < 8; i++)
+        assert_int_equal(word[MR_CRASH_STACK_FIRST + i], expected[first + i]);
     assert_int_equal(word[MR_CRASH_IMAGE], GET(ear, EAR_CAN, board_image, BOARD_IMAGE).image_crc);
     ear_until(ear, reset_s + 0.5);
     assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].detail, MR_CRASH_USAGE);
@@ -280,6 +282,13 @@ TEST(a_processor_fault_leaves_its_registers_and_stack)
     assert_int_equal(age, 1);
     assert_int_equal(word[MR_CRASH_PC], place + 2 * (COUNT_OF(code) - 1));
     ear_close(ear);
+}
+
+/* Four words on the stack, and five, which leave it unaligned. */
+TEST(a_processor_fault_leaves_its_registers_and_stack)
+{
+    check_processor_fault(4);
+    check_processor_fault(3);
 }
 
 /* A power cut ends the memory of it: noise in RAM is not told as a fault. */
