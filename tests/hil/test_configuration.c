@@ -3,6 +3,7 @@
 #include "common/config.h"
 #include "common/wire.h"
 #include "hil/board/board.h"
+#include "hil/core/bus.h"
 #include "tests/hil/ear.h"
 #include "tests/hil/snapshot.h"
 
@@ -143,6 +144,10 @@ TEST(a_change_costs_blocks_and_nothing_else)
         assert_int_equal(mr_config_encode(&back, image), mr_config_encode(&now, image));
         assert_int_equal(hil_board_counters(ear->board)->resets, 0);
         assert_int_equal(hil_board_counters(ear->board)->flash_refused, 0);
+        /* afterwards the flash is locked (FLASH_CR), and the watchdog has half a second again
+         * (IWDG_RLR, LSI / 32): RM0090 3.9.7, 21.4.3 */
+        assert_int_equal(hil_bus_read(&ear->board->core, 0x40023c10u, 4) >> 31, 1);
+        assert_int_equal(hil_bus_read(&ear->board->core, 0x40003008u, 4), 500);
         print_message("# %s: %u blocks lost in two changes\n",
                       i ? "typical times" : "longest times", health.blocks_lost);
         ear_close(ear);
