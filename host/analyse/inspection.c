@@ -108,11 +108,10 @@ static void set_value(json_t *values, const struct inspection_field *field, cons
         json_object_set_new(values, key, value);
 }
 
-static double number_of(const struct inspection_field *field, const char *what,
-                        const json_t *values)
+double inspection_number(const json_t *values, const char *name, const char *what)
 {
     char key[80];
-    snprintf(key, sizeof key, "%s%s", field->name, what);
+    snprintf(key, sizeof key, "%s%s", name, what);
     const json_t *value = json_object_get(values, key);
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
@@ -121,7 +120,8 @@ void inspection_text(const struct inspection_field *field, const json_t *values,
                      char out[INSPECTION_TEXT])
 {
     const char *text = json_string_value(json_object_get(values, field->name));
-    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    double value = inspection_number(values, field->name, ""),
+           error = inspection_number(values, field->name, "_error");
     snprintf(out, INSPECTION_TEXT, "%s", text ? text : "");
     if (!isnan(value))
         snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
@@ -310,7 +310,8 @@ const struct inspection *inspection_newest(const struct inspections *all,
 static enum inspection_verdict judge_field(const struct inspection_field *field,
                                            const json_t *values, double *margin)
 {
-    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    double value = inspection_number(values, field->name, ""),
+           error = inspection_number(values, field->name, "_error");
     double above = value - field->pass_low, below = field->pass_high - value;
     *margin = HUGE_VAL;
     if (isnan(value) || !field->limit)
@@ -347,7 +348,8 @@ static void shown_text(const struct inspection_field *field, const json_t *value
                        char out[INSPECTION_TEXT])
 {
     const char *unit = quantity_unit_of_name(field->name);
-    double value = number_of(field, "", values), error = number_of(field, "_error", values);
+    double value = inspection_number(values, field->name, ""),
+           error = inspection_number(values, field->name, "_error");
     double factor = si ? quantity_convert(1.0, unit, inspection_unit(field, si)) : 1.0, zero = 0.0;
     if (si && is_temperature(field)) {
         factor = 1.0 / 1.8;

@@ -85,6 +85,8 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
 enum mr_status inspection_add(struct store *store, const struct store_record *row,
                               const json_t *values, struct error *error);
 /* A value as people type it, "12.3+-0.4"; "": none. */
+/* The number of a field with `what` behind its name: "", "_error". NaN: none. */
+double inspection_number(const json_t *values, const char *name, const char *what);
 #define INSPECTION_TEXT 300
 void inspection_text(const struct inspection_field *field, const json_t *values,
                      char out[INSPECTION_TEXT]);

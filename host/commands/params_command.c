@@ -3,12 +3,15 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host/analyse/inspection.h"
 #include "host/analyse/params.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/base/plot.h"
 #include "host/base/quantity.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
+#include "host/landing_series/series.h"
 #include "host/push/ground.h"
 
 #define READINGS_MAX   1000
@@ -23,6 +26,7 @@ struct found {
     struct estimate estimate;
     double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
     bool given;       /* given, not measured: no error */
+    json_t *along;    /* values along the runway, as a scene has them; NULL: one value */
 };
 
 struct params_request {
@@ -51,7 +55,7 @@ static struct found *add(struct reader *r, const char *key, const char *unit, co
                          struct estimate estimate)
 {
     struct found *found = &r->parameters[r->count];
-    *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false};
+    *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false, NULL};
     snprintf(found->from, sizeof found->from, "%s", from);
     for (size_t i = 0; i < r->count; i++)
         if (strcmp(r->parameters[i].key, key) == 0)
@@ -344,6 +348,45 @@ static void read_plate(struct reader *r)
     add(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
+/* Each node has the value of the nearest plate test of the acceptance records, of several the
+ * newest: node n is at n - 1 mat lengths. Each of its mat ends carries half of a mat. */
+static void read_subgrade(struct reader *r)
+{
+    char path[PATH_MAX];
+    const char *records = json_string_value(json_object_get(r->readings, "records"));
+    const struct estimate length_ft = take(r, "mat_length_ft"),
+                          mat_ft2 = params_area(length_ft, take(r, "mat_width_ft"));
+    const int mats = (int)take(r, "mats").value;
+    struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
+    struct inspections all;
+    json_t *along = json_array();
+    series_path_beside(r->path, records ? records : "", path);
+    inspection_load(program_campaign(path, STORE_READ), &all, fatal);
+    for (int node = 0; node <= mats; node++) {
+        double nearest_ft = HUGE_VAL;
+        for (size_t i = 0; i < all.count; i++) {
+            const struct inspection *entry = &all.entry[i];
+            double off_ft = fabs(entry->row.place - node * length_ft.value),
+                   value = inspection_number(entry->values, "bearing_lb_in3", ""),
+                   error = inspection_number(entry->values, "bearing_lb_in3", "_error");
+            if (!inspection_is_valid(entry, NULL, 0) || !(value > 0.0) || off_ft > nearest_ft)
+                continue;
+            nearest_ft = off_ft;
+            k = (struct estimate){864.0 * value, 864.0 * fmax(error, 0.0)}; /* lb/ft3, half */
+        }
+        if (isinf(nearest_ft))
+            error_set(fatal, MR_MALFORMED,
+                      "no plate test: %s: subgrade: %s; give records, a campaign whose records of "
+                      "subgrade have bearing_lb_in3",
+                      r->path, path);
+        kv = params_area(k, mat_ft2); /* computes a product */
+        json_array_append_new(along, cli_json_number(kv.value, 6));
+        mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
+    }
+    inspection_free(&all);
+    add(r, "KV", "lb/ft", "plate tests by station: mean and largest error", mean)->along = along;
+}
+
 static const struct test {
     const char *name;
     void (*read)(struct reader *r);
@@ -355,6 +398,7 @@ static const struct test {
     {"pull", read_pull, " pull_lb weight_lb "},
     {"deflection", read_deflection, " load_lb deflection_in mats "},
     {"plate", read_plate, " load_lb settlement_in plate_in mat_length_ft mat_width_ft "},
+    {"subgrade", read_subgrade, " records mats mat_length_ft mat_width_ft "},
 };
 
 /* Refuses unknown names: a misspelt reading would be ignored otherwise. */
@@ -368,7 +412,7 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
     if (!test || !json_is_object(readings))
         error_set(fatal, MR_MALFORMED,
                   "unknown test: %s: \"%s\"; tests are objects: inertia, tension, hinge, pull, "
-                  "deflection, plate",
+                  "deflection, plate, subgrade",
                   r->path, name);
     json_object_foreach((json_t *)(uintptr_t)readings, key, value)
     {
@@ -425,7 +469,8 @@ static json_t *scene_of(const struct reader *r)
             snprintf(text, sizeof text,
                      "from %s, standard error unknown: these readings do not determine it",
                      p->from);
-        json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
+        json_object_set_new(scene, p->key,
+                            p->along ? p->along : cli_json_number(p->estimate.value, 6));
         json_object_set_new(scene, key, json_string(text));
     }
     return scene;
@@ -521,7 +566,9 @@ static const struct command_part parts[] = {
               "strip_in, joint_in]: gives KT and TAD_deg\n              (leave out readings within "
               "the free travel: they are refused)\n  pull        pull_lb, weight_lb: gives f\n  "
               "deflection  load_lb, deflection_in [, mats]: gives KV\n  plate       lists load_lb, "
-              "settlement_in; plate_in (diameter), mat_length_ft, mat_width_ft: gives KV"),
+              "settlement_in; plate_in (diameter), mat_length_ft, mat_width_ft: gives KV\n  "
+              "subgrade    records (a campaign with plate tests by station, see matrig record), "
+              "mats, mat_length_ft,\n              mat_width_ft: gives KV along the runway"),
     OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the start of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("\n"

@@ -44,6 +44,24 @@ echo '{"plate": {"load_lb": [200, 400, 600], "settlement_in": [0.012, 0.022, 0.0
 check "KV of a plate bearing test, whose seating does not matter" near KV value 4147200 1
 echo '{"plate": {"load_lb": [200, 400, 600], "settlement_in": [0.012, 0.022, 0.032], "plate_in": 11, "mat_length_ft": 12, "mat_width_ft": 2}, "deflection": {"load_lb": 120, "deflection_in": 0.05}}' >"$tmp/readings.json"
 check "two tests of one parameter are refused" fails_with 4 'two tests give KV' $m params "$tmp/readings.json"
+# 200 and 100 lb/in3 under half of 3456 in2: 4147200 and 2073600 lb/ft (12 in). Nodes at 0, 2, ... 10 ft; tests at 1 ft (two, the newer one holds) and at
+# 7 ft, which is as near to 4 ft and newer. 5 % of 4147200 is the largest error.
+acceptance_gives_kv() {
+    local at
+    for at in '1 bearing_lb_in3=150' '1 bearing_lb_in3=200+-10' '7 bearing_lb_in3=100+-5' '9 cbr_percent=20' '10 bearing_lb_in3=900'; do $m --quiet record "$tmp/kv.db" subgrade $at >/dev/null; done
+    $m --quiet record "$tmp/kv.db" --withdraw 5 --reason 'wrong scale' >/dev/null
+    echo '{"subgrade": {"records": "kv.db", "mats": 5, "mat_length_ft": 2, "mat_width_ft": 12}}' >"$tmp/readings.json"
+    near KV error 207360 1 && near KV value $((4147200 / 3 + 2073600 * 2 / 3)) 10 && $m params "$tmp/readings.json" -o "$tmp/kv.json" && cat "$tmp/kv.json" && python3 - "$tmp/kv.json" <<'PY' || return 1
+import json, sys
+kv = json.load(open(sys.argv[1]))["KV"]
+assert [round(v / 100) for v in kv] == [41472, 41472, 20736, 20736, 20736, 20736], kv
+PY
+    sed -i 's/^{/{ "model": "consistent", "N": 5, "CV": 500, "mats_crossed": 1,/' "$tmp/kv.json" && $m sim "$tmp/kv.json" --solver staggered --limit 60
+}
+check "plate tests by station give KV along the runway" acceptance_gives_kv
+echo '{"subgrade": {"records": "kv2.db", "mats": 5, "mat_length_ft": 2, "mat_width_ft": 12}}' >"$tmp/readings.json"
+$m --quiet record "$tmp/kv2.db" subgrade 9 cbr_percent=20 >/dev/null
+check "no plate test among the records" fails_with 4 'no plate test: .*kv2.db; give records' $m params "$tmp/readings.json"
 cat >"$tmp/readings.json" <<'J'
 {"tension": {"slope_lb_in_in": {"value": 9500, "error": 300}, "joint_in": 144}, "pull": {"weight_lb": 160, "pull_lb": {"readings": [78, 82, 80]}}}
 J
