@@ -39,6 +39,27 @@ static const struct history_landing *last_measured(const struct history *past)
     return NULL;
 }
 
+/* Damage that was repaired after RUN `from` and before RUN `to`, as recorded before the advice. */
+static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
+{
+    const struct history *past = &advise->past;
+    const double mat_ft = (double)past->runway.chain.mat_length_ft, end = past->runway.chain.mats;
+    for (size_t i = 0; i < past->records.count; i++) {
+        const struct inspection *entry = &past->records.entry[i];
+        const char *how = json_string_value(json_object_get(entry->values, "repair"));
+        double first = inspection_number(entry->values, "station_ft", "") / mat_ft,
+               mats = fmax(inspection_number(entry->values, "length_ft", "") / mat_ft, 0.0),
+               before = inspection_number(entry->values, "repaired", "");
+        int64_t run = isnan(before) ? entry->row.run + 1 : (int64_t)before;
+        if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
+            run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0))
+            continue;
+        advise_repair(&advise->members, (unsigned)lround(first),
+                      (unsigned)lround(fmin(first + mats, end)));
+        advise->repairs++;
+    }
+}
+
 static enum mr_status learn(struct advise *advise, struct error *error)
 {
     const struct history *past = &advise->past;
@@ -47,6 +68,7 @@ static enum mr_status learn(struct advise *advise, struct error *error)
         progress_at(advise->progress, "%zu of %zu landings processed", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
+        apply_repairs(advise, i ? landing[-1].run : 0, landing->run);
         if (!landing->measured) {
             advise->unlearned++;
             continue;
@@ -59,6 +81,8 @@ static enum mr_status learn(struct advise *advise, struct error *error)
     }
     if (past->relaid)
         advise_relay(&advise->members);
+    apply_repairs(advise, past->landings ? past->landing[past->landings - 1].run : 0,
+                  advise->request.before ? advise->request.before : past->newest_run + 1);
     advise_survey(&advise->members, past->sum_in, past->survey_error_in);
     return MR_OK;
 }
@@ -535,6 +559,7 @@ static void known_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "landings", "landings", advise->members.learned);
     answer_count(answer, "not_learned", NULL, (int64_t)advise->unlearned);
     answer_count(answer, "voided", NULL, (int64_t)advise->past.voided);
+    answer_count(answer, "repairs", NULL, (int64_t)advise->repairs);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
         advise_parameter(&advise->members, rows[i].unknown, &mean, &spread);
@@ -568,6 +593,11 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
         answer_words(answer, NULL, "note",
                      "a series has begun since: the joint openings are assumed to be those of a "
                      "newly laid runway");
+    if (advise->repairs)
+        answer_words(answer, NULL, "note",
+                     "%zu repairs: the openings of these joints are assumed to be those of newly "
+                     "laid mats",
+                     advise->repairs);
     if (advise->outside)
         answer_words(answer, NULL, "note",
                      "the plan is outside the range of the earlier landings: the uncertainty of "

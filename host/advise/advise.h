@@ -40,6 +40,7 @@ struct advise {
     unsigned planned; /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
     bool outside;
+    size_t repairs;     /* number of repairs that set joints back */
     size_t unlearned;   /* number of landings from which the ensemble could not be updated */
     double least_ft_s2; /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROWS];

@@ -259,6 +259,8 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
                    last ? past->sum_in : past->landing[i + 1].seen.before_in, sizeof past->sum_in);
         past->landing[i].seen.braking.profile = &past->landing[i].profile;
     }
+    if (status == MR_OK)
+        status = inspection_load(store, &past->records, error);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         past->surveyed += isfinite(past->sum_in[s]) ? 1u : 0u;
     free(row);
@@ -268,5 +270,6 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
 void history_free(struct history *past)
 {
     free(past->landing);
+    inspection_free(&past->records);
     past->landing = NULL;
 }

@@ -4,6 +4,7 @@
 #define MATRIG_HOST_ADVISE_HISTORY_H
 
 #include "host/advise/members.h"
+#include "host/analyse/inspection.h"
 #include "host/store/store.h"
 
 struct history_landing {
@@ -26,6 +27,7 @@ struct history {
     double sum_in[MR_SEGMENTS];  /* survey since the last landing; NaN: not read */
     unsigned surveyed, segments; /* numbers of surveyed segments and of the runway's segments */
     double survey_error_in;
+    struct inspections records; /* of the crew */
 };
 
 /* Loads the landings of the board that landed last. With `before` (a RUN), loads only the landings

@@ -70,10 +70,11 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
         u[k] += log(stated_value(runway, (enum advise_parameter)k));
 }
 
-static void draw_gaps(struct advise_members *members, struct advise_member *member)
+static void draw_gaps(struct advise_members *members, struct advise_member *member, unsigned first,
+                      unsigned last)
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
-    for (unsigned j = 0; j <= members->runway.chain.mats; j++)
+    for (unsigned j = first; j <= last; j++)
         member->gap_ft[j] = (float)fmin(LAID_MOST * slack_ft * chance_uniform(&members->chance),
                                         slack_ft);
 }
@@ -103,7 +104,7 @@ enum mr_status advise_members_draw(struct advise_members *members,
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];
         draw_unknowns(member, runway, &members->chance);
-        draw_gaps(members, member);
+        draw_gaps(members, member, 0, runway->chain.mats);
         for (unsigned j = 0; j <= runway->chain.mats; j++)
             member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
     }
@@ -119,8 +120,18 @@ void advise_members_free(struct advise_members *members)
 void advise_relay(struct advise_members *members)
 {
     for (size_t m = 0; m < members->count; m++)
-        draw_gaps(members, &members->member[m]);
+        draw_gaps(members, &members->member[m], 0, members->runway.chain.mats);
     members->surveyed = false;
+}
+
+void advise_repair(struct advise_members *members, unsigned first, unsigned last)
+{
+    for (size_t m = 0; m < members->count; m++) {
+        struct advise_member *member = &members->member[m];
+        draw_gaps(members, member, first, last);
+        for (unsigned j = first; j <= last; j++)
+            member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
+    }
 }
 
 /* Changes ten openings to a given sum: scales the openings down, or the remaining room to the

@@ -134,6 +134,9 @@ void advise_members_free(struct advise_members *members);
 /* Draws all openings again, because the mats were laid anew. The other unknowns keep their updated
  * values. */
 void advise_relay(struct advise_members *members);
+/* Draws opening and closing resistance of the joints `first` to `last` again, counted from 0,
+ * because their mats were replaced or relaid. */
+void advise_repair(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
 void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],

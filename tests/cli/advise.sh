@@ -133,5 +133,19 @@ T
 assert abs(d["bearing_drag_ft_s2"] - 5.1) < 1e-4 and d["bearing_drag_error_ft_s2"] < 1e-4, d["bearing_drag_ft_s2"]
 assert abs(d["coasting_speed_ft_s"] - 28 / 2 ** 0.5) < 1e-3, d["coasting_speed_ft_s"]' "$tmp/rig.json"
 }
+# After landing 5 mats are closed; newly laid ones are not. A repair that is still to come, open damage and a withdrawn record change nothing.
+repairs_reset_joints() {
+    local all=$tmp/repair.db
+    damage() { $matrig --quiet record "$all" damage "$@" >/dev/null; }
+    sqlite3 "$db" "vacuum into '$all'"
+    damage 2 station_ft=0 length_ft=120 repair=open && damage 2 station_ft=0 length_ft=120 repair=relaid repaired=9 &&
+        damage 2 station_ft=0 length_ft=120 repair=relaid && $matrig --quiet record "$all" --withdraw 3 --reason 'other runway' >/dev/null || return 1
+    db=$all advise same $plan --temperature 72 && damage 1 station_ft=0 length_ft=120 repair=replaced repaired=3 && db=$all advise laid $plan || return 1
+    holds 'worn, same, laid = d
+assert same == worn and worn["learned"]["repairs"] == 0 and laid["learned"]["repairs"] == 1
+p = [[r["zone"] for r in x["rows"] if r["plan"]][0] for x in (worn, laid)]; print(p)
+assert p[1] < p[0] - 0.05' "$tmp/both.json" "$tmp/same.json" "$tmp/laid.json"
+}
+check "a repair resets its joints" repairs_reset_joints
 check "drag by temperature and speed by release height are learned from the records" rig_is_learned
 finish

@@ -127,7 +127,7 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     day '1\njk\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions\|damage' "$tmp/said" || { cat "$tmp/said"; return 1; }
     $matrig --quiet record "$tmp/d.db" conditions 1 drive=coast tire_psi=5 end_weight_lb=200 >/dev/null && $matrig --quiet record "$tmp/d.db" damage 1 station_ft=12 what=rivet >/dev/null || return 1
     #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
-    day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\nq\n' "$tmp/d.db"
+    day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
     cat "$tmp/said"
     [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 19 ] && grep -q 'drive on the track (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }

@@ -338,6 +338,37 @@ TEST(a_survey_gives_the_sums)
     advise_members_free(&members);
 }
 
+/* Newly laid: uniform up to 1.2 slacks and at most one slack, a mean of 0.7/1.2; resistance uniform
+ * up to twice the mean. All other joints stay. */
+TEST(a_repair_resets_its_joints)
+{
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    double slack = (double)runway.chain.slack_ft, gap = 0.0, grit = 0.0;
+    unsigned full = 0;
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+    for (size_t m = 0; m < COUNT; m++)
+        for (unsigned j = 0; j <= MATS; j++) {
+            members.member[m].gap_ft[j] = -1.0f;
+            members.member[m].grit[j] = 9.0f;
+        }
+    advise_repair(&members, 10, 19);
+    for (size_t m = 0; m < COUNT; m++)
+        for (unsigned j = 0; j <= MATS; j++) {
+            double is = (double)members.member[m].gap_ft[j], g = (double)members.member[m].grit[j];
+            bool repaired = j >= 10 && j <= 19;
+            assert_int_equal(repaired, is >= 0.0 && is <= slack * 1.000001);
+            assert_int_equal(repaired, g >= 0.0 && g <= 2.0);
+            gap += repaired ? is : 0.0;
+            grit += repaired ? g : 0.0;
+            full += is > 0.999999 * slack;
+        }
+    assert_near(gap / (10 * COUNT), slack * 0.7 / 1.2, 0.05 * slack);
+    assert_near(grit / (10 * COUNT), 1.0, 0.1);
+    assert_near((double)full / (10 * COUNT), 1.0 / 6.0, 0.06);
+    advise_members_free(&members);
+}
+
 /* A twin: one member is the truth. What its readings teach lies nearer to it than what was drawn,
  * and is not without spread. */
 TEST(a_landing_teaches)
