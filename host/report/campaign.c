@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/inspection.h"
 #include "host/analyse/journal.h"
 #include "host/analyse/record.h"
 #include "host/base/answer.h"
@@ -752,20 +751,6 @@ static void put_journal(const struct report *report, FILE *out)
     free(landing);
 }
 
-/* ---- records of the runway; those of a landing are in its section ---- */
-
-static void records(const struct report *report, FILE *out)
-{
-    struct inspections all;
-    struct answer *answer = answer_new(report->si);
-    inspection_load(report->store, &all, report->error);
-    for (size_t k = 0; k < inspection_kind_count; k++)
-        if (inspection_kinds[k].place != INSPECTION_LANDING)
-            inspection_table(&all, &inspection_kinds[k], 0, answer);
-    inspection_free(&all);
-    report_answer(answer, out);
-}
-
 /* ---- surveys of the mat ---- */
 
 #define SURVEYS_DRAWN 6u /* bows of this many newest surveys */
@@ -976,7 +961,7 @@ const struct report_section report_sections[] = {
     {"compared", "Measured against simulated", compared, 2},
     {"slow", "Tension and temperature between landings", put_slow, 0},
     {"journal", "Observations and notes", put_journal, 0},
-    {"records", "Acceptance of runway and mats", records, 0},
+    {"records", "Acceptance and damage", report_records, 0},
     {"survey", "Surveys of the mat", surveys, 0},
     {NULL, NULL, NULL, 0},
 };

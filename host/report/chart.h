@@ -63,7 +63,8 @@ struct chart_series {
 };
 void figure_series(struct figure *figure, const struct chart_series *series);
 /* Adds a shape: "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor",
- * "seen". NaN in x0 or y0: over the whole length of that axis. */
+ * "seen", "damaged", "repaired", "failed", "passed". NaN in x0 or y0: over the whole length of that
+ * axis. */
 void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
                   double y1, const char *text);
 

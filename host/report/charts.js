@@ -73,7 +73,8 @@ const matrigCharts = (() => {
     e.drawingContext.fillStyle = e.color;
     for (const p of e.points) if (!isNaN(p.canvasy)) mark(e.drawingContext, s.l, p.canvasx, p.canvasy, 3);
   };
-  const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], reported: ['a', 0.3], band: ['a', 0.15] };
+  const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], reported: ['a', 0.3], band: ['a', 0.15],
+    damaged: ['ink', 0.8], failed: ['warn', 0.9], repaired: ['a', 0.6], passed: ['d', 0.6] };
   /* Lines that go on from one rectangle to the next; an edge where there is room for it. */
   const hatch = (context, x, y, w, h) => {
     context.save();

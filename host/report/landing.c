@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
-#include "host/analyse/inspection.h"
 #include "host/analyse/summary.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
@@ -757,23 +756,6 @@ static void compared(const struct report *report, const struct report_landing *l
     draw_comparison(landing, report->si, out);
 }
 
-/* ---- what the crew set and wrote down ---- */
-
-static void records(const struct report *report, const struct report_landing *landing, FILE *out)
-{
-    const int64_t run = landing->summary.measured.landing.id;
-    struct inspections all;
-    struct answer *answer = answer_new(report->si);
-    inspection_load(report->store, &all, report->error);
-    for (size_t k = 0; k < inspection_kind_count; k++)
-        if (inspection_kinds[k].place == INSPECTION_LANDING)
-            inspection_table(&all, &inspection_kinds[k], run, answer);
-    if (all.count && run > 1)
-        inspection_differences(report->store, &all, run - 1, run, answer, report->error);
-    inspection_free(&all);
-    report_answer(answer, out);
-}
-
 /* ---- health ---- */
 
 static void health(const struct report *report, const struct report_landing *landing, FILE *out)
@@ -808,7 +790,7 @@ const struct report_part report_parts[] = {
     {"Bands", bands},
     {"Transducers and gages", channels},
     {"Measured against simulated", compared},
-    {"Conditions, damage and pictures", records},
+    {"Conditions, damage and pictures", report_landing_records},
     {"Record", facts},
     {"Health and losses", health},
     {NULL, NULL},

@@ -137,6 +137,11 @@ extern const struct report_part { /* parts of each landing */
     void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
 } report_parts[];
 
+/* The crew's records: of the runway with a map, and of a landing. */
+void report_records(const struct report *report, FILE *out);
+void report_landing_records(const struct report *report, const struct report_landing *landing,
+                            FILE *out);
+
 /* Name of the database without folder. */
 const char *report_name(const struct report *report);
 

@@ -157,6 +157,22 @@ slips() {
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
 kinds() { # every limit has its section of the report; no kind has more than 25 lines
+# Mats are 2 ft by 7: mat 2 from 2/7 to 4/7 ft. Valid records alone; mat 8 (2 to 16/7 ft) was withdrawn.
+map_in_the_report() {
+    cp "$db" "$tmp/m.db" && $matrig --quiet record "$tmp/m.db" damage 2 station_ft=88 length_ft=5 repair=relaid >/dev/null && $matrig --json report "$tmp/m.db" -o "$tmp/map.html" >/dev/null && python3 - "$tmp/map.html" <<'PY'
+import json, re, sys
+page = open(sys.argv[1]).read()
+found, = re.findall(r'aria-label="damage and acceptance against station"><script type="application/json">(.*?)</script>', page, re.S)
+figure = json.loads(found)
+assert [k[1] for k in figure["k"]] == ["damage", "repaired", "fail", "within its error of a limit", "pass"]
+shapes = {(s[0], round(s[1], 3), round(s[2], 3), int(s[4])) for s in figure["p"][0]["i"]}
+mat = lambda kind, n: (kind, round((n - 1) * 2 / 7, 3), round(n * 2 / 7, 3), 1)
+assert {s for s in shapes if s[3] == 1} == {mat("passed", 1), mat("passed", 2), mat("closed", 3), mat("closed", 4), mat("failed", 5), mat("passed", 6), mat("failed", 7)}, shapes
+assert {s for s in shapes if s[3] == 2} == {("damaged", 85, 85.286, 2), ("repaired", 88, 93, 2)}, shapes
+assert {(k, round((a + b) / 2, 2)) for k, a, b, row in shapes if row == 0} == {("passed", 30), ("failed", 40), ("passed", 40), ("failed", 50), ("closed", 60)}, shapes
+PY
+    [ $? = 0 ] && cp "$tmp/none.db" "$tmp/c.db" && $matrig --quiet record "$tmp/c.db" conditions 1 drive=coast >/dev/null && $matrig --json report "$tmp/c.db" -o "$tmp/c.html" >/dev/null && ! grep 'damage and acceptance' "$tmp/c.html"
+}
     $matrig --json record --kinds >"$tmp/said" && python3 - "$tmp/said" <<'PY'
 import collections, json, re, sys
 rows = json.load(open(sys.argv[1]))["kinds"]
@@ -186,3 +202,4 @@ check "the first records while a log runs" during_a_log
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
 finish
+check "a map of damage and acceptance" map_in_the_report

@@ -1,0 +1,104 @@
+/* What the crew set, inspected and wrote down, and a map of it over the runway. */
+#include <math.h>
+#include <string.h>
+
+#include "common/closure.h"
+#include "host/analyse/inspection.h"
+#include "host/report/chart.h"
+#include "host/report/report.h"
+
+/* The rows of the map, from the top: kinds, and their names. */
+static const char *const rows[] = {"damage", "mat", "subgrade"}, *const names[] = {"damage", "mats",
+                                                                                   "soil"};
+#define ROWS (sizeof rows / sizeof rows[0])
+
+static const char *row_name(void *context, size_t i)
+{
+    (void)context;
+    return names[ROWS - 1 - i];
+}
+
+/* ROWS: not on the map. */
+static size_t row_of(const struct inspection *entry)
+{
+    size_t row = 0;
+    while (row < ROWS && strcmp(entry->kind->name, rows[row]) != 0)
+        row++;
+    return inspection_is_valid(entry, NULL, 0) ? row : ROWS;
+}
+
+/* Damage reaches over its length, a record of acceptance over one mat. */
+static void draw_record(struct figure *figure, const struct inspection *entry, size_t row)
+{
+    static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
+    const char *repair = json_string_value(json_object_get(entry->values, "repair"));
+    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = (double)(ROWS - row);
+    double from_ft = row == 0 ? inspection_number(entry->values, "station_ft", "")
+                   : row == 1 ? (entry->row.place - 1.0) * mat_ft
+                              : entry->row.place - 0.5 * mat_ft,
+           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", "")),
+           margin;
+    const char *shape = row > 0 ? verdicts[inspection_judge(entry, &margin)] : "damaged";
+    if (repair && strcmp(repair, "open") != 0)
+        shape = "repaired";
+    const double tall = shape && strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
+    if (shape && !isnan(from_ft))
+        figure_shape(figure, shape, from_ft, to_ft, y - 0.5 - tall, y - 0.5 + tall, NULL);
+}
+
+static void put_map(const struct report *report, const struct inspections *all, FILE *out)
+{
+    static const char *const keys[] = {
+        "damaged", "damage", "repaired", "repaired",
+        "failed",  "fail",   "closed",   "within its error of a limit",
+        "passed",  "pass",   NULL};
+    struct figure figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
+                                        FIGURE_EACH);
+    figure_plot(&figure, &(struct chart_axes){.x = "station",
+                                              .x_unit = UNIT_STATION,
+                                              .y_unit = UNIT_NUMBER,
+                                              .x_high = CHART_RUNWAY_FT,
+                                              .y_high = ROWS,
+                                              .height_px = 130,
+                                              .tick = row_name,
+                                              .ticks = ROWS});
+    for (size_t i = 0; i < all->count; i++)
+        if (row_of(&all->entry[i]) < ROWS)
+            draw_record(&figure, &all->entry[i], row_of(&all->entry[i]));
+    figure_end(&figure, keys, "Records that hold, over the runway.");
+}
+
+/* Tables of the kinds that belong to landing `run`; 0: to the runway. */
+static void put_tables(const struct report *report, const struct inspections *all, int64_t run,
+                       FILE *out)
+{
+    struct answer *answer = answer_new(report->si);
+    for (size_t k = 0; k < inspection_kind_count; k++)
+        if ((inspection_kinds[k].place == INSPECTION_LANDING) == (run > 0))
+            inspection_table(all, &inspection_kinds[k], run, answer);
+    if (all->count && run > 1)
+        inspection_differences(report->store, all, run - 1, run, answer, report->error);
+    report_answer(answer, out);
+}
+
+void report_records(const struct report *report, FILE *out)
+{
+    struct inspections all;
+    bool any = false;
+    inspection_load(report->store, &all, report->error);
+    for (size_t i = 0; i < all.count; i++)
+        any = any || row_of(&all.entry[i]) < ROWS;
+    if (any)
+        put_map(report, &all, out);
+    put_tables(report, &all, 0, out);
+    inspection_free(&all);
+}
+
+void report_landing_records(const struct report *report, const struct report_landing *landing,
+                            FILE *out)
+{
+    struct inspections all;
+    inspection_load(report->store, &all, report->error);
+    put_tables(report, &all, landing->summary.measured.landing.id, out);
+    inspection_free(&all);
+}
