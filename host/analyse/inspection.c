@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/decimal.h"
+#include "host/analyse/rig.h"
 #include "host/base/quantity.h"
 #include "host/base/spell_suggest.h"
 #include "host/base/xmalloc.h"
@@ -29,6 +30,9 @@
 #define WORDS(kind, field, last, text) \
     {.name = #field, .words = text, .type = INSPECTION_WORDS, .from_last = last},
 #define PICTURE(kind, field, text) {.name = #field, .words = text, .type = INSPECTION_PICTURE},
+#define MARKED(kind, field, least, most, text) \
+    {.name = #field, .words = text, .type = INSPECTION_NUMBER, .low = least, .high = most, \
+     .marked = true},
 #define KIND_END(kind) };
 #include "host/store/records.def"
 
@@ -174,6 +178,32 @@ static enum mr_status read_number(const struct inspection_field *field, const ch
     return MR_OK;
 }
 
+static enum mr_status read_marks(const struct inspection_field *field, const char *text,
+                                 json_t *values, struct error *error)
+{
+    static const struct inspection_field distance = {"distance_ft", .low = 1e-3, .high = 1e3};
+    struct rig_marks m = {.error = 1.0};
+    struct estimate height = {0.0, 0.0};
+    char length[60];
+    json_t *scale = json_object();
+    if (sscanf(text, "%59[^:]: %lf,%lf %lf,%lf %lf,%lf %lf", length, &m.x[0], &m.y[0], &m.x[1],
+               &m.y[1], &m.x[2], &m.y[2], &m.error) < 7)
+        error_set(error, MR_USAGE, "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]",
+                  text, field->name);
+    else if (read_number(&distance, length, scale, error) == MR_OK &&
+             rig_height(
+                 &m,
+                 (struct estimate){inspection_number(scale, "distance_ft", ""),
+                                   fmax(inspection_number(scale, "distance_ft", "_error"), 0.0)},
+                 &height, error) == MR_OK) {
+        set_value(values, field, "", json_real(height.value));
+        set_value(values, field, "_error", json_real(height.error));
+        set_value(values, field, "_marks", json_string(text));
+    }
+    json_decref(scale);
+    return error->status;
+}
+
 static enum mr_status read_choice(const struct inspection_field *field, const char *text,
                                   json_t *values, struct error *error)
 {
@@ -227,15 +257,17 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     if (!field || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
+    set_value(values, field, "_marks", NULL);
     if (!*++text) {
         set_value(values, field, "", NULL);
         set_value(values, field, "_error", NULL);
         set_value(values, field, "_sha256", NULL);
         return MR_OK;
     }
-    return field->type == INSPECTION_NUMBER ? read_number(field, text, values, error)
-         : field->type == INSPECTION_CHOICE ? read_choice(field, text, values, error)
-                                            : read_text(field, text, values, error);
+    return field->marked && strchr(text, ':') ? read_marks(field, text, values, error)
+         : field->type == INSPECTION_NUMBER   ? read_number(field, text, values, error)
+         : field->type == INSPECTION_CHOICE   ? read_choice(field, text, values, error)
+                                              : read_text(field, text, values, error);
 }
 
 /* ---- rows ---- */

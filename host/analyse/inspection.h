@@ -4,7 +4,7 @@
  *
  * A value is a number in the unit that ends the field's name, or a text. A number may have a
  * standard error ("12.3+-0.4"). In the JSON object of a record the error is NAME_error, and the
- * digest of a picture NAME_sha256. */
+ * digest of a picture NAME_sha256, the marks of a height NAME_marks. */
 #ifndef MATRIG_HOST_ANALYSE_INSPECTION_H
 #define MATRIG_HOST_ANALYSE_INSPECTION_H
 
@@ -27,7 +27,7 @@ enum inspection_type { INSPECTION_NUMBER, INSPECTION_CHOICE, INSPECTION_WORDS, I
 struct inspection_field {
     const char *name, *words; /* "tire_psi", "tire pressure" */
     enum inspection_type type;
-    bool from_last;
+    bool from_last, marked;     /* marked: see inspection_read */
     double low, high;           /* range of a number, in its unit */
     double pass_low, pass_high; /* NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
@@ -77,16 +77,17 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
 
-/* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. Fails with MR_UNKNOWN, MR_USAGE, or
- * MR_IO for a picture that cannot be read. */
+/* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. The value of a marked field may be
+ * "DISTANCE: X,Y X,Y X,Y [ERROR]", the marks of rig_height in pixels (ERROR: 1). Fails with
+ * MR_UNKNOWN, MR_USAGE, or MR_IO for a picture that cannot be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
 /* Writes a row with these values (NULL: a withdrawal), in a transaction of the caller. */
 enum mr_status inspection_add(struct store *store, const struct store_record *row,
                               const json_t *values, struct error *error);
-/* A value as people type it, "12.3+-0.4"; "": none. */
 /* The number of a field with `what` behind its name: "", "_error". NaN: none. */
 double inspection_number(const json_t *values, const char *name, const char *what);
+/* A value as people type it, "12.3+-0.4"; "": none. */
 #define INSPECTION_TEXT 300
 void inspection_text(const struct inspection_field *field, const json_t *values,
                      char out[INSPECTION_TEXT]);

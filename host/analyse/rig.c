@@ -41,3 +41,27 @@ enum mr_status rig_bearing_drag(const double *temperatures_f, const double *dece
         *predicted_ft_s2 = line_predict(&line, count, temperature_f, 1.0);
     return error->status;
 }
+
+enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,
+                          struct estimate *height_ft, struct error *error)
+{
+    const double dx = marks->x[1] - marks->x[0], dy = marks->y[1] - marks->y[0],
+                 px = marks->x[2] - marks->x[0], py = marks->y[2] - marks->y[0],
+                 between = hypot(dx, dy), scale = distance_ft.value / between;
+    if (!(between > 20.0 * marks->error && between > 0.0 && marks->error >= 0.0 &&
+          isfinite(px + py)))
+        return error_set(error, MR_USAGE,
+                         "no scale: its marks are %.3g pixels apart; mark points that are further "
+                         "apart than 20 errors of a mark",
+                         between);
+    /* y counts downwards */
+    const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),
+                 along = (dx * px + dy * py) / (between * between);
+    /* The line's ends shift it at the point in proportion to the distances of the other end; only
+     * errors along the line change the scale, so the two are independent. */
+    const double of_off = marks->error * sqrt(1.0 + along * along + (1.0 - along) * (1.0 - along)),
+                 of_scale = hypot(distance_ft.error / distance_ft.value,
+                                  M_SQRT2 * marks->error / between);
+    *height_ft = (struct estimate){scale * off, scale * hypot(of_off, off * of_scale)};
+    return MR_OK;
+}

@@ -1,7 +1,7 @@
 /* What the landings of a campaign teach about the rig: touchdown speed by release height, and the
- * drag of the bearings by temperature (1973 report, sections 2.4 and 2.7.1). Predictions are for
- * the next landing: the true value is within 1.96 errors with a probability of 95 %. Pure
- * functions. */
+ * drag of the bearings by temperature (1973 report, sections 2.4 and 2.7.1); heights in pictures
+ * (2.7.3). Predictions are for the next landing. The true value is within 1.96 errors with a
+ * probability of 95 %. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_RIG_H
 #define MATRIG_HOST_ANALYSE_RIG_H
 
@@ -23,5 +23,17 @@ enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed
 enum mr_status rig_bearing_drag(const double *temperatures_f, const double *deceleration_ft_s2,
                                 size_t count, double temperature_f,
                                 struct estimate *predicted_ft_s2, struct error *error);
+
+/* Points marked in a picture, in pixels from its upper left corner: two of known distance, and the
+ * point whose height is measured. `error`: standard error of each coordinate. */
+struct rig_marks {
+    double x[3], y[3], error;
+};
+
+/* Height of the third point above the straight line through the first two, in the scale of these
+ * two; negative below it. Valid if all three are in one plane that faces the camera. MR_USAGE: the
+ * first two are nearer than 20 errors, so that the scale is not known. */
+enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,
+                          struct estimate *height_ft, struct error *error);
 
 #endif

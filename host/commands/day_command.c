@@ -715,6 +715,8 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
     for (size_t f = 0; f < kind->fields && goes_on; f++) {
         const struct inspection_field *field = &kind->field[f];
         const char *unit = inspection_unit(field, false);
+        if (field->marked)
+            continue;
         bool ends = f == 0 && !inspection_is_single(kind);
         inspection_text(field, field->from_last ? last->values : NULL, was);
         char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",

@@ -1,6 +1,7 @@
 /* matrig record: what the crew sets, inspects and writes down. The kinds are in
  * host/store/records.def. */
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,13 +16,14 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 #include "host/link/link.h"
+#include "host/live/server.h"
 
 #define WORDS_MAX (INSPECTION_FIELDS_MAX + 3)
 
 struct request {
     const char *words[WORDS_MAX]; /* DB [KIND] [PLACE] FIELD=VALUE... */
-    const char *who, *reason, *csv, *path;
-    int64_t correct, withdraw, compare; /* 0: not given */
+    const char *who, *reason, *csv, *path, *port;
+    int64_t correct, withdraw, compare, measure; /* 0: not given */
     bool kinds;
     /* from the words */
     const struct inspection_kind *kind; /* NULL: not given */
@@ -236,6 +238,69 @@ static void read_csv(const struct request *r, struct store *store, const struct 
     free(header);
 }
 
+/* ---- heights in a picture ---- */
+
+struct measuring {
+    struct request request;
+    struct store *store;
+};
+
+/* Each measurement corrects the record as it is by now. */
+static unsigned take_marks(void *context, const json_t *body, json_t *reply)
+{
+    struct measuring *m = context;
+    const char *marks = json_string_value(json_object_get(body, "marks"));
+    char *word = xasprintf("height_ft=%s", marks ? marks : ":");
+    struct inspections all;
+    struct error error = {0};
+    store_begin(m->store, fatal);
+    inspection_load(m->store, &all, fatal);
+    for (size_t i = 0; i < all.count; i++)
+        if (all.entry[i].row.id == m->request.correct && all.entry[i].replaced_by)
+            m->request.correct = all.entry[i].replaced_by;
+    m->request.field[0] = word;
+    if (inspection_read(m->request.kind, word, reply, &error) == MR_OK)
+        add_one(&m->request, m->store, &all, NULL, &error);
+    store_commit(m->store, fatal);
+    inspection_free(&all);
+    free(word);
+    if (error.status != MR_OK)
+        json_object_set_new(reply, "error", json_string(error.text));
+    return error.status == MR_OK ? 200 : 400;
+}
+
+/* Serves the picture of a record until a signal. */
+static void serve_picture(const struct request *r, struct store *store,
+                          const struct inspections *all)
+{
+    struct measuring m = {.request = *r, .store = store};
+    m.request.correct = r->measure;
+    m.request.reason = "measured in the picture";
+    m.request.fields = 1;
+    const struct inspection *entry = find_old(&m.request, all);
+    const char *file = json_string_value(json_object_get(entry->values, "file"));
+    const struct live_picture picture = {file, take_marks, &m};
+    char *word = xasprintf("file=%s", file ? file : "");
+    json_t *now = json_object();
+    struct live_server *server;
+    sigset_t set;
+    int number;
+    m.request.kind = entry->kind;
+    inspection_read(entry->kind, word, now, fatal);
+    if (!json_equal(json_object_get(now, "file_sha256"),
+                    json_object_get(entry->values, "file_sha256")))
+        error_set(fatal, MR_IO, "another picture: %s is not the file of record %lld; restore it",
+                  file, (long long)r->measure);
+    cli_end_signals(&set);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    live_server_open(r->port ? r->port : "8473", NULL, &picture, &server, fatal);
+    fprintf(stderr, "picture: %s (Ctrl-C ends)\n", live_server_url(server));
+    sigwait(&set, &number);
+    live_server_close(server, NULL);
+    json_decref(now);
+    free(word);
+}
+
 /* ---- the command ---- */
 
 static void sort_words(struct request *r)
@@ -260,15 +325,15 @@ static void sort_words(struct request *r)
 static void check(struct request *r)
 {
     int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
-               (r->path != NULL);
+               (r->path != NULL) + (r->measure != 0);
     if (!r->words[0])
         error_set(fatal, MR_USAGE,
                   "argument missing: matrig record needs DB; see matrig record --help");
     sort_words(r);
     if (acts > 1 || (r->fields && acts && !r->correct))
         error_set(fatal, MR_USAGE,
-                  "more than one action: give fields, --correct, --withdraw, --compare, --csv or "
-                  "-o; see matrig record --help");
+                  "more than one action: give fields, --correct, --withdraw, --measure, "
+                  "--compare, --csv or -o; see matrig record --help");
     if (!r->kind && !r->correct && (r->fields || r->csv || r->path))
         error_set(fatal, MR_USAGE,
                   "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds");
@@ -317,7 +382,8 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     /* mats are accepted before the first landing */
     struct store *store = begins && r.kind->place != INSPECTION_LANDING
                             ? program_campaign_or_new(cli, r.words[0])
-                            : program_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
+                            : program_campaign(r.words[0],
+                                               adds || r.measure ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
         run_parse(r.place, &run, fatal);
     store_run_find(store, &run, fatal);
@@ -330,6 +396,8 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         read_csv(&r, store, &all, answer);
     else if (adds)
         add_one(&r, store, &all, answer, fatal);
+    else if (r.measure)
+        serve_picture(&r, store, &all);
     else if (r.path)
         write_csv(&r, &all, run);
     else if (!r.compare)
@@ -362,6 +430,10 @@ static const struct command_part parts[] = {
                  "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
                "list the differences between the records of two landings: --compare 4 5"),
+    OPTION_WHOLE("--measure", "N", measure, 1.0, 1e15, 0.0,
+                 "serve the picture of record N on a page: mark two points of known distance and a "
+                 "third, and its height is recorded with its error"),
+    OPTION_TEXT("--port", "PORT", port, "port of that page on 127.0.0.1; default: 8473; 0: any"),
     OPTION_TEXT("--csv", "F.csv", csv,
                 "add a record for each line of a file; its first line names place and fields, as "
                 "in a file from -o"),
@@ -375,7 +447,8 @@ const struct command command_record = {
     "record",
     record_command,
     "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W]\nDB --correct N FIELD=VALUE ... --reason T\nDB "
-    "--withdraw N --reason T\nDB --compare RUN RUN\nDB KIND --csv F | -o F\n--kinds",
+    "--withdraw N --reason T\nDB --measure N\nDB --compare RUN RUN\nDB KIND --csv F | -o "
+    "F\n--kinds",
     "run conditions, acceptance of subgrade and mats, damage, launch, pictures",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "DB"},

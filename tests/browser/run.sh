@@ -4,7 +4,7 @@ set -u
 cd "$(dirname "$0")/../.."
 mkdir -p build/browser
 passed=0 failed=0
-for test in live report; do
+for test in live report picture; do
     timeout -k 5 150 python3 "tests/browser/$test.py" >"build/test-browser-$test.log" 2>&1
     status=$?
     ok=$(grep -c '^ok ' "build/test-browser-$test.log")

@@ -113,11 +113,65 @@ pictures() { # the digest is the file's
     record picture 2 file="$tmp/bow.jpg" station_ft=88 shows='two small waves' >/dev/null && [ "$(sqlite3 "$db" "select json_extract(fields, '\$.file_sha256') from records where kind = 'picture'")" = "$(sha256sum "$tmp/bow.jpg" | cut -c 1-64)" ] &&
         fails_with 3 'cannot read: .*none.jpg' $matrig record "$db" picture 2 file="$tmp/none.jpg"
 }
+# 2 ft are 400 pixels, 60 of them 0.3 ft; the errors are worked by hand in tests/host/test_rig.c. The page itself: tests/browser/picture.py.
+heights() {
+    local all=$tmp/p.db id url server
+    cp "$db" "$all"
+    id=$(sqlite3 "$all" 'select max(id) from records')
+    $matrig --quiet record "$all" --correct "$id" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' --reason film >/dev/null && [ "$(field "$all" $((id + 1)) "['fields']['height_ft']")" = 0.3 ] &&
+        field "$all" $((id + 1)) "['fields']['height_ft_error']" | grep '^0.007' && $matrig record "$all" picture | grep 'height (ft)' && $matrig record "$all" picture | grep ' 0.3 +- 0.007' || return 1
+    bad() { fails_with 2 "$1" $matrig record "$all" --correct $((id + 1)) height_ft="$2" --reason film; }
+    bad 'not marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: its marks are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
+    $matrig record "$all" --measure $((id + 1)) --port 0 2>"$tmp/url" &
+    server=$!
+    await grep -q picture: "$tmp/url"
+    url=$(sed -n 's/^picture: \(http[^#]*#[0-9a-f]*\).*/\1/p' "$tmp/url")
+    python3 - "$url" "$tmp/bow.jpg" <<'PY' || { kill $server; return 1; }
+import json, sys, urllib.error, urllib.request
+base, token = sys.argv[1].split("#")
+get = lambda path: urllib.request.urlopen(base + path).read()
+assert b"<title>matrig picture" in get("") and get("picture") == open(sys.argv[2], "rb").read()
+def post(marks, **headers):
+    try:
+        return json.load(urllib.request.urlopen(urllib.request.Request(base + "command", json.dumps({"marks": marks}).encode(), {"Content-Type": "application/json", **headers})))
+    except urllib.error.HTTPError as e:
+        return e.code, e.read().decode()
+assert post("1 ft: 0,0 100,0 50,-20")[0] == 403
+assert post("1 ft: 0,0", **{"X-Matrig-Token": token})[0] == 400
+for feet, height in (1, 0.2), (2, 0.4):
+    assert abs(post("%d ft: 0,0 100,0 50,-20 0.5" % feet, **{"X-Matrig-Token": token})["height_ft"] - height) < 1e-12
+for path in "events", "state":
+    try:
+        get(path)
+        sys.exit(path)
+    except urllib.error.HTTPError as e:
+        assert e.code == 404
+PY
+    kill -INT $server && wait $server && [ "$(field "$all" $((id + 3)) "['fields']['height_ft']")" = 0.4 ] && [ "$(field "$all" $((id + 2)) "['valid']")" = False ] || return 1
+    echo other >"$tmp/bow.jpg"
+    fails_with 3 'another picture: .*bow.jpg' $matrig record "$all" --measure $((id + 3)) --port 0 && printf 'not really a picture' >"$tmp/bow.jpg"
+}
 in_the_report() {
     record damage 2 station_ft=85 what=dislocated pieces=13 side=left note='<i>overrun' >/dev/null && $matrig --json report "$db" -o "$tmp/with.html" >/dev/null || return 1
     grep -q '<section id="records">' "$tmp/with.html" && [ "$(grep -c 'Conditions, damage and pictures' "$tmp/with.html")" = 2 ] && grep -q '3 pass, 2 fail, 2 within' "$tmp/with.html" &&
         grep -q '&lt;i&gt;overrun' "$tmp/with.html" && ! grep -q '<i>overrun' "$tmp/with.html" && grep -q '12.8 (was 11.5)' "$tmp/with.html" && grep -q 'wrong mat' "$tmp/with.html" &&
         grep -q "SHA-256 $(sha256sum "$tmp/bow.jpg" | cut -c 1-12)" "$tmp/with.html" && sed 's/<[^>]*>/ /g' "$tmp/with.html" | grep 'braking planned (ft/s.*) *4 *4.6 '
+}
+# Mats are 2 ft by 7: mat 2 from 2/7 to 4/7 ft. Valid records alone; mat 8 (2 to 16/7 ft) was withdrawn.
+map_in_the_report() {
+    cp "$db" "$tmp/m.db" && $matrig --quiet record "$tmp/m.db" damage 2 station_ft=88 length_ft=5 repair=relaid >/dev/null && $matrig --json report "$tmp/m.db" -o "$tmp/map.html" >/dev/null && python3 - "$tmp/map.html" <<'PY'
+import json, re, sys
+page = open(sys.argv[1]).read()
+found, = re.findall(r'aria-label="damage and acceptance against station"><script type="application/json">(.*?)</script>', page, re.S)
+figure = json.loads(found)
+assert [k[1] for k in figure["k"]] == ["damage", "repaired", "fail", "within its error of a limit", "pass"]
+shapes = {(s[0], round(s[1], 3), round(s[2], 3), int(s[4])) for s in figure["p"][0]["i"]}
+mat = lambda kind, n: (kind, round((n - 1) * 2 / 7, 3), round(n * 2 / 7, 3), 1)
+assert {s for s in shapes if s[3] == 1} == {mat("passed", 1), mat("passed", 2), mat("closed", 3), mat("closed", 4), mat("failed", 5), mat("passed", 6), mat("failed", 7)}, shapes
+assert {s for s in shapes if s[3] == 2} == {("damaged", 85, 85.286, 2), ("repaired", 88, 93, 2)}, shapes
+assert {(k, round((a + b) / 2, 2)) for k, a, b, row in shapes if row == 0} == {("passed", 30), ("failed", 40), ("passed", 40), ("failed", 50), ("closed", 60)}, shapes
+PY
+    [ $? = 0 ] && cp "$tmp/none.db" "$tmp/c.db" && $matrig --quiet record "$tmp/c.db" conditions 1 drive=coast >/dev/null && $matrig --json report "$tmp/c.db" -o "$tmp/c.html" >/dev/null && ! grep 'damage and acceptance' "$tmp/c.html"
 }
 in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
 with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
@@ -157,22 +211,6 @@ slips() {
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
 kinds() { # every limit has its section of the report; no kind has more than 25 lines
-# Mats are 2 ft by 7: mat 2 from 2/7 to 4/7 ft. Valid records alone; mat 8 (2 to 16/7 ft) was withdrawn.
-map_in_the_report() {
-    cp "$db" "$tmp/m.db" && $matrig --quiet record "$tmp/m.db" damage 2 station_ft=88 length_ft=5 repair=relaid >/dev/null && $matrig --json report "$tmp/m.db" -o "$tmp/map.html" >/dev/null && python3 - "$tmp/map.html" <<'PY'
-import json, re, sys
-page = open(sys.argv[1]).read()
-found, = re.findall(r'aria-label="damage and acceptance against station"><script type="application/json">(.*?)</script>', page, re.S)
-figure = json.loads(found)
-assert [k[1] for k in figure["k"]] == ["damage", "repaired", "fail", "within its error of a limit", "pass"]
-shapes = {(s[0], round(s[1], 3), round(s[2], 3), int(s[4])) for s in figure["p"][0]["i"]}
-mat = lambda kind, n: (kind, round((n - 1) * 2 / 7, 3), round(n * 2 / 7, 3), 1)
-assert {s for s in shapes if s[3] == 1} == {mat("passed", 1), mat("passed", 2), mat("closed", 3), mat("closed", 4), mat("failed", 5), mat("passed", 6), mat("failed", 7)}, shapes
-assert {s for s in shapes if s[3] == 2} == {("damaged", 85, 85.286, 2), ("repaired", 88, 93, 2)}, shapes
-assert {(k, round((a + b) / 2, 2)) for k, a, b, row in shapes if row == 0} == {("passed", 30), ("failed", 40), ("passed", 40), ("failed", 50), ("closed", 60)}, shapes
-PY
-    [ $? = 0 ] && cp "$tmp/none.db" "$tmp/c.db" && $matrig --quiet record "$tmp/c.db" conditions 1 drive=coast >/dev/null && $matrig --json report "$tmp/c.db" -o "$tmp/c.html" >/dev/null && ! grep 'damage and acceptance' "$tmp/c.html"
-}
     $matrig --json record --kinds >"$tmp/said" && python3 - "$tmp/said" <<'PY'
 import collections, json, re, sys
 rows = json.load(open(sys.argv[1]))["kinds"]
@@ -194,7 +232,9 @@ check "withdrawn records stay, and do not count" withdrawn_ones_stay
 check "what was different between two landings" what_was_different
 check "CSV out and in is the same" csv_round_trip
 check "a picture has the digest of its file" pictures
+check "heights from marks in a picture" heights
 check "the report has them, escaped" in_the_report
+check "a map of damage and acceptance" map_in_the_report
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
@@ -202,4 +242,3 @@ check "the first records while a log runs" during_a_log
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
 finish
-check "a map of damage and acceptance" map_in_the_report

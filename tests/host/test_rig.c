@@ -145,3 +145,53 @@ TEST(plates_hold)
     }
     assert_holds(held);
 }
+
+/* 2 ft over 400 pixels; 60 pixels are 0.3 ft. Marks of 1 pixel, 100 pixels along the line: 60
+ * within sqrt(1 + 0.25^2 + 0.75^2) pixels, the scale within sqrt(2) of 400 and 1 % of its
+ * length. */
+TEST(a_height_in_closed_form)
+{
+    const struct estimate distance = {2, 0.02};
+    const double off = sqrt(1 + 1.0 / 16 + 9.0 / 16) / 60, scale = hypot(0.01, sqrt(2) / 400);
+    struct rig_marks marks = {{100, 500, 200}, {300, 300, 240}, 1};
+    struct estimate height;
+    struct error error = {0};
+    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_OK);
+    assert_near(height.value, 0.3, 1e-12);
+    assert_near(height.error, 0.3 * hypot(off, scale), 1e-12);
+    marks = (struct rig_marks){{500, 100, 400}, {300, 300, 330}, 0}; /* the other way, and below */
+    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_OK);
+    assert_near(height.value, -0.15, 1e-12);
+    assert_near(height.error, 0.0015, 1e-12);
+    /* a line that falls by 3 in 4: (40, -30) beside it is 50 pixels above */
+    marks = (struct rig_marks){{0, 400, 200 + 30}, {0, 300, 150 - 40}, 1};
+    assert_int_equal(rig_height(&marks, (struct estimate){5, 0}, &height, &error), MR_OK);
+    assert_near(height.value, 0.5, 1e-12);
+    marks.x[1] = 12;
+    marks.y[1] = 16;
+    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_USAGE);
+}
+
+TEST(heights_hold)
+{
+    unsigned held = 0;
+    for (unsigned i = 0; i < CASES; i++) {
+        double turn = uniform(-1.5, 1.5), px = uniform(80, 900), truth_ft = uniform(-0.5, 0.5),
+               length_ft = uniform(0.5, 6), along = uniform(-0.5, 1.5), mark = uniform(0.3, 3),
+               length_error = uniform(0.001, 0.03) * length_ft, c = cos(turn), s = sin(turn);
+        double at[3][2] = {{0, 0}, {px, 0}, {along * px, truth_ft / length_ft * px}};
+        struct rig_marks marks = {.error = mark};
+        struct estimate height;
+        struct error error = {0};
+        for (int k = 0; k < 3; k++) {
+            marks.x[k] = 900 + c * at[k][0] - s * at[k][1] + normal(mark);
+            marks.y[k] = 700 - s * at[k][0] - c * at[k][1] + normal(mark);
+        }
+        assert_int_equal(
+            rig_height(&marks, (struct estimate){length_ft + normal(length_error), length_error},
+                       &height, &error),
+            MR_OK);
+        held += has(height, truth_ft);
+    }
+    assert_holds(held);
+}
