@@ -340,29 +340,24 @@ const struct inspection *inspection_newest(const struct inspections *all,
 /* ---- limits ---- */
 
 static enum inspection_verdict judge_field(const struct inspection_field *field,
-                                           const json_t *values, double *margin)
+                                           const json_t *values)
 {
     double value = inspection_number(values, field->name, ""),
            error = inspection_number(values, field->name, "_error");
     double above = value - field->pass_low, below = field->pass_high - value;
-    *margin = HUGE_VAL;
     if (isnan(value) || !field->limit)
         return INSPECTION_NO_LIMIT;
-    *margin = fmin(above / field->pass_low, below / field->pass_high); /* fmin: a NaN is no limit */
     if (fabs(above) <= error || fabs(below) <= error)
         return INSPECTION_NEAR;
-    return *margin < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
+    return above < 0.0 || below < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
 }
 
-enum inspection_verdict inspection_judge(const struct inspection *entry, double *margin)
+enum inspection_verdict inspection_judge(const struct inspection *entry)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
-    *margin = HUGE_VAL;
     for (size_t i = 0; i < entry->kind->fields; i++) {
-        double own;
-        enum inspection_verdict verdict = judge_field(&entry->kind->field[i], entry->values, &own);
+        enum inspection_verdict verdict = judge_field(&entry->kind->field[i], entry->values);
         worst = verdict > worst ? verdict : worst;
-        *margin = fmin(*margin, own);
     }
     return worst;
 }
@@ -408,7 +403,6 @@ static void cell(const struct inspection *entry, const struct inspection_field *
 {
     char is[INSPECTION_TEXT], was[INSPECTION_TEXT], label[80];
     const bool si = answer_in_si(answer);
-    double margin;
     shown_text(field, entry->values, si, is);
     shown_text(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     bool changed = strcmp(is, was) != 0;
@@ -419,7 +413,7 @@ static void cell(const struct inspection *entry, const struct inspection_field *
                                             : was[0] ? was
                                                      : "-",
                                             changed ? ")" : "");
-    fact->warn = judge_field(field, entry->values, &margin) == INSPECTION_FAIL;
+    fact->warn = judge_field(field, entry->values) == INSPECTION_FAIL;
     fact->number = field->type == INSPECTION_NUMBER;
 }
 
@@ -435,16 +429,15 @@ static void place_answer(const struct inspection *entry, const char *name, const
                                                               : (int64_t)entry->row.place);
 }
 
-/* Withdrawn ones last, then by verdict, margin and number. */
+/* Withdrawn ones last, then by verdict and number. */
 static int compare_rows(const void *a, const void *b)
 {
     const struct inspection *p = *(const struct inspection *const *)a,
                             *q = *(const struct inspection *const *)b;
-    double x, y;
-    int worse = (int)inspection_judge(p, &x) - (int)inspection_judge(q, &y);
+    int worse = (int)inspection_judge(q) - (int)inspection_judge(p);
     if (!p->withdrawn != !q->withdrawn)
         return p->withdrawn ? 1 : -1;
-    return worse ? -worse : x < y ? -1 : x > y ? 1 : p->row.id < q->row.id ? -1 : 1;
+    return worse ?: p->row.id < q->row.id ? -1 : 1;
 }
 
 void inspection_table(const struct inspections *all, const struct inspection_kind *kind,
@@ -453,7 +446,6 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
     const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
     size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
     bool used[INSPECTION_FIELDS_MAX] = {false};
-    double margin;
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
         if (entry->kind != kind || !entry->values || (run && entry->row.run != run) ||
@@ -465,12 +457,12 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
     }
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
     for (size_t i = 0; i < count; i++)
-        verdicts[inspection_judge(rows[i], &margin)] += !rows[i]->withdrawn;
+        verdicts[inspection_judge(rows[i])] += !rows[i]->withdrawn;
     const size_t judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_NEAR] +
                           verdicts[INSPECTION_FAIL];
     answer_table(answer, NULL, kind->words);
     for (size_t i = 0; i < count; i++) {
-        enum inspection_verdict verdict = inspection_judge(rows[i], &margin);
+        enum inspection_verdict verdict = inspection_judge(rows[i]);
         answer_row(answer);
         answer_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
@@ -504,7 +496,6 @@ void inspection_json(const struct inspections *all, const struct inspection_kind
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
         const struct store_record *row = &entry->row;
-        double margin;
         if ((kind && entry->kind != kind) || (run && row->run != run))
             continue;
         answer_row(answer);
@@ -515,7 +506,7 @@ void inspection_json(const struct inspections *all, const struct inspection_kind
                           entry->values ? json_deep_copy(entry->values) : json_null());
         answer_words_or_none(
             answer, "result", NULL,
-            entry->values ? inspection_verdict_text(inspection_judge(entry, &margin)) : NULL, NULL);
+            entry->values ? inspection_verdict_text(inspection_judge(entry)) : NULL, NULL);
         answer_flag(answer, "valid", NULL, inspection_is_valid(entry, NULL, 0));
         answer_count(answer, entry->values ? "corrects" : "withdraws", NULL, row->corrects);
         answer_words_or_none(answer, "who", NULL, row->who, NULL);

@@ -98,9 +98,8 @@ enum inspection_verdict {
     INSPECTION_NEAR, /* a limit is within the standard error of the value */
     INSPECTION_FAIL
 };
-/* The worst verdict of the fields. *margin: smallest distance to a limit relative to the limit,
- * negative outside; infinite without limits. */
-enum inspection_verdict inspection_judge(const struct inspection *entry, double *margin);
+/* The worst verdict of the fields. */
+enum inspection_verdict inspection_judge(const struct inspection *entry);
 const char *inspection_verdict_text(enum inspection_verdict verdict);
 
 /* Adds a table of the records of a kind for people, with counts where it has limits: the worst

@@ -98,15 +98,15 @@ static void copy_kept_fields(const struct inspections *all, const struct inspect
                              json_t *values, struct answer *answer)
 {
     const struct inspection *last = inspection_newest(all, kind, 0);
-    char text[INSPECTION_TEXT], word[INSPECTION_TEXT + 80];
+    char text[INSPECTION_TEXT], *word;
     answer_table(answer, "kept", "");
     for (size_t f = 0; last && f < kind->fields; f++) {
         const struct inspection_field *field = &kind->field[f];
         inspection_text(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
-        snprintf(word, sizeof word, "%s=%s", field->name, text);
-        inspection_read(kind, word, values, fatal);
+        inspection_read(kind, word = xasprintf("%s=%s", field->name, text), values, fatal);
+        free(word);
         answer_row(answer);
         answer_words(answer, "field", "kept", "%s", field->name);
         answer_words(answer, "value", "value", "%s", text);
@@ -359,13 +359,12 @@ static void show(const struct cli *cli, const struct request *r, const struct in
 
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
-    double margin;
     const struct inspection *last = &all->entry[all->count - 1];
     answer_count(answer, "added", "records added", (int64_t)(all->count - before));
     answer_count(answer, "record", "record", last->row.id);
-    if (last->values && inspection_judge(last, &margin) != INSPECTION_NO_LIMIT)
+    if (last->values && inspection_judge(last) != INSPECTION_NO_LIMIT)
         answer_words(answer, "result", "result", "%s",
-                     inspection_verdict_text(inspection_judge(last, &margin)));
+                     inspection_verdict_text(inspection_judge(last)));
 }
 
 static int record_command(int argc, char **argv, const struct cli *cli)

@@ -36,9 +36,8 @@ static void draw_record(struct figure *figure, const struct inspection *entry, s
     double from_ft = row == 0 ? inspection_number(entry->values, "station_ft", "")
                    : row == 1 ? (entry->row.place - 1.0) * mat_ft
                               : entry->row.place - 0.5 * mat_ft,
-           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", "")),
-           margin;
-    const char *shape = row > 0 ? verdicts[inspection_judge(entry, &margin)] : "damaged";
+           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", ""));
+    const char *shape = row > 0 ? verdicts[inspection_judge(entry)] : "damaged";
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
     const double tall = shape && strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
