@@ -662,7 +662,7 @@ json_t *answer_json(const struct answer *answer)
 }
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
-#define HTML_LONG 24 /* a column with a longer text is not made narrower than the style allows */
+#define HTML_LONG 40 /* a column with a longer text is not made narrower than the style allows */
 
 static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
 {
