@@ -127,7 +127,7 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
     return mr_bits_end(&w, out);
 }
 
-static bool same_counts(const uint8_t *a, const uint8_t *b)
+static bool has_same_counts(const uint8_t *a, const uint8_t *b)
 {
     uint32_t differ = 0;
     for (unsigned i = 0; i < MR_CHANNELS; i += 4)
@@ -138,7 +138,7 @@ static bool same_counts(const uint8_t *a, const uint8_t *b)
 static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct mr_block *block)
 {
     uint32_t mask = 0;
-    if (same_counts(pack->low, block->low) && same_counts(pack->high, block->high))
+    if (has_same_counts(pack->low, block->low) && has_same_counts(pack->high, block->high))
         return;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         mask |= (block->low[c] || block->high[c] ? 1u : 0u) << c;

@@ -288,7 +288,7 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
                                            .rule = (uint8_t)__VA_ARGS__},      \
      false)
 
-static bool any_switch(const struct mr_config *config)
+static bool has_switch(const struct mr_config *config)
 {
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++) {
         if (config->gate[i].step_codes)
@@ -306,7 +306,7 @@ static bool check_place(const struct mr_config *config, unsigned i, struct mr_co
                : i < MR_TRANSDUCERS + MR_ADC1_STAIRCASE
                    ? kind == MR_KIND_TENSION || kind == MR_KIND_NONE
                : i == MR_TRANSDUCERS + MR_ADC1_STAIRCASE
-                   ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !any_switch(config))
+                   ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !has_switch(config))
                    : kind == MR_KIND_REFERENCE;
     return right || REFUSE(reason, channel, i, kind, MR_RULE_PLACE);
 }

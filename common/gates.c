@@ -695,7 +695,7 @@ static double standard_error(const struct mr_braking *fit, const double *gradien
     return sqrt(variance_of(fit->covariance, N, gradient));
 }
 
-static bool uses(const struct mr_braking *fit, size_t gate)
+static bool is_used(const struct mr_braking *fit, size_t gate)
 {
     return !(fit->left_out & 1u << gate);
 }
@@ -709,7 +709,7 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
     struct mr_motion_estimate there;
     size_t total = 0, on_track = 0;
     for (size_t g = 0; g < count; g++) {
-        if (!uses(fit, g))
+        if (!is_used(fit, g))
             continue;
         on_track += gates[g].station_ft < fit->touchdown_ft;
         used[total++] = gates[g];
@@ -758,8 +758,8 @@ static void known_before(double value, double error, double now, unsigned unknow
 }
 
 /* Normal equations at the present values, in units of the position error. */
-static void equations(const struct mr_gate *gates, size_t count, double position_error_ft,
-                      struct mr_braking *fit, double matrix[N][N], double right[N])
+static void set_equations(const struct mr_gate *gates, size_t count, double position_error_ft,
+                          struct mr_braking *fit, double matrix[N][N], double right[N])
 {
     double weight = 1.0 / position_error_ft;
     memset(matrix, 0, N * sizeof matrix[0]);
@@ -771,7 +771,7 @@ static void equations(const struct mr_gate *gates, size_t count, double position
                  right);
     for (size_t g = 0; g < count; g++) {
         struct at at;
-        if (!uses(fit, g))
+        if (!is_used(fit, g))
             continue;
         motion_at(fit, gates[g].t_s, &at);
         double residual = (gates[g].station_ft - at.station_ft) * weight;
@@ -804,7 +804,7 @@ static bool go_round(const struct mr_gate *gates, size_t count, double position_
                      struct mr_braking *fit, enum mr_status *status)
 {
     double matrix[N][N], step[N];
-    equations(gates, count, position_error_ft, fit, matrix, step);
+    set_equations(gates, count, position_error_ft, fit, matrix, step);
     *status = factor(matrix, N) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
@@ -858,7 +858,7 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
     double most = 0.0;
     for (size_t g = 0; g < count; g++) {
         struct at at;
-        if (!uses(fit, g))
+        if (!is_used(fit, g))
             continue;
         motion_at(fit, gates[g].t_s, &at);
         double residual = (gates[g].station_ft - at.station_ft) / position_error_ft;
@@ -877,7 +877,7 @@ static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t co
 {
     size_t worst = 0, out = 0;
     for (size_t g = 0; g < count; g++)
-        out += !uses(fit, g);
+        out += !is_used(fit, g);
     if (out > count / 5 || fit->freedom < 2 ||
         find_worst(fit, gates, count, position_error_ft, &worst) <
             MR_GATE_OUTLIER * MR_GATE_OUTLIER)

@@ -6,7 +6,7 @@
 #define CRC_PLACE (MR_IMAGE_HEAD - 4u)
 #define DIGITS    12u
 
-static bool in_flash(const struct mr_image *image)
+static bool is_in_flash(const struct mr_image *image)
 {
     return image->program_start >= MR_FLASH && image->program_start <= image->program_end &&
            image->program_end <= MR_FLASH + MR_FLASH_BYTES;
@@ -34,7 +34,7 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     image->header_crc = mr_get_u32(&p);
     if (image->header_crc != mr_crc32(0, head, CRC_PLACE))
         return MR_CRC;
-    return in_flash(image) ? MR_OK : MR_MALFORMED;
+    return is_in_flash(image) ? MR_OK : MR_MALFORMED;
 }
 
 void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])

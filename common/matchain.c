@@ -25,7 +25,7 @@ static bool is_positive(float x)
     return x > 0.0f && x < 1e30f;
 }
 
-static bool not_negative(float x)
+static bool is_not_negative(float x)
 {
     return x >= 0.0f && x < 1e30f;
 }
@@ -36,8 +36,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     if (params->mats < 1 || params->mats > MR_CHAIN_MATS ||
         (group != 1 && group != 2 && group != 4) || !is_positive(params->mat_length_ft) ||
         !is_positive(params->mass_slug) || !is_positive(params->kl_lb_ft) ||
-        !is_positive(params->step_s) || !not_negative(params->friction_lb) ||
-        !not_negative(params->cl_lb_s_ft) || !not_negative(params->slack_ft))
+        !is_positive(params->step_s) || !is_not_negative(params->friction_lb) ||
+        !is_not_negative(params->cl_lb_s_ft) || !is_not_negative(params->slack_ft))
         return MR_USAGE;
     if (params->step_s > MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(params))
         return MR_NUMERICS;

@@ -39,7 +39,7 @@ static bool no_step(float step_codes)
     return step_codes < MR_STAIRCASE_TOLERANCE_CODES && step_codes > -MR_STAIRCASE_TOLERANCE_CODES;
 }
 
-static bool follows(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
+static bool is_following(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
 {
     return switches->answered && tick - switches->decided_tick < within_ticks;
 }
@@ -49,8 +49,9 @@ static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsi
 {
     edge->step_codes = step_codes;
     if (no_step(step_codes)) {
-        edge->reason = follows(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS) ? MR_SWITCH_BOUNCE
-                                                                             : MR_SWITCH_NO_STEP;
+        edge->reason = is_following(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS)
+                         ? MR_SWITCH_BOUNCE
+                         : MR_SWITCH_NO_STEP;
         return;
     }
     edge->position = (uint8_t)mr_staircase_name(step_codes, steps_codes, count, 0);
@@ -89,7 +90,7 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
         return false;
     enum mr_status status = mr_staircase_after(staircase, last->tick, &after);
     if (!first->level_known && switches->left_known &&
-        follows(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
+        is_following(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
         first->level_known = true;
         first->level_codes = switches->left_codes;
     }

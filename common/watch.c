@@ -13,14 +13,14 @@
  * comparison with neighbours the third. */
 #define TURNS      8u
 
-static bool moves(const struct mr_channel_config *config)
+static bool can_move(const struct mr_channel_config *config)
 {
     return config->kind == MR_KIND_DISPLACEMENT;
 }
 
 /* ---- beginning ---- */
 
-static bool on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
+static bool is_on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
 {
     return mr_channel_measures(a) && a->kind == b->kind && a->band == b->band;
 }
@@ -31,7 +31,7 @@ static void find_neighbours(struct mr_watch_channel *channel,
     channel->up = channel->down = MR_WATCH_NOBODY;
     for (unsigned other = 0; other < MR_WATCHED; other++) {
         float station_ft = config[other].station_ft;
-        if (!on_one_line(&config[c], &config[other]))
+        if (!is_on_one_line(&config[c], &config[other]))
             continue;
         if (station_ft < config[c].station_ft &&
             (channel->up == MR_WATCH_NOBODY || station_ft > config[channel->up].station_ft))
@@ -96,8 +96,8 @@ static void follow_noise(struct mr_watch_channel *channel, float value, float un
 
 /* ---- rate ---- */
 
-static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config,
-                     float value, uint32_t index)
+static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config,
+                        float value, uint32_t index)
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
     if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
@@ -152,14 +152,15 @@ static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch
 static void judge_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
                              const struct mr_channel_config *config, float value, uint32_t index)
 {
-    float band = moves(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
+    float band = can_move(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
     float noise_band = MR_STUCK_NOISES * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
     bool holds = __builtin_fabsf(value - channel->anchor) <= band;
     if (!holds || (!channel->stuck && !is_anchored(watch, channel)))
         drop_anchor(watch, channel, value, index);
-    else if (neighbours_moved(watch, channel, moves(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
+    else if (neighbours_moved(watch, channel,
+                              can_move(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
         channel->stuck = true;
 }
 
@@ -232,7 +233,7 @@ static void judge(struct mr_watch *watch, const struct mr_channel_config *config
         if (turn == 2 || channel->stuck)
             judge_neighbours(watch, channel, config, reading->value, index);
     }
-    if (too_fast(channel, config, reading->value, index))
+    if (is_too_fast(channel, config, reading->value, index))
         reading->validity = MR_INVALID_RATE;
     else if (channel->stuck)
         reading->validity = MR_INVALID_STUCK;

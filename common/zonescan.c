@@ -10,7 +10,8 @@ static float closed_ft(const struct mr_chain *chain)
 }
 
 /* True if joint j is closed, or would close with the wheel at the place. */
-static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
+static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_chain *chain,
+                              unsigned j)
 {
     float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
     return press_lb > scan->order.grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
@@ -61,7 +62,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
         leave_place(scan);
         return;
     }
-    if (!closes(scan, chain, j)) {
+    if (!is_closing(scan, chain, j)) {
         scan->joint++;
         return;
     }
@@ -73,7 +74,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
         scan->joint = (uint16_t)(j + 1u);
         return;
     }
-    if (scan->last_open <= scan->order.place || closes(scan, chain, scan->last_open)) {
+    if (scan->last_open <= scan->order.place || is_closing(scan, chain, scan->last_open)) {
         scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open
                                                                 : scan->last_closed;
         scan->last_open = 0;
@@ -92,7 +93,7 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
     for (; visits < until && !ended; visits++) {
         if (j >= beyond) {
             ended = true;
-        } else if (closes(scan, chain, j)) {
+        } else if (is_closing(scan, chain, j)) {
             last_closed = j++;
         } else if (last_open && j - last_open < scan->tally) {
             ended = true;

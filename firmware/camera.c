@@ -48,7 +48,7 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
 
 /* True if the wheel is at the camera's station when a pulse would begin, after the end of the
  * block. */
-static bool at_station(const struct landing *landing, uint32_t tick)
+static bool is_at_station(const struct landing *landing, uint32_t tick)
 {
     return landing->state == MR_LANDING_LANDING &&
            landing_wheel_at(landing, tick + MR_TICKS_PER_BLOCK).station_ft >=
@@ -82,7 +82,7 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         return;
     }
     report_frames(camera, telemetry, index, until_tick, landing_recording(landing));
-    if (!camera->passed && at_station(landing, tick)) {
+    if (!camera->passed && is_at_station(landing, tick)) {
         camera->passed = true;
         camera->due = MR_CAMERA_BY_STATION;
     }

@@ -215,7 +215,7 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 }
 
 /* True if the chip drives its output in byte n of a command (1: the first after the command). */
-static bool drives(uint8_t command, uint32_t n)
+static bool is_driven(uint8_t command, uint32_t n)
 {
     return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);
 }
@@ -308,7 +308,7 @@ static uint8_t exchange(void *device, uint8_t in, uint64_t at)
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
-    w->spoke = accepts(w) && drives(w->command, n);
+    w->spoke = accepts(w) && is_driven(w->command, n);
     return accepts(w) ? answer(dev, n, in) : 0xff;
 }
 

@@ -210,7 +210,7 @@ static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, cons
     return false;
 }
 
-static bool differs(struct hil_whatif *w, uint32_t pc, uint32_t value)
+static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->compares = true;
     run(w, pc, value);
@@ -251,10 +251,10 @@ bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint
         return false;
     run_first(w, pc, value & ~unknown);
     for (unsigned i = 0; i < 3 && !matters; i++)
-        matters = differs(w, pc, (value & ~unknown) | (pattern[i] & unknown));
+        matters = is_different(w, pc, (value & ~unknown) | (pattern[i] & unknown));
     *difference = (struct hil_difference){(unsigned)__builtin_ctz(unknown), w->last_pc};
     for (unsigned bit = 0; matters && bit < 32; bit++) {
-        if ((unknown >> bit & 1u) && differs(w, pc, (value & ~unknown) | 1u << bit)) {
+        if ((unknown >> bit & 1u) && is_different(w, pc, (value & ~unknown) | 1u << bit)) {
             *difference = (struct hil_difference){bit, w->last_pc};
             break;
         }

@@ -194,7 +194,7 @@ static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 }
 
 /* Parses `ADDRESS,LENGTH`; `rest` is the text after it. False: syntax error. */
-static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
+static bool read_two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
 {
     char *end;
     *a = (uint32_t)strtoul(text, &end, 16);
@@ -233,7 +233,7 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
 {
     uint8_t bytes[MEMORY_MAX];
     uint32_t address, n;
-    if (!two_numbers(text, &address, &n, &text) || n > MEMORY_MAX) {
+    if (!read_two_numbers(text, &address, &n, &text) || n > MEMORY_MAX) {
         strcpy(answer, "E01");
         return;
     }
@@ -248,7 +248,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
     uint8_t bytes[HIL_GDB_PACKET];
     uint32_t address, n;
     strcpy(answer, "E01");
-    if (!two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
+    if (!read_two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
         return;
     if (from_hex(text + 1, bytes, n) != n)
         return;
@@ -264,7 +264,7 @@ static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *ans
     char kind = text[0];
     if (kind < '0' || kind > '4' || text[1] != ',')
         return; /* unknown kind: the empty answer */
-    if (!two_numbers(text + 2, &address, &size, &rest)) {
+    if (!read_two_numbers(text + 2, &address, &size, &rest)) {
         strcpy(answer, "E01");
         return;
     }
@@ -279,7 +279,7 @@ static void read_description(const char *text, char *answer)
     uint32_t offset, n;
     const char *rest;
     size_t size = sizeof target_xml - 1;
-    if (!two_numbers(text, &offset, &n, &rest)) {
+    if (!read_two_numbers(text, &offset, &n, &rest)) {
         strcpy(answer, "E01");
         return;
     }

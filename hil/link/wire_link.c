@@ -190,7 +190,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
 }
 
 /* Checks once for a host, waiting at most POLL_MS. */
-static bool host_connected(struct hil_link *link)
+static bool is_host_connected(struct hil_link *link)
 {
     if (link->type == HIL_LINK_PTY) {
         bool there = pty_in_use(link->fd);
@@ -214,7 +214,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
     if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
         return MR_OK;
     while (!*stop && hil_wall_ms() < until) {
-        if (host_connected(link))
+        if (is_host_connected(link))
             return MR_OK;
     }
     snprintf(error, size,

@@ -66,7 +66,7 @@ static uint32_t esr_value(const struct hil_can *c)
            (c->rec > 255 ? 255u : c->rec) << 24;
 }
 
-static bool mailbox_empty(const struct hil_can *c, unsigned m)
+static bool is_mailbox_empty(const struct hil_can *c, unsigned m)
 {
     return !(c->mailbox[m].tir & TIR_TXRQ);
 }
@@ -84,7 +84,7 @@ static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame 
 }
 
 /* True if mailbox a is sent before mailbox b. */
-static bool before(const struct hil_can *c, unsigned a, unsigned b)
+static bool is_before(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].order < c->mailbox[b].order;
@@ -98,7 +98,7 @@ static int next_mailbox(const struct hil_can *c)
 {
     int best = -1;
     for (unsigned m = 0; m < 3; m++) {
-        if (!mailbox_empty(c, m) && (best < 0 || before(c, m, (unsigned)best)))
+        if (!is_mailbox_empty(c, m) && (best < 0 || is_before(c, m, (unsigned)best)))
             best = (int)m;
     }
     return best;
@@ -109,12 +109,12 @@ static uint32_t tsr_value(const struct hil_can *c)
     uint32_t value = c->tsr;
     unsigned empty = 0, code = 3, last = 0;
     for (unsigned m = 0; m < 3; m++) {
-        if (mailbox_empty(c, m)) {
+        if (is_mailbox_empty(c, m)) {
             value |= 1u << (26 + m);
             empty++;
             if (code == 3)
                 code = m;
-        } else if (mailbox_empty(c, last) || !before(c, m, last)) {
+        } else if (is_mailbox_empty(c, last) || !is_before(c, m, last)) {
             last = m; /* lowest priority of the pending ones */
         }
     }
@@ -131,7 +131,7 @@ static void update_irq(struct hil_can_device *dev)
     hil_irq_line(dev->core, HIL_IRQ_CAN1_RX0, (c->ier & 2u) && c->fifo_count[0]);
 }
 
-static bool on_bus(const struct hil_can *c)
+static bool is_on_bus(const struct hil_can *c)
 {
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
@@ -191,7 +191,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
 static void try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    if (c->phase != HIL_CAN_IDLE || !on_bus(c))
+    if (c->phase != HIL_CAN_IDLE || !is_on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
     enum hil_can_bus bus = bus_seen(dev);
@@ -494,7 +494,7 @@ static void begin_jam(struct hil_can_device *dev, uint64_t at)
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         return;
     }
-    if (!on_bus(c) || (c->btr & BTR_LBKM))
+    if (!is_on_bus(c) || (c->btr & BTR_LBKM))
         return;
     if (c->phase == HIL_CAN_FRAME && c->sender != HIL_CAN_OTHER_NODE)
         dev->core->state.counters.can_errors++;
@@ -601,7 +601,7 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
         uint32_t bits = value >> (8u * m);
         if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
             c->tsr &= ~(0xfu << (8u * m));
-        if ((bits & 0x80u) && !mailbox_empty(c, m)) { /* ABRQ */
+        if ((bits & 0x80u) && !is_mailbox_empty(c, m)) { /* ABRQ */
             bool begun = c->phase == HIL_CAN_FRAME;
             if (begun && c->sender == (int)m)
                 c->abort_current = true;
@@ -626,7 +626,7 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
 {
     struct hil_can *c = dev->state;
     unsigned m = (offset - MAILBOXES) / 16u;
-    if (!mailbox_empty(c, m)) {
+    if (!is_mailbox_empty(c, m)) {
         hil_trace(dev->core, "CAN mailbox %u is pending: write ignored", m);
         return;
     }

@@ -299,11 +299,11 @@ static bool is_in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
     return address >= begin && address < end && n <= end - address;
 }
 
-static bool in_flash(uint32_t address, uint32_t n)
+static bool is_in_flash(uint32_t address, uint32_t n)
 {
     return is_in(address, FLASH_BEGIN, FLASH_END, n);
 }
-static bool in_ram(uint32_t address, uint32_t n)
+static bool is_in_ram(uint32_t address, uint32_t n)
 {
     return is_in(address, RAM_BEGIN, RAM_END, n);
 }
@@ -339,13 +339,13 @@ static void command_read(void)
     uint32_t address;
     answer(true);
     bool good = get_address(&address);
-    good = good && (in_flash(address, 1) || in_ram(address, 1) ||
+    good = good && (is_in_flash(address, 1) || is_in_ram(address, 1) ||
                     is_in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
     if (!answer(good))
         return;
     uint8_t n = get(), complement = get();
     good = (uint8_t)(n ^ complement) == 0xff && !line_error;
-    good = good && (in_flash(address, n + 1u) || in_ram(address, n + 1u) ||
+    good = good && (is_in_flash(address, n + 1u) || is_in_ram(address, n + 1u) ||
                     is_in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
     if (answer(good))
         put_bytes((const uint8_t *)address, n + 1u);
@@ -367,7 +367,7 @@ static void command_go(void)
     uint32_t address;
     answer(true);
     bool good = get_address(&address);
-    if (answer(good && !(address & 3u) && (in_flash(address, 8) || in_ram(address, 8))))
+    if (answer(good && !(address & 3u) && (is_in_flash(address, 8) || is_in_ram(address, 8))))
         start(address);
 }
 
@@ -377,7 +377,7 @@ static void command_write(void)
     uint32_t address;
     answer(true);
     bool good = get_address(&address);
-    if (!answer(good && (in_flash(address, 1) || in_ram(address, 1))))
+    if (!answer(good && (is_in_flash(address, 1) || is_in_ram(address, 1))))
         return;
     uint8_t n = get(), sum = n;
     for (unsigned i = 0; i <= n; i++) {
@@ -385,9 +385,9 @@ static void command_write(void)
         sum ^= data[i];
     }
     good = get() == sum && !line_error;
-    if (good && in_flash(address, n + 1u))
+    if (good && is_in_flash(address, n + 1u))
         flash_program(address, data, n + 1u);
-    else if (good && in_ram(address, n + 1u))
+    else if (good && is_in_ram(address, n + 1u))
         for (unsigned i = 0; i <= n; i++)
             *(volatile uint8_t *)(address + i) = data[i];
     else

@@ -32,8 +32,8 @@ struct history {
 
 /* Loads the landings of the board that landed last. With `before` (a RUN), loads only the landings
  * before it, and the survey that preceded it. MR_TOO_FEW: no landing has the predictor's
- * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call history_free
- * in every case. */
+ * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call
+ * history_free in every case. */
 enum mr_status history_load(struct store *store, int64_t before, struct history *past,
                             struct error *error);
 void history_free(struct history *past);

@@ -241,14 +241,14 @@ void answer_table(struct answer *answer, const char *name, const char *label)
 }
 
 /* True: the innermost open group is a row. */
-static bool in_row(const struct answer *answer)
+static bool is_in_row(const struct answer *answer)
 {
     return answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
 }
 
 void answer_row(struct answer *answer)
 {
-    if (in_row(answer))
+    if (is_in_row(answer))
         close_group(answer);
     answer->rows |= 1ull << answer->depth;
     open_group(answer, ANSWER_OPEN, NULL, NULL);
@@ -256,7 +256,7 @@ void answer_row(struct answer *answer)
 
 void answer_close(struct answer *answer)
 {
-    if (in_row(answer))
+    if (is_in_row(answer))
         close_group(answer);
     close_group(answer);
 }

@@ -1,13 +1,12 @@
 /* The dialogue with one board: its identity, commands and answers, waiting, and its other messages.
- * A command to the board is an "order" in names (struct dialogue_command).
  *
  *     struct dialogue dialogue;
  *     struct mr_ack answer;
- *     const struct dialogue_command order = {.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3};
+ *     const struct dialogue_command state = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};
  *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
  *     dialogue_subscribe(&dialogue, take, talk);
  *     status = dialogue_hello(&dialogue, NULL, NULL, error);
- *     status = dialogue_send_command(&dialogue, &order, &answer, error);
+ *     status = dialogue_send_command(&dialogue, &state, &answer, error);
  *     dialogue_close(&dialogue);
  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes

@@ -7,7 +7,7 @@
 
 #define FOLLOWS 3.0 /* standard errors by which the slope must differ from 0 */
 
-static bool before(const struct calibrate_point *a, const struct calibrate_point *b)
+static bool is_before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
@@ -32,7 +32,7 @@ static size_t distinct(const struct calibrate_point *point, size_t count,
             continue;
         struct calibrate_point p = {.value = point[i].value, .code = sum / (double)same};
         size_t at = found++;
-        for (; at > 0 && before(&p, &mean[at - 1]); at--)
+        for (; at > 0 && is_before(&p, &mean[at - 1]); at--)
             mean[at] = mean[at - 1];
         mean[at] = p;
     }

@@ -37,7 +37,7 @@ bool timebase_is_back(const struct timebase *timebase, uint32_t block)
     return timebase->known && (int64_t)block + QUEUED_BLOCKS < timebase->block;
 }
 
-static bool same_origin(uint32_t a, uint32_t b)
+static bool has_same_origin(uint32_t a, uint32_t b)
 {
     int32_t apart = (int32_t)(a - b);
     return apart > -ORIGIN_TICKS && apart < ORIGIN_TICKS;
@@ -50,8 +50,8 @@ enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->known || !timebase->tick_known;
     int64_t least = hello ? timebase->clock : timebase->block - RESTART_BLOCKS;
-    bool goes_on = same_origin(origin, timebase->origin) && (int64_t)block >= least;
-    bool confirms = doubt->waits && same_origin(origin, doubt->origin) && block > doubt->block;
+    bool goes_on = has_same_origin(origin, timebase->origin) && (int64_t)block >= least;
+    bool confirms = doubt->waits && has_same_origin(origin, doubt->origin) && block > doubt->block;
     if (first || goes_on || confirms) {
         bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->clock;
         doubt->waits = false;

@@ -729,7 +729,7 @@ static enum mr_status write_end(struct logger *logger, struct error *error)
     return status == MR_OK ? logger_commit(logger, error) : status;
 }
 
-static bool waited_enough(struct logger *logger, uint64_t began_us)
+static bool has_waited_enough(struct logger *logger, uint64_t began_us)
 {
     uint64_t refused_us = watch_refused_us(&logger->watch), now_us = monotonic_us();
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
@@ -813,7 +813,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
             poll(&asked, 1, LOOK_MS);
         }
         (void)logger_signalled(logger, signals);
-        if (!gives_up && !waited_enough(logger, began_us))
+        if (!gives_up && !has_waited_enough(logger, began_us))
             continue;
         if (switch_campaign(logger, &beside, reason, error) != MR_OK)
             return error->status;

@@ -173,7 +173,7 @@ static double value_of(const struct board_message *answer, const char *name)
     return (double)NAN;
 }
 
-static bool near(double a, double b, double tolerance)
+static bool is_near(double a, double b, double tolerance)
 {
     if (isnan(a) || isnan(b))
         return isnan(a) && isnan(b);
@@ -244,7 +244,7 @@ static void compare_pair(struct comparing *c, const struct board_message *a,
         if (!footing(c, field, a, b, &recorded, &replayed, &tolerance))
             continue;
         c->row->fields++;
-        if (!near(recorded, replayed, tolerance))
+        if (!is_near(recorded, replayed, tolerance))
             note_value(c, field->name, a->block, recorded, replayed);
     }
 }

@@ -94,7 +94,7 @@ static int count_changes(sqlite3 *database, const char *sql, sqlite3_stmt *row)
 /* A schema can contain programs (a view that never ends, a trigger that runs at every row). So a
  * campaign must have exactly the schema of a fresh one. `what`: the first object that only one of
  * the two has. */
-static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
+static bool has_same_schema(sqlite3 *database, char what[STORE_TEXT])
 {
     sqlite3 *fresh = NULL;
     sqlite3_stmt *row = NULL;
@@ -132,7 +132,7 @@ static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
 static enum mr_status refuse_foreign(struct store *store, struct error *error)
 {
     char what[STORE_TEXT];
-    if (same_schema(store->database, what))
+    if (has_same_schema(store->database, what))
         return MR_OK;
     return error_set(error, MR_MALFORMED,
                      "the tables of the campaign are not those of matrig (%s): %s; drop the "

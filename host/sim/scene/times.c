@@ -37,7 +37,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
 }
 
 /* Nothing moves before the aircraft arrives. */
-static bool rests(const struct sim_scene *scene)
+static bool is_at_rest(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
                  scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_given(scene);
@@ -52,7 +52,7 @@ static bool rests(const struct sim_scene *scene)
 double sim_scene_start_s(const struct sim_scene *scene)
 {
     double first_s = scene->path_count > 0 ? scene->path[0].t_s : 0.0;
-    bool skips = first_s > SIM_CLOCK_S || rests(scene);
+    bool skips = first_s > SIM_CLOCK_S || is_at_rest(scene);
     return skips && sim_scene_end_s(scene) > first_s ? first_s : 0.0;
 }
 

@@ -104,8 +104,8 @@ static struct pass_difference difference_of(const struct march *a, const struct 
 }
 
 /* True if two complete marches agree. */
-static bool agree(const struct planar_engine *l, const struct march *coarse,
-                  const struct march *fine)
+static bool is_in_agreement(const struct planar_engine *l, const struct march *coarse,
+                            const struct march *fine)
 {
     struct pass_difference apart = difference_of(coarse, fine);
     double threshold = pass_bow_threshold_ft(l->scene),
@@ -139,7 +139,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
     if (!is_complete(rough))
         return;
     struct pass_difference before = difference_of(rough, coarse);
-    if (agree(l, rough, coarse))
+    if (is_in_agreement(l, rough, coarse))
         widen(result, before);
 }
 
@@ -171,11 +171,11 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
             struct pass_difference apart = {0};
             if (is_complete(others[i]))
                 apart = difference_of(&between, others[i]);
-            if (is_complete(others[i]) && agree(l, &between, others[i]))
+            if (is_complete(others[i]) && is_in_agreement(l, &between, others[i]))
                 widen(result, apart);
         }
         if (is_complete(rough)) {
-            if (agree(l, rough, fine))
+            if (is_in_agreement(l, rough, fine))
                 widen(result, difference_of(rough, fine));
         }
     }
@@ -257,7 +257,7 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
             break;
         }
         apart = failed ? apart : difference_of(&coarse, &fine);
-        if (!failed && agree(l, &coarse, &fine)) {
+        if (!failed && is_in_agreement(l, &coarse, &fine)) {
             state_error(l, rough, &coarse, &fine, apart, result);
             weigh_pairs(l, options, rough, &coarse, &fine, result);
             doubt(l, options, &fine, result);

@@ -241,7 +241,7 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
 
 /* One Newton step for v1: w->step, and the accelerations by each share. False: the matrix is
  * singular. */
-static bool equations(struct stepper *s, double h, double t_s, const double *v1)
+static bool solve_newton_step(struct stepper *s, double h, double t_s, const double *v1)
 {
     struct model *m = s->model;
     struct work *w = s->work;
@@ -359,7 +359,7 @@ static bool settle(struct stepper *s, double h)
     place(s, h, v1, 0.0, NULL, w->at);
     update_modes(s, t_s);
     for (int round = 0; round < ROUNDS; round++) {
-        if (!equations(s, h, t_s, v1))
+        if (!solve_newton_step(s, h, t_s, v1))
             return false;
         double most = 0.0, speed = scale;
         for (int i = 0; i < size; i++) {

@@ -191,7 +191,7 @@ static void widen(struct sim_result *result, struct pass_difference apart, doubl
     result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
 }
 
-static bool samples(const struct stepper_kind *kind)
+static bool is_sampling(const struct stepper_kind *kind)
 {
     return kind->samples || kind->samples_shape;
 }
@@ -215,7 +215,7 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
 {
     const struct stepper_kind *kind = runs->request.kind;
     struct pass_request request = runs->request;
-    if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
+    if (!is_sampling(kind) && runs->coarse.switched == runs->fine.switched)
         return;
     request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
     request.first_part = ESTIMATE_FIRST_PART * ESTIMATE_FIRST_PART;
@@ -263,7 +263,7 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
                            : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
     /* auto tries event before other solvers, except where it begins with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
-    bool useful = samples(runs->request.kind) ||
+    bool useful = is_sampling(runs->request.kind) ||
                   (runs->request.kind != &stepper_event && fine->events > 0);
     most = fmax(most, LEAST_OTHERS);
     return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
@@ -343,7 +343,7 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
                                     const struct error_pair *runs, struct sim_result *result)
 {
     struct pass_request request = runs->request;
-    if (!samples(request.kind))
+    if (!is_sampling(request.kind))
         return;
     sim_result_note(result, "switches are sampled, and no run of another method locates them: the "
                             "error estimate includes two more runs");
@@ -418,7 +418,10 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
-    widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
+    widen(result, apart,
+          !is_sampling(kind)     ? 1.0
+          : runs->coarse_answers ? LONGER_CAUTION
+                                 : CAUTION);
     if (!passes_agree(m->scene, a, b, apart))
         return false;
     doubt(m, options, runs, result);
@@ -483,7 +486,7 @@ static void restart(struct ladder *l)
     l->count = 0;
 }
 
-static bool agrees(const struct ladder *l, const struct sim_scene *scene)
+static bool is_in_agreement(const struct ladder *l, const struct sim_scene *scene)
 {
     return l->count == RUNS && passes_agree(scene, &l->runs[1], &l->runs[2], l->last);
 }
@@ -501,7 +504,8 @@ static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
 {
     const struct pass_outcome *best = &l->runs[l->count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
-    return agrees(l, scene) && result->error_u_ft <= CLOSE * sim_record_peak(&best->record).u_ft &&
+    return is_in_agreement(l, scene) &&
+           result->error_u_ft <= CLOSE * sim_record_peak(&best->record).u_ft &&
            result->error_lift_ft <= CLOSE * lift_ft;
 }
 
@@ -510,7 +514,7 @@ static void report(struct model *m, const struct sim_options *options,
                    struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
-    if (!agrees(l, m->scene)) {
+    if (!is_in_agreement(l, m->scene)) {
         sim_result_end(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
         if (!given)
             divergence_state(m, request, options, best, other, result);

@@ -22,8 +22,7 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-/* step used, times the chain's longest step, which the chain checks in float */
-#define CLEAR    0.98
+#define CLEAR    0.98 /* times the longest step, which the chain checks in float: step used */
 
 bool parallel_can(const struct sim_scene *scene)
 {
@@ -886,7 +885,7 @@ static bool is_survey_new(const struct fit_landing *landing, const struct fit_su
     return false;
 }
 
-static bool follows(struct store *store, const struct store_landing *landing, int64_t before)
+static bool is_following(struct store *store, const struct store_landing *landing, int64_t before)
 {
     struct store_landing previous;
     struct error ignored = {0};
@@ -908,7 +907,8 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
-        next = rows[i].id > now->id && follows(store, &rows[i], now->id) ? rows[i].id : STORE_NONE;
+        next = rows[i].id > now->id && is_following(store, &rows[i], now->id) ? rows[i].id
+                                                                              : STORE_NONE;
     free(rows);
     if (fit_surveyed(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
@@ -952,7 +952,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     /* the energy v0^2/2 is spread over the distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
     landing->follows = list->count > 0 &&
-                       follows(store, &measured->landing, list->landing[list->count - 1].run);
+                       is_following(store, &measured->landing, list->landing[list->count - 1].run);
     return MR_OK;
 }
 
