@@ -117,7 +117,7 @@ record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configu
     return $status
 }
 the_log_keeps_it_with_the_landing() {
-    record 9.4 "$tmp/campaign.db" || return 1
+    record 3 "$tmp/campaign.db" || return 1
     sqlite3 "$tmp/campaign.db" "select text from landings join configurations on crc = config_crc where landings.id = 1" >"$tmp/kept.cfg"
     head -n 20 "$tmp/kept.cfg"
     [ "$(value "$tmp/kept.cfg" site.revision)" = 2 ] && [ "$(value "$tmp/kept.cfg" site.touchdown_ft)" = 4.25 ] && $matrig board config check "$tmp/kept.cfg" &&

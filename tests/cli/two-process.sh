@@ -32,8 +32,10 @@ real_time_loses_nothing() {
     [ "$(lost_in "$tmp/real.db")" = 0 ] && [ "$(frames_of "$tmp/real.db" 0 | wc -l)" -gt 20000 ]
 }
 two_file_runs_are_equal() { # the one that other tests have, and another
-    played --elf $elf --can "file:$tmp/a.can" --serial "file:$tmp/a.serial" --rig $run && into_files "$tmp/b" 9.175 || return 1
-    cmp "$tmp/a.can" "$tmp/b.can" && cmp "$tmp/a.serial" "$tmp/b.serial"
+    played --elf $elf --can "file:$tmp/a.can" --serial "file:$tmp/a.serial" --rig $run && into_files "$tmp/b" 3 || return 1
+    for link in can serial; do # the other one ends sooner: with the warning
+        [ "$(stat -c %s "$tmp/b.$link")" -gt 200000 ] && cmp -n "$(stat -c %s "$tmp/b.$link")" "$tmp/a.$link" "$tmp/b.$link" || return 1
+    done
 }
 sockets_equal_files() { # the log of the sockets against the log of the board's own files
     over_sockets max "$tmp/max.db" 9.175 || return 1
