@@ -99,6 +99,7 @@ sheet_faults() {
     [ $? = 1 ] && grep -q 'not accepted, +1.400 in away from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
         [ "$(kept "$tmp/f.db")" = 193 ] || return 1
     $matrig survey "$tmp/f.db" --edges both --from "$tmp/far.csv" --doubtful >/dev/null 2>&1 && [ "$(kept "$tmp/f.db" "and confirmed")" = 1 ] || return 1
+    fails_with 1 'all 194 readings equal those of survey' $matrig --quiet survey "$tmp/a.db" --new --edges both --from "$tmp/marked.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,5,0,33.5\n' >"$tmp/bad.csv"
     fails_with 4 'no such gage point, .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5\ngap,1,0,33.5\n' >"$tmp/bad.csv"
