@@ -366,7 +366,7 @@ static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bo
         snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
 }
 
-/* Writes the recommendation for the pilot, in one sentence. */
+/* Writes the recommendation for the operator, in one sentence. */
 static void find_action(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],

@@ -287,7 +287,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
     HELP_NOTE(
         "Result: clear, caution or against, with the reason; the probability of a zone of 50 mats "
-        "by mean deceleration and station; and, for the pilot, the hardest braking and fastest "
+        "by mean deceleration and station; and, for the operator, the hardest braking and fastest "
         "touchdown below the limit. For go or no-go of the equipment, see matrig ready. Exit 1: "
         "against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
