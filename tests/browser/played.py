@@ -48,7 +48,7 @@ def main(db):
             one["mean_deceleration_error_ft_s2"], "none" if warned is None else "%.2f" % warned, "never" if at_s is None else "%.2f" % at_s,
             "" if warned is None or at_s is None else "%.2f" % (at_s - warned), mats))
     w = campaign["record"]["warnings"]
-    print("\n± is one standard error. Judged by survey and transducers only (`matrig show`): %d landing%s warned in time, %d too late, %d missed, %d false warnings, %d correctly quiet." % (
+    print("\n± is one standard error. Judged by the survey and the transducers only (`matrig show`): %d landing%s warned in time, %d too late, %d missed, %d false warnings, %d correctly quiet." % (
         w["hits"], "" if w["hits"] == 1 else "s", w["late"], w["misses"], w["false"], w["silences"]))
 
 
