@@ -25,7 +25,8 @@ static float station_of(const struct mr_bands *bands, unsigned gage)
     return __builtin_isnan(station_ft) ? NO_STATION_FT : station_ft;
 }
 
-static void order_gages(const struct mr_bands *bands, struct mr_band *band, unsigned number)
+static void collect_gages_by_station(const struct mr_bands *bands, struct mr_band *band,
+                                     unsigned number)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
         if (bands->channel[g].kind != MR_KIND_TENSION || bands->channel[g].band != number)
@@ -77,7 +78,7 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band *each = &bands->band[b];
         if (band[b].pretension_lb > 0.0f)
-            order_gages(bands, each, b + 1);
+            collect_gages_by_station(bands, each, b + 1);
         weigh_gages(bands, each);
         set_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;

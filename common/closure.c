@@ -8,7 +8,7 @@ static float segment_start_ft(unsigned segment)
 }
 
 /* Part of a segment inside [from_ft, to_ft], 0..1. */
-static float overlap(unsigned segment, float from_ft, float to_ft)
+static float overlap_share(unsigned segment, float from_ft, float to_ft)
 {
     float low = segment_start_ft(segment);
     float high = low + MR_SEGMENT_LENGTH_FT;
@@ -25,7 +25,7 @@ static void push_joints_closed(const float *slack_in, float *remaining_in, float
                                float to_ft, float closure_in)
 {
     for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
-        float available_in = slack_in[s] * overlap(s, from_ft, to_ft);
+        float available_in = slack_in[s] * overlap_share(s, from_ft, to_ft);
         if (available_in > remaining_in[s])
             available_in = remaining_in[s];
         if (!(available_in > 0.0f))

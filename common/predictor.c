@@ -49,7 +49,8 @@
 
 /* --- result --- */
 #define AT_WHEEL_FT 1.0f
-#define NEAR_FT     9.5f /* the error is smaller for an end this close beyond a transducer */
+/* a zone end less than this far beyond a transducer has a smaller error */
+#define NEAR_FT     9.5f
 #define LAST_FT     6.0f /* and for an end this close to the runway's end */
 
 static bool is_between(float x, float least, float most)

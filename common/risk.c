@@ -13,7 +13,7 @@
 #define STEPS               240u
 #define LEAST_FT_S2         0.1f
 #define SLOW_FT_S           2.0f /* a slower wheel no longer reaches a zone */
-/* speed loss in the plan before measurement and plan are compared */
+/* planned speed loss above which the measurement is compared with the plan */
 #define KNOWN_FT_S          2.0f
 #define MET_LEAST           0.6f
 #define MET_MOST            1.6f

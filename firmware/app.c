@@ -220,8 +220,8 @@ static void end_prediction(struct app *app, uint32_t index)
 static enum mr_status execute_runway(struct app *app, const struct mr_command *command)
 {
     bool forgotten = false;
-    enum mr_status status = predict_execute(&app->predict, &app->telemetry, command,
-                                            app->next_index, &forgotten);
+    enum mr_status status = predict_execute_command(&app->predict, &app->telemetry, command,
+                                                    app->next_index, &forgotten);
     if (forgotten)
         discard_survey(app);
     return status;
@@ -320,7 +320,7 @@ static enum mr_status execute_reset(struct app *app, const struct mr_command *co
     (void)command;
     if (box_closing(app))
         return MR_WAIT;
-    healthlink_reset(&app->healthlink);
+    healthlink_schedule_restart(&app->healthlink);
     return MR_OK;
 }
 

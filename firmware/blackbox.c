@@ -658,7 +658,7 @@ static void verify(struct blackbox *box)
 
 /* --- erasing --- */
 
-static void erase_fails(struct blackbox *box)
+static void mark_sector_bad(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 2);
     set_sector(box, box->job_sector, SECTOR_BAD);
@@ -684,7 +684,7 @@ static void check_erased_page(struct blackbox *box)
     } else if (++box->tries < ERASE_TRIES) {
         begin_erase(box, box->job_sector);
     } else {
-        erase_fails(box);
+        mark_sector_bad(box);
     }
 }
 
@@ -767,7 +767,7 @@ static void finish_job(struct blackbox *box, bool done)
             box->erase_ms = (3 * box->erase_ms + (box->now_ms - box->erase_begun_ms) + 2) / 4;
             begin_read(box, JOB_LOOK, box->job_sector, 0);
         } else {
-            erase_fails(box);
+            mark_sector_bad(box);
         }
         break;
     case JOB_LOOK: check_erased_page(box); break;

@@ -3,8 +3,8 @@
  *
  * firmware/f407/ implements it with the registers of the STM32F407; tests link a fake. The
  * application uses no registers and no clock: its time is the index of the current block. Every
- * wait in these calls is bounded. Only board_note_late and board_note_good may be called from an
- * interrupt. Faults are counted with health_count (health.h). */
+ * wait in these calls is bounded. Only board_record_late_task and board_note_good may be called
+ * from an interrupt. Faults are counted with health_count (health.h). */
 #ifndef MATRIG_FIRMWARE_BOARD_H
 #define MATRIG_FIRMWARE_BOARD_H
 
@@ -135,14 +135,14 @@ void board_reset(void);
 void board_restarted(struct board_restart *restart);
 /* Records the late task and its PC for the report after a watchdog reset; task 0: the task has run
  * again. May be called from an interrupt. */
-void board_note_late(uint8_t task, uint32_t pc);
+void board_record_late_task(uint8_t task, uint32_t pc);
 /* Call after ten good seconds: the next restart counts as the first in a row. May be called from an
  * interrupt. */
 void board_note_good(void);
 
 /* Tests the next part of RAM and checks the next part of flash. Takes 15 us, with interrupts masked
  * for less than 1 us at a time. Failures are counted. */
-void board_upkeep(void);
+void board_check_memory(void);
 /* Restarts both tests from the beginning. */
 void board_restart_test(void);
 void board_test_state(struct board_upkeep *upkeep);

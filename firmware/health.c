@@ -119,9 +119,9 @@ void tasks_tick(uint32_t pc)
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);
-        board_note_late((uint8_t)blamed, pc);
+        board_record_late_task((uint8_t)blamed, pc);
     } else if (!task && late) {
-        board_note_late(0, 0);
+        board_record_late_task(0, 0);
     }
     late = task != 0;
     good_ticks = late ? 0 : good_ticks + 1;

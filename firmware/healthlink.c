@@ -143,7 +143,7 @@ void healthlink_report_crash(struct healthlink *link)
     link->crash_next = link->restart.crash ? 0 : MR_CRASH_ITEMS;
 }
 
-void healthlink_reset(struct healthlink *link)
+void healthlink_schedule_restart(struct healthlink *link)
 {
     link->ticks_to_reset = HEALTHLINK_RESET_TICKS;
 }
@@ -201,7 +201,7 @@ void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, ui
 void healthlink_idle(struct healthlink *link)
 {
     for (unsigned i = 0; link->test.running && i < HEALTHLINK_SLICES; i++)
-        board_upkeep();
+        board_check_memory();
 }
 
 static void watch_can(struct telemetry *telemetry)
@@ -229,7 +229,7 @@ void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool 
     watch_can(telemetry);
     selftest_tick(&link->test, telemetry);
     if (idle && !link->test.running && DUE(TESTS, ++link->ticks))
-        board_upkeep();
+        board_check_memory();
     tasks_done(MR_TASK_UPKEEP);
     if (link->ticks_to_reset && --link->ticks_to_reset == 0 && idle)
         board_reset();

@@ -52,7 +52,7 @@ void healthlink_start(struct healthlink *link);
 void healthlink_report_crash(struct healthlink *link);
 /* Execute the commands reset and self-test while nothing is recorded. MR_WAIT: a self-test is in
  * progress. */
-void healthlink_reset(struct healthlink *link);
+void healthlink_schedule_restart(struct healthlink *link);
 enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag);
 /* Call when a landing is armed: aborts a self-test. Afterwards the caller controls the warning
  * output again. */

@@ -249,7 +249,7 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
     if (p->status != MR_OK || !p->predictor.armed)
         return;
     follow_backlog(p, telemetry, block);
-    predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
+    predict_compute_input(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
     mr_risk_block(&p->risk, &p->predictor, &input);
     if (DUE(LOOK, block->index))
@@ -404,8 +404,9 @@ enum mr_status predict_backlog(struct predict *p, int32_t waiting)
     return MR_OK;
 }
 
-enum mr_status predict_execute(struct predict *p, struct telemetry *telemetry,
-                               const struct mr_command *command, uint32_t index, bool *forgotten)
+enum mr_status predict_execute_command(struct predict *p, struct telemetry *telemetry,
+                                       const struct mr_command *command, uint32_t index,
+                                       bool *forgotten)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;

@@ -98,7 +98,8 @@ void predict_survey(struct predict *predict, const float *slack_in, uint32_t ind
 /* Executes the command backlog while a landing is armed or in progress. */
 enum mr_status predict_backlog(struct predict *predict, int32_t waiting);
 /* Executes the commands runway-* and chart-*. `forgotten` true: the survey no longer applies. */
-enum mr_status predict_execute(struct predict *predict, struct telemetry *telemetry,
-                               const struct mr_command *command, uint32_t index, bool *forgotten);
+enum mr_status predict_execute_command(struct predict *predict, struct telemetry *telemetry,
+                                       const struct mr_command *command, uint32_t index,
+                                       bool *forgotten);
 
 #endif

@@ -58,8 +58,9 @@ uint32_t predict_held(const struct mr_predictor *predictor, const struct landing
     return landing->edges ? 0u : predictor->moved;
 }
 
-void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft,
-                  const struct predict_block *block, struct mr_predictor_input *input)
+void predict_compute_input(struct predict_motion *motion, const struct landing *landing,
+                           float touchdown_ft, const struct predict_block *block,
+                           struct mr_predictor_input *input)
 {
     *input = (struct mr_predictor_input){0};
     follow_motion(motion, landing);

@@ -38,8 +38,9 @@ uint32_t predict_held(const struct mr_predictor *predictor, const struct landing
 
 /* Computes the predictor's input from a block. `touchdown_ft`: station where the runway begins,
  * from the configuration of the site. */
-void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft,
-                  const struct predict_block *block, struct mr_predictor_input *input);
+void predict_compute_input(struct predict_motion *motion, const struct landing *landing,
+                           float touchdown_ft, const struct predict_block *block,
+                           struct mr_predictor_input *input);
 
 /* The messages of one report. `error` is valid only if there is a zone. */
 struct predict_said {

@@ -126,7 +126,7 @@ static void write_commands(FILE *out)
                                               [MR_WHEN_RECORDING] = "armed, landing, settling",
                                               [MR_WHEN_ANY] = "always"},
                              *const how[] = {[MR_LINKS_BOTH] = "either",
-                                             [MR_LINKS_CABLE] = "serial; CAN with the jumper",
+                                             [MR_LINKS_CABLE] = "serial; CAN only with the jumper",
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
                                              [MR_LINKS_REPLAY] = "either, after `replay`"};
     fputs(

@@ -89,8 +89,8 @@ void board_start(void)
     quiet = fault_recall(identity.reset_cause);
     clock_reset();
     /* Before the crystal, which may take 100 ms to start: outputs float until here. */
-    pins_start();
-    enum mr_clock_source clock = clock_start(!fault_crystal_stops());
+    pins_configure();
+    enum mr_clock_source clock = clock_start(!fault_crystal_has_stopped_twice());
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;

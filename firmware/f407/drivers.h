@@ -60,7 +60,7 @@ void enter_rom_if_requested(void);
  * message hello. True: too many resets in a row, and the board only communicates. */
 bool fault_recall(uint8_t cause);
 /* True if the crystal has started and stopped twice since the last requested restart. */
-bool fault_crystal_stops(void);
+bool fault_crystal_has_stopped_twice(void);
 void fault_set_image_crc(uint32_t crc);
 /* memory.c: fills the stack with a pattern and tests the DMA buffers. Call before they are used. */
 void memory_start(void);

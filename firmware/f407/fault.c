@@ -187,7 +187,7 @@ bool fault_recall(uint8_t cause)
     return restart.quiet;
 }
 
-bool fault_crystal_stops(void)
+bool fault_crystal_has_stopped_twice(void)
 {
     return past.crystal_stops >= CRYSTAL_STOPS;
 }
@@ -203,7 +203,7 @@ void board_restarted(struct board_restart *out)
     *out = restart;
 }
 
-void board_note_late(uint8_t task, uint32_t pc)
+void board_record_late_task(uint8_t task, uint32_t pc)
 {
     past.late_task = task;
     past.late_pc = pc;

@@ -144,7 +144,7 @@ static void check_flash(void)
     flash_crc = 0;
 }
 
-void board_upkeep(void)
+void board_check_memory(void)
 {
     test_ram();
     check_flash();

@@ -65,7 +65,7 @@ static uint32_t ports(void)
         ;
 }
 
-void pins_start(void)
+void pins_configure(void)
 {
     RCC->AHB1ENR |= ports() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;

@@ -43,7 +43,7 @@ static inline bool pin_read(enum pin_signal signal)
 
 /* Sets the clocks of ports and peripherals, and the functions, pulls and initial levels of all
  * pins. */
-void pins_start(void);
+void pins_configure(void);
 /* Mode of the thermometer's two pins: inputs (unused), I2C1, or open-drain outputs to clock a stuck
  * bus. */
 enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };

@@ -449,7 +449,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         if (state->cpu.asleep) {
-            if (hil_exception_wakes(core)) {
+            if (hil_exception_can_wake(core)) {
                 state->cpu.asleep = false;
             } else {
                 if (observers->tracer)

@@ -184,7 +184,7 @@ static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle,
     uint64_t before = events->at_cycle[slot];
     events->at_cycle[slot] = cycle;
     events->at_ps[slot] = t_ps;
-    /* the event moved may have been the earliest */
+    /* the moved event may have been the earliest */
     if (before == events->next_cycle && cycle > before) {
         find_next(core);
     } else if (cycle < events->next_cycle ||

@@ -247,7 +247,7 @@ unsigned hil_exception_due(struct hil_core *core)
     return is_pending_higher(core, true) ? core->state.nvic.best : 0;
 }
 
-bool hil_exception_wakes(struct hil_core *core)
+bool hil_exception_can_wake(struct hil_core *core)
 {
     return is_pending_higher(core, false);
 }
@@ -335,8 +335,8 @@ static void move_registers(struct hil_core *core, struct frame *frame, bool fp, 
 /* Handles a frame without memory. A handler of bus faults or hard faults runs anyway, with nothing
  * on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1). Any other exception becomes this bus fault, or
  * a hard fault if bus faults are disabled or their priority is too low. 0: the run has ended. */
-static unsigned instead_of(struct hil_core *core, unsigned exception, uint32_t frame_at,
-                           uint32_t pc)
+static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, uint32_t frame_at,
+                                   uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     core->state.scb.cfsr |= HIL_CFSR_STKERR;
@@ -377,7 +377,7 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
         move_registers(core, &frame, fp, false);
         memcpy(to, &frame, size);
     } else {
-        exception = instead_of(core, exception, frame_at, pc);
+        exception = replace_lost_frame(core, exception, frame_at, pc);
         if (!exception)
             return;
     }

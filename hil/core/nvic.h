@@ -90,7 +90,7 @@ enum {
  * running code); 0: none. */
 unsigned hil_exception_due(struct hil_core *core);
 /* True when WFI ends: as hil_exception_due, but ignoring PRIMASK. */
-bool hil_exception_wakes(struct hil_core *core);
+bool hil_exception_can_wake(struct hil_core *core);
 /* Enters an exception; the core is stopped before the instruction at `pc`. */
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
 /* Informs the trace that the core changes to a different exception or back to the thread. */

@@ -103,7 +103,7 @@ static double convert_really(struct hil_adc_device *dev, unsigned unit, unsigned
     return code;
 }
 
-static uint16_t whole(double code)
+static uint16_t round_code(double code)
 {
     return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
 }
@@ -122,11 +122,11 @@ static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, u
     else
         volts = dev->outside.volts(dev->outside.who, a->source[k], at);
     if (dev->errors)
-        return whole(convert_really(dev, unit, k, volts));
+        return round_code(convert_really(dev, unit, k, volts));
     double code = volts / dev->vdda_v * 4096.0 + 0.5;
     if (dev->options->adc_noise)
         code += noise_lsb(a);
-    return whole(code);
+    return round_code(code);
 }
 
 static uint64_t end_of(const struct hil_adc *a, unsigned k)
@@ -158,7 +158,7 @@ static struct hil_dma_request dma_request(const struct hil_adc_device *dev, unsi
     return (struct hil_dma_request){1, chosen, channel, data_register[unit], false};
 }
 
-static void overrun(struct hil_adc_device *dev, unsigned unit)
+static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
@@ -175,7 +175,7 @@ static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
         struct hil_dma_request request = dma_request(dev, unit);
         bool wants_dma = (a->cr2 & CR2_DMA) && !a->dma_ended;
         if (a->dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
-            overrun(dev, unit);
+            stop_on_overrun(dev, unit);
             return;
         }
         uint32_t room = wants_dma ? hil_dma_until_flag(dev->dma, &request) : 0;
@@ -229,7 +229,7 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
-static void event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+static void handle_event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     catch_up(dev, unit, at);
     schedule(dev, unit);
@@ -240,18 +240,18 @@ void hil_adc_catch_up(void *device, uint64_t at)
     struct hil_adc_device *dev = device;
     for (unsigned unit = 0; unit < 2; unit++) {
         if (dev->state[unit].running)
-            event(dev, unit, at);
+            handle_event(dev, unit, at);
     }
 }
 
 void hil_adc1_event(void *device, uint64_t at)
 {
-    event(device, HIL_ADC1, at);
+    handle_event(device, HIL_ADC1, at);
 }
 
 void hil_adc3_event(void *device, uint64_t at)
 {
-    event(device, HIL_ADC3, at);
+    handle_event(device, HIL_ADC3, at);
 }
 
 static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
@@ -266,9 +266,9 @@ static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned
 {
     double most_ohm = hil_adc_most_ohm(sample_clocks, clock_hz);
     if (ohm <= most_ohm)
-        hil_rules_kept(rules, HIL_RULE_SAMPLING);
+        hil_rules_record_pass(rules, HIL_RULE_SAMPLING);
     else
-        hil_rules_broken(
+        hil_rules_record_violation(
             rules, HIL_RULE_SAMPLING, 0,
             "input %u of ADC%u has %.0f Ohm, but %u clocks of %.1f MHz allow only %.0f", input, adc,
             ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
@@ -453,7 +453,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 #define PI         3.14159265358979323846
 
 /* uniform, -1 to 1 */
-static double draw(uint64_t *random)
+static double draw_uniform(uint64_t *random)
 {
     return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
@@ -464,7 +464,7 @@ static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64
 {
     double off[BITS_DRAWN], all = 0.0, most = 0.0;
     for (unsigned b = 0; b < BITS_DRAWN; b++) {
-        off[b] = draw(random) / sqrt((double)(1u << b));
+        off[b] = draw_uniform(random) / sqrt((double)(1u << b));
         all += off[b];
     }
     for (unsigned code = 0; code < HIL_ADC_CODES; code++) {
@@ -492,8 +492,8 @@ static double peak_of(const float curve_lsb[HIL_ADC_CODES], const double bow[2],
 
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random)
 {
-    double jump_lsb = HIL_ADC_DNL_LSB * fabs(draw(random));
-    const double bow[2] = {draw(random), draw(random)};
+    double jump_lsb = HIL_ADC_DNL_LSB * fabs(draw_uniform(random));
+    const double bow[2] = {draw_uniform(random), draw_uniform(random)};
     double low = 0.0, high = 2.0 * peak_lsb / fmax(fabs(bow[0]) + fabs(bow[1]), 0.01) + 10.0;
     draw_carries(curve_lsb, jump_lsb, random);
     double carries_lsb = peak_of(curve_lsb, bow, 0.0);

@@ -158,8 +158,8 @@ static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
     return bus;
 }
 
-static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
-                      uint64_t bits)
+static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
+                        uint64_t bits)
 {
     dev->state->phase = phase;
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
@@ -211,9 +211,9 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         c->sender = HIL_CAN_OTHER_NODE;
         c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame",
                                        c->queue[c->queue_head].id);
-        phase_for(dev, HIL_CAN_FRAME, at,
-                  hil_can_frame_bits(&c->queue[c->queue_head]).length -
-                      (c->spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
+        enter_phase(dev, HIL_CAN_FRAME, at,
+                    hil_can_frame_bits(&c->queue[c->queue_head]).length -
+                        (c->spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
         update_irq(dev);
         return;
     }
@@ -232,7 +232,7 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
                  dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
     if (c->spoiled) /* CRC error: error flag and delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
-    phase_for(dev, HIL_CAN_FRAME, at, length);
+    enter_phase(dev, HIL_CAN_FRAME, at, length);
 }
 
 void hil_can_other_event(void *device, uint64_t at)
@@ -245,7 +245,7 @@ void hil_can_other_event(void *device, uint64_t at)
 static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
                            uint64_t bits)
 {
-    phase_for(dev, phase, from, bits);
+    enter_phase(dev, phase, from, bits);
     if (dev->options->can_bus == HIL_CAN_DOMINANT)
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
 }
@@ -272,11 +272,11 @@ static void end_jammed_frame(struct hil_can_device *dev, uint64_t at)
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else if (transmits || c->rec <= 127) {
-        phase_for(dev, HIL_CAN_JAMMED, at, JAM_BITS);
+        enter_phase(dev, HIL_CAN_JAMMED, at, JAM_BITS);
     }
 }
 
-static void mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
+static void end_mailbox(struct hil_can_device *dev, unsigned m, uint32_t flags)
 {
     struct hil_can *c = dev->state;
     c->mailbox[m].tir &= ~TIR_TXRQ;
@@ -343,8 +343,8 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
     update_irq(dev);
 }
 
-static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus,
-                                uint64_t at)
+static void fail_transmission(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus,
+                              uint64_t at)
 {
     struct hil_can *c = dev->state;
     bool passive = c->tec > 127;
@@ -357,7 +357,7 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
     if (c->abort_current)
-        mailbox_done(dev, m, 8u);
+        end_mailbox(dev, m, 8u);
     else
         c->tsr |= 8u << (8u * m);
     if (c->tec > 255) {
@@ -366,12 +366,12 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else {
-        phase_for(dev, HIL_CAN_GAP, at,
-                  HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
+        enter_phase(dev, HIL_CAN_GAP, at,
+                    HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
 }
 
-static void frame_ended(struct hil_can_device *dev, uint64_t at)
+static void end_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
@@ -379,7 +379,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
-        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
         return;
     }
     if (c->sender == HIL_CAN_OTHER_NODE) {
@@ -391,7 +391,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
-        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
         receive(dev, &frame);
         return;
     }
@@ -399,15 +399,15 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
     enum hil_can_bus bus = bus_seen(dev);
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
-        transmission_failed(dev, m, bus, at);
+        fail_transmission(dev, m, bus, at);
         return;
     }
     mailbox_frame(&c->mailbox[m], &frame);
     c->esr = 0;
     if (c->tec)
         c->tec--;
-    mailbox_done(dev, m, 2u);
-    phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+    end_mailbox(dev, m, 2u);
+    enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
     if (loopback)
         receive(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
@@ -434,7 +434,7 @@ static void update_mode(struct hil_can_device *dev, uint64_t at)
     }
     if ((c->mcr & MCR_INRQ) && !(c->msr & MSR_INAK)) {
         if (c->phase != HIL_CAN_LEAVING)
-            phase_for(dev, HIL_CAN_LEAVING, at, LEAVE_BITS);
+            enter_phase(dev, HIL_CAN_LEAVING, at, LEAVE_BITS);
     } else if (c->mcr & MCR_INRQ) {
         c->phase = HIL_CAN_IDLE;
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
@@ -451,7 +451,7 @@ void hil_can_event(void *device, uint64_t at)
     struct hil_can_device *dev = device;
     struct hil_can *c = dev->state;
     switch (c->phase) {
-    case HIL_CAN_FRAME: frame_ended(dev, at); break;
+    case HIL_CAN_FRAME: end_frame(dev, at); break;
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
@@ -500,18 +500,18 @@ static void begin_jam(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_errors++;
     else
         c->sender = -1;
-    phase_for(dev, HIL_CAN_JAMMED, at, JAM_BITS);
+    enter_phase(dev, HIL_CAN_JAMMED, at, JAM_BITS);
 }
 
 static void end_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_JOINING)
-        phase_for(dev, HIL_CAN_JOINING, at, JOIN_BITS);
+        enter_phase(dev, HIL_CAN_JOINING, at, JOIN_BITS);
     else if (c->phase == HIL_CAN_OFF && (c->mcr & MCR_ABOM))
-        phase_for(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
+        enter_phase(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
     else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
-        phase_for(dev, HIL_CAN_GAP, at, JOIN_BITS);
+        enter_phase(dev, HIL_CAN_GAP, at, JOIN_BITS);
 }
 
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
@@ -606,7 +606,7 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
             if (begun && c->sender == (int)m)
                 c->abort_current = true;
             else
-                mailbox_done(dev, m, 0);
+                end_mailbox(dev, m, 0);
         }
     }
 }

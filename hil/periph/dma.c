@@ -49,8 +49,8 @@ static void raise_flag(struct hil_dma_device *dev, unsigned unit, unsigned strea
     update_irq(dev, unit, stream);
 }
 
-static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned stream,
-                           uint32_t address)
+static void stop_after_error(struct hil_dma_device *dev, unsigned unit, unsigned stream,
+                             uint32_t address)
 {
     dev->state[unit].stream[stream].cr &= ~CR_EN;
     hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream,
@@ -59,7 +59,7 @@ static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned s
 }
 
 /* Memory accessible to DMA: SRAM, and flash for reading; not the CCM. */
-static uint8_t *reach(struct hil_dma_device *dev, uint32_t address, uint32_t n, bool write)
+static uint8_t *find_memory(struct hil_dma_device *dev, uint32_t address, uint32_t n, bool write)
 {
     if (address - HIL_CCM_BASE < HIL_CCM_SIZE || address < HIL_FLASH_SIZE)
         return NULL;
@@ -123,9 +123,9 @@ static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_requ
     uint32_t done = (s->cr & CR_MINC) ? s->reload - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
     uint32_t address = (s->m0ar & ~(bytes - 1u)) + done * bytes;
-    uint8_t *memory = reach(dev, address, span, !r->from_memory);
+    uint8_t *memory = find_memory(dev, address, span, !r->from_memory);
     if (!memory)
-        transfer_error(dev, r->controller, r->stream, address);
+        stop_after_error(dev, r->controller, r->stream, address);
     return memory;
 }
 

@@ -215,7 +215,7 @@ void hil_flash_event(void *device, uint64_t at)
     change_cells(dev, 1000);
     for (unsigned i = 0; flash->operation > HIL_FLASH_PROGRAM && i < HIL_FLASH_SECTORS; i++) {
         bool erased = sector_starts[i] - flash->address < flash->size;
-        if (erased && (dev->rcc->state->flash_acr & ACR_DCEN) && hil_rules_hold(dev->rules))
+        if (erased && (dev->rcc->state->flash_acr & ACR_DCEN) && hil_rules_are_kept(dev->rules))
             dev->core->state.bank.stale |= (uint16_t)(1u << i);
     }
     stop_operation(dev);
@@ -256,12 +256,12 @@ void hil_flash_load(void *device, uint32_t address)
     if (!(dev->core->state.bank.stale >> sector & 1u))
         return;
     (void)hil_translator_place(&dev->core->engine.translator, address, &place);
-    hil_rules_broken(dev->rules, HIL_RULE_STALE_CACHE, place.pc, "sector %u at 0x%08x", sector,
-                     (unsigned)address);
+    hil_rules_record_violation(dev->rules, HIL_RULE_STALE_CACHE, place.pc, "sector %u at 0x%08x",
+                               sector, (unsigned)address);
 }
 
 /* An interrupted operation leaves its cells partly changed. */
-void hil_flash_power_lost(struct hil_flash_device *dev)
+void hil_flash_interrupt_operation(struct hil_flash_device *dev)
 {
     const struct hil_flash *flash = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
@@ -284,7 +284,7 @@ void hil_flash_create(struct hil_flash_device *dev)
     };
 }
 
-static bool boots_rom(const struct hil_flash_device *dev)
+static bool is_booting_rom(const struct hil_flash_device *dev)
 {
     return dev->options->boot0 && level_of(dev->state->options) != 2;
 }
@@ -293,12 +293,12 @@ void hil_flash_reset(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
     /* RM0090 3.6: "If a device reset occurs ... the contents are not guaranteed" */
-    hil_flash_power_lost(dev);
+    hil_flash_interrupt_operation(dev);
     flash->sr = 0;
     flash->cr = CR_LOCK;
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
-    dev->core->state.bank.boot_rom = boots_rom(dev);
+    dev->core->state.bank.boot_rom = is_booting_rom(dev);
     dev->core->state.bank.stale = 0;
     if ((flash->options & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
@@ -480,7 +480,7 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
 void hil_syscfg_reset(void *device, unsigned unit)
 {
     const struct hil_flash_device *dev = device;
-    hil_syscfg_write(device, unit, 0, boots_rom(dev));
+    hil_syscfg_write(device, unit, 0, is_booting_rom(dev));
 }
 
 uint32_t hil_syscfg_read(void *device, unsigned unit, uint32_t offset)

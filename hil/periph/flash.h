@@ -75,7 +75,7 @@ void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t val
  * hil_bank_calls. */
 void hil_flash_load(void *device, uint32_t address);
 /* Call when the supply fails: an operation in progress is interrupted. */
-void hil_flash_power_lost(struct hil_flash_device *dev);
+void hil_flash_interrupt_operation(struct hil_flash_device *dev);
 
 /* Offset of a sector in flash (12: the end). */
 uint32_t hil_flash_sector_start(unsigned sector);

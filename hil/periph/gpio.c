@@ -20,7 +20,7 @@ void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uin
     dev->listener[dev->listeners++] = (struct hil_pin_listener){who, changed};
 }
 
-bool hil_gpio_rests_high(const void *who, unsigned channel, bool *drives)
+bool hil_gpio_is_high_at_rest(const void *who, unsigned channel, bool *drives)
 {
     (void)who;
     (void)channel;

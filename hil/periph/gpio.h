@@ -71,7 +71,7 @@ struct hil_gpio_device {
 void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at),
                      void *who);
 /* Level function for a peripheral whose pin rests high and whose edges are not modelled. */
-bool hil_gpio_rests_high(const void *who, unsigned channel, bool *drives);
+bool hil_gpio_is_high_at_rest(const void *who, unsigned channel, bool *drives);
 
 /* Call for the bus; `device` is a struct hil_gpio_device, `unit` a port. */
 void hil_gpio_reset_port(void *device, unsigned unit);

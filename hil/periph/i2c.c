@@ -56,7 +56,7 @@ static bool is_connected(const struct hil_i2c_device *dev)
            hil_gpio_alternate(dev->gpio, PORT_B, SDA) == 4;
 }
 
-static bool holds_sda(const struct hil_i2c_device *dev)
+static bool is_holding_sda(const struct hil_i2c_device *dev)
 {
     return dev->slave.hold->stuck || dev->slave.hold->hung_clocks;
 }
@@ -88,9 +88,9 @@ static void leave_bus(struct hil_i2c_device *dev)
 
 /* Detects lost arbitration: the first 1 sent while SDA is held low looks like another master
  * (27.3.4). */
-static bool loses_arbitration(struct hil_i2c_device *dev, uint8_t byte)
+static bool has_lost_arbitration(struct hil_i2c_device *dev, uint8_t byte)
 {
-    if (byte == 0 || !holds_sda(dev))
+    if (byte == 0 || !is_holding_sda(dev))
         return false;
     leave_bus(dev);
     dev->state->sr1 |= SR1_ARLO;
@@ -108,9 +108,10 @@ static void hold_start(struct hil_i2c_device *dev, bool repeated)
     bool standard = !(dev->state->ccr & CCR_FS);
     hil_rules_measure(dev->rules, HIL_RULE_SCL_PERIOD, 1e9 / hz, 0.0, 0);
     if (repeated && standard && hz >= RESTART_HZ_LEAST && hz <= RESTART_HZ_MOST)
-        hil_rules_broken(dev->rules, HIL_RULE_REPEATED_START, 0, "SCL of %.1f kHz", hz * 1e-3);
+        hil_rules_record_violation(dev->rules, HIL_RULE_REPEATED_START, 0, "SCL of %.1f kHz",
+                                   hz * 1e-3);
     else if (repeated)
-        hil_rules_kept(dev->rules, HIL_RULE_REPEATED_START);
+        hil_rules_record_pass(dev->rules, HIL_RULE_REPEATED_START);
 }
 
 /* Makes a requested stop or repeated start after a byte. */
@@ -179,7 +180,7 @@ static void end_start(struct hil_i2c_device *dev)
 static void end_address(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    if (loses_arbitration(dev, i2c->shifted))
+    if (has_lost_arbitration(dev, i2c->shifted))
         return;
     bool acknowledged = dev->slave.address(dev->slave.who, i2c->shifted);
     i2c->transmits = !(i2c->shifted & 1u);
@@ -190,7 +191,7 @@ static void end_address(struct hil_i2c_device *dev)
 static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (loses_arbitration(dev, i2c->shifted))
+    if (has_lost_arbitration(dev, i2c->shifted))
         return;
     if (!dev->slave.write(dev->slave.who, i2c->shifted)) {
         i2c->sr1 |= SR1_AF;
@@ -208,7 +209,7 @@ static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 static void end_received(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    uint8_t byte = holds_sda(dev) ? 0 : dev->slave.read(dev->slave.who);
+    uint8_t byte = is_holding_sda(dev) ? 0 : dev->slave.read(dev->slave.who);
     bool acknowledges = is_waiting(i2c, CR1_POS) ? i2c->acknowledge : is_waiting(i2c, CR1_ACK);
     i2c->acknowledge = is_waiting(i2c, CR1_ACK);
     if (!acknowledges)
@@ -230,7 +231,7 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
 static void end_stop(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (holds_sda(dev)) { /* SDA does not rise: STOP and BUSY stay set */
+    if (is_holding_sda(dev)) { /* SDA does not rise: STOP and BUSY stay set */
         i2c->end_cycle = HIL_NEVER;
         return;
     }
@@ -264,7 +265,7 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     bool scl = hil_gpio_level(dev->gpio, PORT_B, SCL);
     if (i2c->scl && !scl && dev->slave.hold->hung_clocks)
         dev->slave.hold->hung_clocks--; /* one more bit of the byte in which the slave hangs */
-    hil_gpio_drive(dev->gpio, PORT_B, SDA, !holds_sda(dev), at);
+    hil_gpio_drive(dev->gpio, PORT_B, SDA, !is_holding_sda(dev), at);
     bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA);
     bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: SDA rises */
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||

@@ -144,9 +144,9 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};
     const struct hil_board_type *type = mcu->options->type;
     /* output of the serial link */
-    mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_rests_high, NULL};
+    mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_is_high_at_rest, NULL};
     /* PD1, CAN1_TX: recessive */
-    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};
+    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
     /* PA15, TIM2_CH1 */
     mcu->pin[4] = (struct hil_pin){&mcu->tim, 1, 0, NULL, hil_tim2_input_edge};
     mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge}; /* PB3, TIM2_CH2 */

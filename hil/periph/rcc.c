@@ -134,7 +134,7 @@ static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
     return hz / hpre_divider(rcc->cfgr >> 4 & 15u);
 }
 
-static void clocks_changed(struct hil_rcc_device *dev)
+static void check_clocks(struct hil_rcc_device *dev)
 {
     uint32_t nominal = hclk_hz(dev, true);
     if (nominal > hil_power_limit_hz(dev->state))
@@ -155,7 +155,7 @@ void hil_rcc_leave_on(struct hil_rcc_device *dev)
     rcc->ahb1enr |= 0x1ffu;
     rcc->apb1enr |= 0x1ffu;
     rcc->flash_acr |= 5u;
-    clocks_changed(dev);
+    check_clocks(dev);
 }
 
 /* SW requests a source; SWS follows once the source is ready. */
@@ -166,10 +166,10 @@ static void switch_source(struct hil_rcc_device *dev)
     uint32_t wanted = rcc->cfgr & 3u;
     if (wanted < 3 && (rcc->cr & ready[wanted]))
         rcc->cfgr = (rcc->cfgr & ~CFGR_SWS) | wanted << 2;
-    clocks_changed(dev);
+    check_clocks(dev);
 }
 
-static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
+static bool is_hclk_from_crystal(const struct hil_rcc *rcc)
 {
     uint32_t source = rcc->cfgr >> 2 & 3u;
     return source == SOURCE_HSE || (source == SOURCE_PLL && (rcc->pllcfgr & PLLCFGR_SRC_HSE));
@@ -179,14 +179,14 @@ static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
 static void secure_clock(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
-    bool feeds = crystal_feeds_hclk(rcc);
+    bool feeds = is_hclk_from_crystal(rcc);
     rcc->cr &= ~(CR_HSEON | CR_CSSON);
     rcc->cir |= CIR_CSSF;
     if (feeds) {
         rcc->cr = (rcc->cr | CR_HSION | CR_HSIRDY) & ~(CR_PLLON | CR_PLLRDY);
         rcc->cfgr &= ~(CFGR_SWS | 3u);
         hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
-        clocks_changed(dev);
+        check_clocks(dev);
     }
     hil_nvic_line(dev->core, HIL_EXC_NMI, true);
 }
@@ -215,7 +215,7 @@ void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
     rcc->cr &= ~CR_HSERDY;
     if (rcc->cr & CR_CSSON) {
         secure_clock(dev);
-    } else if (crystal_feeds_hclk(rcc)) {
+    } else if (is_hclk_from_crystal(rcc)) {
         dev->core->state.clock.stopped = true;
         hil_trace(dev->core, "no clock");
         hil_core_attend(dev->core);
@@ -324,19 +324,20 @@ static void stop_at_fresh_access(void *who)
     struct hil_moment access = hil_stamp(dev->core);
     unsigned between = hil_instructions_between(dev->core, fresh.pc, access.pc);
     if (!between || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
-        hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
+        hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
-        hil_rules_broken(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
-                         "%u instructions after the store at 0x%08x; required: %u cycles, a read "
-                         "back or a DSB between",
-                         between - 1u, (unsigned)fresh.pc, fresh.cycles);
+        hil_rules_record_violation(
+            dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
+            "%u instructions after the store at 0x%08x; required: %u cycles, a read "
+            "back or a DSB between",
+            between - 1u, (unsigned)fresh.pc, fresh.cycles);
 }
 
 /* A peripheral answers two AHB cycles after its clock is enabled; on APB 1 + the prescaler. */
-static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
+static void note_fresh_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
     struct hil_moment at = hil_stamp(dev->core);
-    if (!rising || !hil_rules_hold(dev->rules))
+    if (!rising || !hil_rules_are_kept(dev->rules))
         return;
     dev->fresh = (struct hil_rcc_fresh){
         .pc = at.pc,
@@ -357,14 +358,14 @@ static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t risi
 static void hold_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
 {
     struct hil_rcc *rcc = dev->state;
-    if (hclk_hz(dev, true) <= before_hz || !hil_rules_hold(dev->rules))
+    if (hclk_hz(dev, true) <= before_hz || !hil_rules_are_kept(dev->rules))
         return;
     if (rcc->latency_unread)
-        hil_rules_broken(dev->rules, HIL_RULE_WAIT_STATES, hil_stamp(dev->core).pc,
-                         "from %u to %u Hz, but FLASH_ACR was written and not read back",
-                         (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
+        hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES, hil_stamp(dev->core).pc,
+                                   "from %u to %u Hz, but FLASH_ACR was written and not read back",
+                                   (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
     else
-        hil_rules_kept(dev->rules, HIL_RULE_WAIT_STATES);
+        hil_rules_record_pass(dev->rules, HIL_RULE_WAIT_STATES);
 }
 
 uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
@@ -374,7 +375,7 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
     if (dev->core->bus.fresh.clocks ==
         &dev->state->word[offset / 4u]) { /* a read back is another workaround of the errata */
         dev->core->bus.fresh.clocks = NULL;
-        hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
+        hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     }
     return dev->state->word[offset / 4u];
 }
@@ -417,7 +418,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case AHB1ENR:
     case APB1ENR:
     case APB2ENR:
-        clocks_on(dev, offset, value & ~rcc->word[offset / 4u]);
+        note_fresh_clock(dev, offset, value & ~rcc->word[offset / 4u]);
         rcc->word[offset / 4u] = value;
         break;
     case CIR: cir_write(dev, value); break;
@@ -535,8 +536,8 @@ static void key_write(struct hil_iwdg_device *dev, uint32_t key)
     }
     uint64_t now_ps = hil_now_ps(dev->core);
     if (key == KEY_RELOAD && (now_ps < w->until_ps[0] || now_ps < w->until_ps[1]))
-        hil_rules_broken(dev->rules, HIL_RULE_WATCHDOG_UPDATE, hil_stamp(dev->core).pc, "%s is set",
-                         now_ps < w->until_ps[0] ? "PVU" : "RVU");
+        hil_rules_record_violation(dev->rules, HIL_RULE_WATCHDOG_UPDATE, hil_stamp(dev->core).pc,
+                                   "%s is set", now_ps < w->until_ps[0] ? "PVU" : "RVU");
     if (key == KEY_START || key == KEY_RELOAD)
         reload(dev);
 }

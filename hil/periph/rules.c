@@ -42,7 +42,7 @@ static const struct {
     double slew_ns, most_mhz;
 } speeds[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
 
-bool hil_rules_hold(const struct hil_rules_device *dev)
+bool hil_rules_are_kept(const struct hil_rules_device *dev)
 {
     return dev->options->rules != HIL_RULES_OFF;
 }
@@ -67,7 +67,7 @@ static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *t
         snprintf(text, size, "%s%s0x%08x", name ? name : "", name ? ", PC " : "PC ", (unsigned)pc);
 }
 
-static bool only_counts(const struct hil_rules_device *dev, enum hil_rule rule)
+static bool is_only_counted(const struct hil_rules_device *dev, enum hil_rule rule)
 {
     return dev->options->rules == HIL_RULES_COUNT || (dev->options->rules_counted >> rule & 1u);
 }
@@ -76,7 +76,7 @@ static void stop(struct hil_rules_device *dev, enum hil_rule rule)
 {
     const struct hil_tally *tally = &dev->state->tally[rule];
     char from[80], to[80], slew[48] = "";
-    if (only_counts(dev, rule))
+    if (is_only_counted(dev, rule))
         return;
     print_place(dev, tally->from_pc, from, sizeof from);
     print_place(dev, tally->to_pc, to, sizeof to);
@@ -107,7 +107,7 @@ static void measure(struct hil_rules_device *dev, enum hil_rule rule, double ns,
 void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
                        uint32_t pc)
 {
-    if (hil_rules_hold(dev))
+    if (hil_rules_are_kept(dev))
         measure(dev, rule, ns, least_ns > 0.0 ? least_ns : rules[rule].least_ns,
                 (struct hil_moment){.pc = pc}, pc);
 }
@@ -115,29 +115,29 @@ void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double 
 void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
                      struct hil_moment to)
 {
-    if (!hil_rules_hold(dev) || !from.ps || !to.ps)
+    if (!hil_rules_are_kept(dev) || !from.ps || !to.ps)
         return;
     double ns = to.ps >= from.ps ? (double)(to.ps - from.ps) : -(double)(from.ps - to.ps);
     measure(dev, rule, ns / NS_PS - from.slew_ns, rules[rule].least_ns, from, to.pc);
 }
 
-void hil_rules_kept(struct hil_rules_device *dev, enum hil_rule rule)
+void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule)
 {
-    dev->state->tally[rule].judged += hil_rules_hold(dev);
+    dev->state->tally[rule].judged += hil_rules_are_kept(dev);
 }
 
-void hil_rules_broken(struct hil_rules_device *dev, enum hil_rule rule, uint32_t pc,
-                      const char *format, ...)
+void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule, uint32_t pc,
+                                const char *format, ...)
 {
     struct hil_tally *tally = &dev->state->tally[rule];
     char words[160], place[80];
     va_list arguments;
-    if (!hil_rules_hold(dev))
+    if (!hil_rules_are_kept(dev))
         return;
     tally->judged++;
     if (!tally->broken++)
         tally->from_pc = tally->to_pc = pc;
-    if (only_counts(dev, rule))
+    if (is_only_counted(dev, rule))
         return;
     va_start(arguments, format);
     vsnprintf(words, sizeof words, format, arguments);
@@ -194,7 +194,7 @@ static bool is_kept(unsigned port)
 void hil_rules_stored(void *device, unsigned port)
 {
     struct hil_rules_device *dev = device;
-    if (!hil_rules_hold(dev) || !is_kept(port))
+    if (!hil_rules_are_kept(dev) || !is_kept(port))
         return;
     struct hil_moment at = hil_stamp(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
@@ -214,13 +214,14 @@ void hil_rules_stored(void *device, unsigned port)
 static bool is_relevant(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
                         struct hil_difference *difference)
 {
-    struct hil_moment read = hil_rules_hold(dev) ? hil_stamp(dev->core) : (struct hil_moment){0};
+    struct hil_moment read = hil_rules_are_kept(dev) ? hil_stamp(dev->core)
+                                                     : (struct hil_moment){0};
     bits &= hil_bus_bits_read(dev->core);
     if (!read.ps || !bits)
         return false;
     if (hil_whatif_matters(dev->core, read.pc, value, bits, difference))
         return true;
-    hil_rules_kept(dev, HIL_RULE_FLOATING);
+    hil_rules_record_pass(dev, HIL_RULE_FLOATING);
     return false;
 }
 
@@ -229,17 +230,17 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits
     struct hil_rules_device *dev = device;
     struct hil_difference difference;
     if (is_relevant(dev, value, bits, &difference))
-        hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
-                         "P%c%u is an input, but nothing drives or pulls it", 'A' + (int)port,
-                         difference.bit);
+        hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
+                                   "P%c%u is an input, but nothing drives or pulls it",
+                                   'A' + (int)port, difference.bit);
 }
 
 void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value, uint32_t bits)
 {
     struct hil_difference difference;
     if (is_relevant(dev, value, bits, &difference))
-        hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
-                         "%s was received while nothing drove or pulled it", pin);
+        hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
+                                   "%s was received while nothing drove or pulled it", pin);
 }
 
 void hil_rules_reset(struct hil_rules_device *dev)
@@ -266,7 +267,7 @@ unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times)
     unsigned rules_broken = 0;
     *times = 0;
     for (unsigned i = 0; i < HIL_RULES; i++) {
-        uint64_t broken = only_counts(dev, (enum hil_rule)i) ? dev->state->tally[i].broken : 0;
+        uint64_t broken = is_only_counted(dev, (enum hil_rule)i) ? dev->state->tally[i].broken : 0;
         rules_broken += broken != 0;
         *times += broken;
     }

@@ -85,7 +85,7 @@ static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rul
     return &dev->state->pin[pin];
 }
 /* True if rules are checked. */
-bool hil_rules_hold(const struct hil_rules_device *dev);
+bool hil_rules_are_kept(const struct hil_rules_device *dev);
 /* Checks a LEAST rule for the time between two moments. A moment with ps 0 is unknown and is not
  * checked. */
 void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
@@ -94,10 +94,11 @@ void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hi
 void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
                        uint32_t pc);
 /* Records that a FAULT rule was met, or violated with a short explanation. */
-void hil_rules_kept(struct hil_rules_device *dev, enum hil_rule rule);
-__attribute__((format(printf, 4, 5))) void hil_rules_broken(struct hil_rules_device *dev,
-                                                            enum hil_rule rule, uint32_t pc,
-                                                            const char *format, ...);
+void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule);
+__attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil_rules_device *dev,
+                                                                      enum hil_rule rule,
+                                                                      uint32_t pc,
+                                                                      const char *format, ...);
 double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
 /* Rule with this name, or HIL_RULES. */

@@ -121,7 +121,7 @@ static void judge_begin(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    if (!spi->selected || spi->clocked || !hil_rules_hold(dev->rules))
+    if (!spi->selected || spi->clocked || !hil_rules_are_kept(dev->rules))
         return;
     struct hil_moment begin = hil_stamp(dev->core);
     if (!begin.ps)

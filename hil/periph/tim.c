@@ -234,7 +234,7 @@ static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned chan
         hil_dma_request(dev->dma, 0, stream[channel], 3);
 }
 
-static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
+static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_tim *t = &dev->state[unit];
     for (unsigned i = 0; i < HIL_CAPTURES; i++) {
@@ -278,11 +278,11 @@ void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycl
 
 void hil_tim2_event(void *device, uint64_t at)
 {
-    event(device, HIL_TIM2, at);
+    handle_event(device, HIL_TIM2, at);
 }
 void hil_tim4_event(void *device, uint64_t at)
 {
-    event(device, HIL_TIM4, at);
+    handle_event(device, HIL_TIM4, at);
 }
 
 /* Delay of a channel's input filter in timer clocks (CCMR1.ICxF, CR1.CKD). */
@@ -399,11 +399,11 @@ static void hold_inputs(struct hil_tim_device *dev)
             hil_gpio_alternate(dev->gpio, pins[i].port, pins[i].pin) != 1)
             continue;
         if (hil_gpio_is_held(dev->gpio, pins[i].port, pins[i].pin))
-            hil_rules_kept(dev->rules, HIL_RULE_FLOATING);
+            hil_rules_record_pass(dev->rules, HIL_RULE_FLOATING);
         else
-            hil_rules_broken(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
-                             "TIM2 captures edges of %s, but nothing drives or pulls it",
-                             pins[i].name);
+            hil_rules_record_violation(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
+                                       "TIM2 captures edges of %s, but nothing drives or pulls it",
+                                       pins[i].name);
     }
 }
 

@@ -75,7 +75,7 @@ static uint64_t bit_cycles(const struct hil_usart_device *dev)
     return (uint64_t)clocks * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
 }
 
-static enum hil_parity parity(const struct hil_usart *u)
+static enum hil_parity parity_of(const struct hil_usart *u)
 {
     return !(u->cr1 & CR1_PCE) ? HIL_PARITY_NONE
          : (u->cr1 & CR1_PS)   ? HIL_PARITY_ODD
@@ -84,10 +84,10 @@ static enum hil_parity parity(const struct hil_usart *u)
 
 static enum hil_parity host_parity(const struct hil_usart_device *dev)
 {
-    return dev->options->host_parity_follows ? parity(dev->state) : dev->options->host_parity;
+    return dev->options->host_parity_follows ? parity_of(dev->state) : dev->options->host_parity;
 }
 
-static unsigned bits_with(enum hil_parity parity)
+static unsigned frame_length_bits(enum hil_parity parity)
 {
     return parity == HIL_PARITY_NONE ? 10u : 11u;
 }
@@ -104,20 +104,20 @@ static uint32_t frame_levels(uint8_t byte, enum hil_parity parity)
 
 static uint64_t frame_bits(const struct hil_usart_device *dev)
 {
-    return bits_with(parity(dev->state));
+    return frame_length_bits(parity_of(dev->state));
 }
 
 /* True if the other end uses the programmed settings: the parity, and a rate within 2 %. (A
  * receiver tolerates 3.3 %, RM0090 table 142, including the other end's error and that of its
  * divider.) */
-static bool line_fits(const struct hil_usart_device *dev)
+static bool is_line_matching(const struct hil_usart_device *dev)
 {
     uint64_t bit = bit_cycles(dev);
     if (!bit)
         return false;
     double rate = (double)dev->core->state.clock.hclk_hz / (double)bit;
     double ratio = rate / dev->options->host_baud;
-    return ratio > 0.98 && ratio < 1.02 && host_parity(dev) == parity(dev->state);
+    return ratio > 0.98 && ratio < 1.02 && host_parity(dev) == parity_of(dev->state);
 }
 
 static bool is_sending(const struct hil_usart *u)
@@ -149,7 +149,7 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
         return;
     bool connected = is_connected(dev, dev->options->type->serial_out);
     uint64_t at_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (connected && line_fits(dev)) {
+    if (connected && is_line_matching(dev)) {
         dev->core->state.counters.serial_bytes_out += u->out_count;
         dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
     } else {
@@ -244,7 +244,7 @@ void hil_usart_dma_enabled(void *device)
 
 static uint64_t host_frame_ps(const struct hil_usart_device *dev)
 {
-    return bits_with(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
+    return frame_length_bits(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
 }
 
 static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t errors)
@@ -271,13 +271,13 @@ static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
     if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) ||
         !is_connected(dev, dev->options->type->serial_in) || !u->brr)
         return;
-    if (!line_fits(dev)) {
+    if (!is_line_matching(dev)) {
         receive_frame(dev, GARBLED, errors | SR_FE);
         return;
     }
-    uint32_t parity_bit = parity(u) == HIL_PARITY_NONE
+    uint32_t parity_bit = parity_of(u) == HIL_PARITY_NONE
                             ? 0
-                            : frame_levels(byte, parity(u)) >> 1 & 0x100u;
+                            : frame_levels(byte, parity_of(u)) >> 1 & 0x100u;
     receive_frame(dev, (uint16_t)(parity_bit | byte), errors);
 }
 
@@ -297,7 +297,7 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
 }
 
 /* A byte arrives at the end of the line, after the faults of the line. */
-static void arrive(struct hil_usart_device *dev, uint8_t byte)
+static void receive_from_line(struct hil_usart_device *dev, uint8_t byte)
 {
     struct hil_usart *u = dev->state;
     uint32_t errors = 0;
@@ -333,7 +333,7 @@ void hil_usart_rx_event(void *device, uint64_t at)
             u->queue_count--;
         }
         if (now_ps >= u->listens_since_ps + host_frame_ps(dev))
-            arrive(dev, byte);
+            receive_from_line(dev, byte);
         u->idle_follows = u->queue_count == 0;
         hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + host_frame_ps(dev));
     } else if (u->idle_follows) {

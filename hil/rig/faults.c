@@ -236,7 +236,7 @@ void hil_supply_cut(struct hil_supply_device *dev)
     struct hil_core *core = dev->core;
     core->state.counters.power_cuts++;
     hil_trace(core, "power cut");
-    hil_flash_power_lost(dev->flash);
+    hil_flash_interrupt_operation(dev->flash);
     hil_w25q_power_lost(dev->nor);
     hil_tmp112_power(dev->thermometer);
     core->reset.power_lost = core->reset.asked = true;

@@ -50,7 +50,8 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
 /* Frees the memory owned by the run; the struct itself belongs to the caller. */
 void hil_run_free(struct hil_run *run);
 
-/* Truth at a time: column 0..7 displacement in inches, 8..21 tension in pounds. */
+/* Returns the true value at `t_s`. Columns 0 to 7: displacement in inches; 8 to 21: tension in
+ * pounds. */
 double hil_run_truth(const struct hil_run *run, unsigned column, double t_s);
 
 /* A text file. Its first line contains the kind of the file and its version, its last line is `end`

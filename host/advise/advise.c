@@ -628,8 +628,8 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
 }
 
 /* The limits of the 95 % interval, only in the JSON. */
-static void reach_answer(const char *name, enum unit_kind unit, const struct advise_bound *reach,
-                         struct answer *answer)
+static void add_interval_answer(const char *name, enum unit_kind unit,
+                                const struct advise_bound *reach, struct answer *answer)
 {
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
@@ -672,10 +672,10 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
     answer_count(answer, "seed", NULL, advise->request.seed);
-    reach_answer("hardest", UNIT_DECELERATION, &advise->brake, answer);
+    add_interval_answer("hardest", UNIT_DECELERATION, &advise->brake, answer);
     answer_value(answer, "fastest", NULL, UNIT_SPEED, advise->speed.at, 1);
     answer_flag(answer, "fastest_beyond", NULL, advise->speed.beyond);
-    reach_answer("fastest", UNIT_SPEED, &advise->speed, answer);
+    add_interval_answer("fastest", UNIT_SPEED, &advise->speed, answer);
     answer_sentence(answer, "action", "%s", advise->action);
 }
 

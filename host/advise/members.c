@@ -635,7 +635,8 @@ static void to_state(const struct advise_members *members, struct assimilation *
     }
 }
 
-/* Readings, and the error of the chain model: a share of the movement or of the closing. */
+/* Sets the readings and their standard errors. Each error combines the reading's own with the chain
+ * model's, a share of the movement or closing. */
 static void find_errors(const struct advise_members *members, const struct advise_observation *seen,
                         struct assimilation *l)
 {

@@ -179,7 +179,7 @@ void measured_fit_gear(struct measured *measured)
         measured->fit_status = MR_TRUNCATED;
 }
 
-bool measured_ends_early(const struct measured *measured)
+bool measured_is_cut_short(const struct measured *measured)
 {
     if (measured->samples == 0)
         return false;
@@ -188,7 +188,7 @@ bool measured_ends_early(const struct measured *measured)
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
 
-const char *measured_moves_text(const struct measured *measured)
+const char *measured_motion_at_end_text(const struct measured *measured)
 {
     bool past = measured->fit_status == MR_TRUNCATED && measured->samples > 0 &&
                 measured_time_s(measured, measured->samples - 1) >=
@@ -211,7 +211,7 @@ void measured_no_stop_text(const struct measured *measured, char out[MEASURED_RE
                  measured->silent_switch);
     else
         snprintf(out, MEASURED_REASON, "the record ends while the gear %s",
-                 measured_moves_text(measured));
+                 measured_motion_at_end_text(measured));
 }
 
 /* Station and speed at a time. */

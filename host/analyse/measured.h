@@ -154,9 +154,9 @@ const char *measured_marks(const struct measured *measured);
 void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);
 
 /* True if the record ends while the gear moves or may still move. */
-bool measured_ends_early(const struct measured *measured);
+bool measured_is_cut_short(const struct measured *measured);
 /* "moves" or "may still move", for a record that ends early. Static storage. */
-const char *measured_moves_text(const struct measured *measured);
+const char *measured_motion_at_end_text(const struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
 /* Start of a block of the board, as t_s. */

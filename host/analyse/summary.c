@@ -241,12 +241,12 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
                         "The first switch edges were not received: least, most and end values are "
                         "those from edge %lld on.",
                         (long long)measured->first_edge);
-    if (measured_ends_early(measured))
+    if (measured_is_cut_short(measured))
         answer_sentence(answer, NULL,
                         "The record ends %.3f s after %s, while the gear %s: peaks and end values "
                         "are those up to that time.",
                         measured_time_s(measured, measured->samples - 1),
-                        measured_origin_text(measured), measured_moves_text(measured));
+                        measured_origin_text(measured), measured_motion_at_end_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!is_missing_samples(channel, kind) ||
@@ -529,7 +529,7 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
     }
     if (beyond && length > 0 && (size_t)length < size)
         length += snprintf(out + length, size - (size_t)length, ", %s from %d on",
-                           measured->fit_status == MR_TRUNCATED || measured_ends_early(measured)
+                           measured->fit_status == MR_TRUNCATED || measured_is_cut_short(measured)
                                ? "none received"
                                : "not reached",
                            __builtin_ctzll(beyond) + 1);

@@ -20,7 +20,8 @@
 static bool wants_json, has_json;
 static struct error failed;
 
-/* JSON strings must be UTF-8, file names need not be. */
+/* Returns the text as a JSON string. In a text that is not UTF-8 (a file name need not be), '?'
+ * stands for each byte that is not ASCII. */
 static json_t *text_json(const char *text)
 {
     char ascii[sizeof((struct error *)0)->text];

@@ -504,7 +504,7 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
 
 enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error)
 {
-    return link_no_board(dialogue_link(dialogue), error);
+    return link_set_no_board_error(dialogue_link(dialogue), error);
 }
 
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error)

@@ -33,8 +33,8 @@ const char *shunts_verdict_text(int64_t verdict)
 
 /* ---- zeros and shunts of a board ---- */
 
-static enum mr_status take(void *context, const struct dialogue_message *message,
-                           struct error *error)
+static enum mr_status handle_message(void *context, const struct dialogue_message *message,
+                                     struct error *error)
 {
     struct gage_client *talk = context;
     (void)error;
@@ -51,7 +51,7 @@ enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dial
     const struct dialogue_command order = {
         .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     *talk = (struct gage_client){.zeros = 0};
-    dialogue_subscribe(dialogue, take, talk);
+    dialogue_subscribe(dialogue, handle_message, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error)
                               ?: dialogue_send_command(dialogue, &order, &talk->ack, error);
     if (status == MR_TIMEOUT && error->status == MR_OK)

@@ -71,10 +71,10 @@ static void append(char *out, size_t size, const char *format, ...)
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
 {
-    return go_if(report->count && !ready_count(report, READY_NO_GO));
+    return go_if(report->count && !ready_count_checks(report, READY_NO_GO));
 }
 
-unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict)
+unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict)
 {
     unsigned count = 0;
     for (unsigned i = 0; i < report->count; i++)
@@ -113,7 +113,8 @@ static void print_check(const struct ready_check *c, unsigned columns, FILE *out
 
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
 {
-    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    unsigned no_go = ready_count_checks(report, READY_NO_GO),
+             open = ready_count_checks(report, READY_NOT_DONE);
     char text[READY_CHECKS * 24 + 120];
     const char *before = ": ";
     columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;

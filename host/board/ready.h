@@ -134,7 +134,7 @@ void ready_judge(const struct ready_facts *facts, struct ready_report *report);
 void ready_judge_certificates(const struct ready_facts *facts, struct ready_report *report);
 /* Returns no-go if any check is no-go. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
-unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict);
+unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict);
 /* "GO", "NO-GO" or "not done". Static storage. */
 const char *ready_text(enum ready_verdict verdict);
 /* Adds a check; the value is formatted as by printf. `limit` and `advice` may be NULL; advice is

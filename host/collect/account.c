@@ -248,8 +248,8 @@ void account_trouble(struct account *account, enum link_event trouble, int64_t c
         account->other_cause = "away";
 }
 
-/* Frames lost between two can_health: first as counted by the queues, the rest with the other
- * cause that the link reported. */
+/* Adds the frames lost between two can_health messages: those that the queues counted under the
+ * queues' causes, the rest under the cause that the link reported, or "link". */
 static void add_loss(struct account *account, int64_t lost, int64_t block)
 {
     const char *cause = account->other_cause ? account->other_cause : "link";

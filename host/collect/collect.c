@@ -280,7 +280,7 @@ static void report_other_on_can(const struct collector *collector,
              (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1]);
 }
 
-void collector_progress(const struct collector *collector, struct collector_progress *progress)
+void collector_get_progress(const struct collector *collector, struct collector_progress *progress)
 {
     const struct told *told = &collector->told;
     *progress =

@@ -139,7 +139,7 @@ struct collector_progress {
     /* words 0 and 1 of the two identities if other_on_can is true */
     char can_uid[17], serial_uid[17];
 };
-void collector_progress(const struct collector *collector, struct collector_progress *progress);
+void collector_get_progress(const struct collector *collector, struct collector_progress *progress);
 
 /* A message of the board, as passed to listeners. */
 struct collector_event {

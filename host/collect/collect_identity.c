@@ -11,8 +11,8 @@
 /* A message of a board other than the known one. On serial this ends the log. On CAN it may be a
  * stranger, unless several such messages arrive in a row and serial has ended and cannot
  * identify the board. */
-static enum mr_status another_board(struct collector *collector, struct side *side,
-                                    enum mr_status why, const char *now, struct error *error)
+static enum mr_status reject_other_board(struct collector *collector, struct side *side,
+                                         enum mr_status why, const char *now, struct error *error)
 {
     if (side->kind == LINK_CAN) {
         side->others++;
@@ -25,15 +25,15 @@ static enum mr_status another_board(struct collector *collector, struct side *si
         side->spec);
 }
 
-static enum mr_status hello(struct collector *collector, struct side *side,
-                            const struct mr_hello *message, struct error *error)
+static enum mr_status take_hello(struct collector *collector, struct side *side,
+                                 const struct mr_hello *message, struct error *error)
 {
     bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended &&
                            side->others + 1 < COLLECT_OTHERS_IN_ROW;
     if (message->layout != MR_LAYOUT && (collector->told.hello || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
-        return another_board(collector, side, MR_VERSION, now, error);
+        return reject_other_board(collector, side, MR_VERSION, now, error);
     }
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
@@ -69,7 +69,7 @@ static bool take_uid(struct collector *collector, struct side *side, unsigned pa
         memcpy(side->other_uid, words, sizeof side->other_uid);
     snprintf(now, sizeof now, "its identity contains %08X, not %08X", (unsigned)words[0],
              (unsigned)known[0]);
-    another_board(collector, side, MR_IO, now, error);
+    reject_other_board(collector, side, MR_IO, now, error);
     return false;
 }
 
@@ -103,8 +103,8 @@ static enum mr_status put_channel(struct collector *collector, const struct slot
                              error);
 }
 
-static enum mr_status channel(struct collector *collector, const struct side *side,
-                              const struct mr_channel *message, struct error *error)
+static enum mr_status take_channel(struct collector *collector, const struct side *side,
+                                   const struct mr_channel *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
@@ -121,8 +121,8 @@ static enum mr_status channel(struct collector *collector, const struct side *si
     return put_channel(collector, side->current, message->index, error);
 }
 
-static enum mr_status channel_zero(struct collector *collector, const struct side *side,
-                                   const struct mr_channel_zero *message, struct error *error)
+static enum mr_status take_channel_zero(struct collector *collector, const struct side *side,
+                                        const struct mr_channel_zero *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
@@ -149,8 +149,8 @@ static enum mr_status put_calibration(struct collector *collector, const struct 
         error);
 }
 
-static enum mr_status calibration(struct collector *collector, const struct side *side,
-                                  const struct mr_calibration *message, struct error *error)
+static enum mr_status take_calibration(struct collector *collector, const struct side *side,
+                                       const struct mr_calibration *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
         return MR_OK;
@@ -164,8 +164,8 @@ static enum mr_status calibration(struct collector *collector, const struct side
     return put_calibration(collector, side->current, message->index, message->item, error);
 }
 
-static enum mr_status switch_place(struct collector *collector, const struct side *side,
-                                   const struct mr_switch_place *message, struct error *error)
+static enum mr_status take_switch_place(struct collector *collector, const struct side *side,
+                                        const struct mr_switch_place *message, struct error *error)
 {
     if (message->position == 0 || message->position > STORE_SWITCHES_MAX)
         return MR_OK;
@@ -180,8 +180,8 @@ static enum mr_status switch_place(struct collector *collector, const struct sid
     return side->current ? COLLECT_PUT(switch, &place) : MR_OK;
 }
 
-static enum mr_status slack(struct collector *collector, const struct side *side,
-                            const struct mr_slack *message, struct error *error)
+static enum mr_status take_slack(struct collector *collector, const struct side *side,
+                                 const struct mr_slack *message, struct error *error)
 {
     if (message->segment >= MR_SEGMENTS)
         return MR_OK;
@@ -222,24 +222,24 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
-static enum mr_status site(struct collector *collector, struct side *side,
-                           const struct mr_site *message, struct error *error)
+static enum mr_status take_site(struct collector *collector, struct side *side,
+                                const struct mr_site *message, struct error *error)
 {
     collector->told.identity.touchdown_ft = (double)message->touchdown_ft;
     collector->told.identity.switch_error_ft = (double)message->switch_error_ft;
     return refresh_landing(collector, side, error);
 }
 
-static enum mr_status board_uid(struct collector *collector, struct side *side,
-                                const struct mr_board_uid *message, struct error *error)
+static enum mr_status take_board_uid(struct collector *collector, struct side *side,
+                                     const struct mr_board_uid *message, struct error *error)
 {
     const uint32_t words[2] = {message->uid0, message->uid1};
     take_uid(collector, side, 1, words, 2, error);
     return error->status;
 }
 
-static enum mr_status board_image(struct collector *collector, struct side *side,
-                                  const struct mr_board_image *message, struct error *error)
+static enum mr_status take_board_image(struct collector *collector, struct side *side,
+                                       const struct mr_board_image *message, struct error *error)
 {
     if (!take_uid(collector, side, 2, &message->uid2, 1, error))
         return error->status;
@@ -252,9 +252,9 @@ static enum mr_status board_image(struct collector *collector, struct side *side
 }
 
 /* Stores an event when the state changes. */
-static enum mr_status bus_key(struct collector *collector, struct side *side,
-                              const struct mr_bus_key *message, uint64_t host_us,
-                              struct error *error)
+static enum mr_status take_bus_key(struct collector *collector, struct side *side,
+                                   const struct mr_bus_key *message, uint64_t host_us,
+                                   struct error *error)
 {
     bool same = collector->told.key_known && collector->told.key.state == message->state;
     int64_t block = collect_newest_block(side);
@@ -265,7 +265,7 @@ static enum mr_status bus_key(struct collector *collector, struct side *side,
                                     message->changes, STORE_NONE, host_us, error);
 }
 
-static void nonce(struct collector *collector, const struct mr_nonce *message)
+static void take_nonce(struct collector *collector, const struct mr_nonce *message)
 {
     mr_nonce_put(message, collector->told.nonce);
     collector->told.nonce_known = true;
@@ -273,8 +273,8 @@ static void nonce(struct collector *collector, const struct mr_nonce *message)
 
 /* ---- config: the configuration, which the board sends word by word ---- */
 
-static enum mr_status config_word(struct collector *collector, struct side *side,
-                                  const struct mr_config_image *word, struct error *error)
+static enum mr_status take_config_word(struct collector *collector, struct side *side,
+                                       const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
     if (!configwords_follow(&side->config, word, &config))
@@ -306,26 +306,30 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_HELLO: return hello(collector, side, &m->as.hello, error);
-    case MR_PLACE_BOARD_UID: return board_uid(collector, side, &m->as.board_uid, error);
-    case MR_PLACE_BOARD_IMAGE: return board_image(collector, side, &m->as.board_image, error);
+    case MR_PLACE_HELLO: return take_hello(collector, side, &m->as.hello, error);
+    case MR_PLACE_BOARD_UID: return take_board_uid(collector, side, &m->as.board_uid, error);
+    case MR_PLACE_BOARD_IMAGE: return take_board_image(collector, side, &m->as.board_image, error);
     case MR_PLACE_IMAGE_COMMIT:
         mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
                              m->as.image_commit.changed != 0,
                              collector->told.identity.image_commit);
         return MR_OK;
-    case MR_PLACE_BUS_KEY: return bus_key(collector, side, &m->as.bus_key, event->host_us, error);
-    case MR_PLACE_NONCE: nonce(collector, &m->as.nonce); return MR_OK;
+    case MR_PLACE_BUS_KEY:
+        return take_bus_key(collector, side, &m->as.bus_key, event->host_us, error);
+    case MR_PLACE_NONCE: take_nonce(collector, &m->as.nonce); return MR_OK;
     case MR_PLACE_BOARD_CONFIG:
         collector->told.identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;
-    case MR_PLACE_CONFIG_IMAGE: return config_word(collector, side, &m->as.config_image, error);
-    case MR_PLACE_SITE: return site(collector, side, &m->as.site, error);
-    case MR_PLACE_CHANNEL: return channel(collector, side, &m->as.channel, error);
-    case MR_PLACE_CHANNEL_ZERO: return channel_zero(collector, side, &m->as.channel_zero, error);
-    case MR_PLACE_CALIBRATION: return calibration(collector, side, &m->as.calibration, error);
-    case MR_PLACE_SWITCH_PLACE: return switch_place(collector, side, &m->as.switch_place, error);
-    case MR_PLACE_SLACK: return slack(collector, side, &m->as.slack, error);
+    case MR_PLACE_CONFIG_IMAGE:
+        return take_config_word(collector, side, &m->as.config_image, error);
+    case MR_PLACE_SITE: return take_site(collector, side, &m->as.site, error);
+    case MR_PLACE_CHANNEL: return take_channel(collector, side, &m->as.channel, error);
+    case MR_PLACE_CHANNEL_ZERO:
+        return take_channel_zero(collector, side, &m->as.channel_zero, error);
+    case MR_PLACE_CALIBRATION: return take_calibration(collector, side, &m->as.calibration, error);
+    case MR_PLACE_SWITCH_PLACE:
+        return take_switch_place(collector, side, &m->as.switch_place, error);
+    case MR_PLACE_SLACK: return take_slack(collector, side, &m->as.slack, error);
     default: return MR_OK;
     }
 }

@@ -53,7 +53,7 @@ struct filling {
 };
 
 /* True: serial lost data near that block. */
-static bool serial_lost(const struct filling *filling, int64_t block)
+static bool is_lost_on_serial(const struct filling *filling, int64_t block)
 {
     for (size_t i = 0; i < filling->count; i++) {
         const struct store_gap *gap = &filling->gaps[i];
@@ -71,7 +71,7 @@ static enum mr_status fill_frame(void *context, const struct store_frame *frame)
     struct filling *filling = context;
     struct mr_message message;
     if (frame->board_us == STORE_NONE || frame->direction != 0 || frame->id > UINT16_MAX ||
-        !serial_lost(filling, frame->board_us / 1000) ||
+        !is_lost_on_serial(filling, frame->board_us / 1000) ||
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
         message.info->direction == MR_DIRECTION_HOST)
         return MR_OK;

@@ -131,7 +131,7 @@ static bool is_out_of_time(const struct side *side, const struct mr_message *mes
 
 /* ---- serial is the record ---- */
 
-static bool serial_is_record(const struct collector *collector)
+static bool is_serial_record(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
@@ -243,7 +243,7 @@ static enum mr_status receive(struct collector *collector, struct side *side,
         collector->told.landing = event->message->as.landing;
         collector->told.landing_known = true;
     }
-    if (side->kind == LINK_CAN && serial_is_record(collector)) {
+    if (side->kind == LINK_CAN && is_serial_record(collector)) {
         follow_serial(collector, side);
         if (mark_frames(collector, side, error) != MR_OK ||
             stamp_landing(collector, side, event, error) != MR_OK)
@@ -502,9 +502,9 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     return error->status == MR_OK ? take_frame(collector, side, frame, error) : error->status;
 }
 
-static enum mr_status serial_frame(struct collector *collector, struct side *side,
-                                   const struct mr_frame *frame, uint64_t host_us,
-                                   struct error *error)
+static enum mr_status handle_serial_frame(struct collector *collector, struct side *side,
+                                          const struct mr_frame *frame, uint64_t host_us,
+                                          struct error *error)
 {
     struct held held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
     struct mr_message message;
@@ -541,7 +541,7 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);
         if (status == MR_OK)
-            status = serial_frame(collector, side, &frame, host_us, error);
+            status = handle_serial_frame(collector, side, &frame, host_us, error);
         else if (status != MR_TOO_FEW)
             side->account.counts.bad++;
         if (error->status != MR_OK)

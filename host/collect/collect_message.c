@@ -26,9 +26,9 @@ enum mr_status collect_state_event(struct collector *collector, const struct sid
                              message->cause, message->landing, host_us, error);
 }
 
-static enum mr_status landing(struct collector *collector, struct side *side,
-                              const struct mr_landing *message, uint64_t host_us,
-                              struct error *error)
+static enum mr_status record_landing(struct collector *collector, struct side *side,
+                                     const struct mr_landing *message, uint64_t host_us,
+                                     struct error *error)
 {
     struct slot *before = side->current;
     bool believed;
@@ -107,8 +107,8 @@ static bool is_own(struct collector_own *own, const struct mr_ack *ack)
 }
 
 /* Records which program gave an order and the board's answer. */
-static enum mr_status order(struct collector *collector, struct side *side,
-                            const struct mr_ack *ack, uint64_t host_us, struct error *error)
+static enum mr_status record_order(struct collector *collector, struct side *side,
+                                   const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
     struct slot *current = side->current;
     struct repeated *last = &collector->repeated[ack->code % REPEATED];
@@ -142,9 +142,9 @@ static enum mr_status state_message(struct collector *collector, struct side *si
     const struct mr_message *m = event->message;
     uint64_t host_us = event->host_us;
     switch (m->place) {
-    case MR_PLACE_LANDING: return landing(collector, side, &m->as.landing, host_us, error);
+    case MR_PLACE_LANDING: return record_landing(collector, side, &m->as.landing, host_us, error);
     case MR_PLACE_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
-    case MR_PLACE_ACK: return order(collector, side, &m->as.ack, host_us, error);
+    case MR_PLACE_ACK: return record_order(collector, side, &m->as.ack, host_us, error);
     case MR_PLACE_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
     case MR_PLACE_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
     case MR_PLACE_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;
@@ -162,8 +162,8 @@ static collect_topic *const topics[] = {
     collect_gear_message, collect_predict_message, collect_band_message};
 enum { TOPICS = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
 
-static enum mr_status take(unsigned first, struct collector *collector, struct side *side,
-                           const struct collector_event *event, struct error *error)
+static enum mr_status record_message(unsigned first, struct collector *collector, struct side *side,
+                                     const struct collector_event *event, struct error *error)
 {
     enum mr_status status = keep_event(collector, side, event, error);
     for (unsigned i = first; i < TOPICS && status == MR_OK; i++)
@@ -174,20 +174,20 @@ static enum mr_status take(unsigned first, struct collector *collector, struct s
 enum mr_status collect_message(struct collector *collector, struct side *side,
                                const struct collector_event *event, struct error *error)
 {
-    return take(0, collector, side, event, error);
+    return record_message(0, collector, side, event, error);
 }
 
 enum mr_status collect_message_again(struct collector *collector, struct side *side,
                                      const struct collector_event *event, struct error *error)
 {
-    return take(FIRST_OF_LANDING, collector, side, event, error);
+    return record_message(FIRST_OF_LANDING, collector, side, event, error);
 }
 
 /* ---- gear: switches, motion, touchdown and stop, zones ahead of the wheel, mat temperature
  * ---- */
 
-static enum mr_status edge(struct collector *collector, struct side *side,
-                           const struct mr_edge *message, struct error *error)
+static enum mr_status record_edge(struct collector *collector, struct side *side,
+                                  const struct mr_edge *message, struct error *error)
 {
     struct slot *slot = side->current;
     if (!slot)
@@ -204,8 +204,9 @@ static enum mr_status edge(struct collector *collector, struct side *side,
 
 /* Rejects an edge that the board withdrew. An edge excluded only by the board's final fit stays,
  * because the host's own fit excludes it. */
-static enum mr_status switch_event(struct collector *collector, const struct side *side,
-                                   const struct mr_switch_event *message, struct error *error)
+static enum mr_status record_switch_event(struct collector *collector, const struct side *side,
+                                          const struct mr_switch_event *message,
+                                          struct error *error)
 {
     bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER &&
                    isnan(message->late_ms);
@@ -240,8 +241,8 @@ TWO_HALVES(motion, MOTION, motion_error)
 TWO_HALVES(zone, ZONE, zone_lead)
 
 /* Touchdown and stop share a row and arrive in any order. */
-static enum mr_status result(struct collector *collector, const struct side *side,
-                             const struct mr_message *m, struct error *error)
+static enum mr_status record_result(struct collector *collector, const struct side *side,
+                                    const struct mr_message *m, struct error *error)
 {
     struct store_result row = store_blank_result;
     row.links = collect_link_bit(side);
@@ -252,8 +253,8 @@ static enum mr_status result(struct collector *collector, const struct side *sid
     return side->current ? COLLECT_PUT(result, &row) : MR_OK;
 }
 
-static enum mr_status temperature(struct collector *collector, struct side *side,
-                                  const struct mr_message *message, struct error *error)
+static enum mr_status record_temperature(struct collector *collector, struct side *side,
+                                         const struct mr_message *message, struct error *error)
 {
     struct store_mat_temperature row = {.block = collect_block(side, message),
                                         .links = collect_link_bit(side)};
@@ -266,15 +267,16 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_EDGE: return edge(collector, side, &m->as.edge, error);
-    case MR_PLACE_SWITCH_EVENT: return switch_event(collector, side, &m->as.switch_event, error);
+    case MR_PLACE_EDGE: return record_edge(collector, side, &m->as.edge, error);
+    case MR_PLACE_SWITCH_EVENT:
+        return record_switch_event(collector, side, &m->as.switch_event, error);
     case MR_PLACE_MOTION:
     case MR_PLACE_MOTION_ERROR: return motion(collector, side, m, error);
     case MR_PLACE_ZONE:
     case MR_PLACE_ZONE_LEAD: return zone(collector, side, m, error);
     case MR_PLACE_TOUCHDOWN:
-    case MR_PLACE_STOP: return result(collector, side, m, error);
-    case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
+    case MR_PLACE_STOP: return record_result(collector, side, m, error);
+    case MR_PLACE_TEMPERATURE: return record_temperature(collector, side, m, error);
     default: return MR_OK;
     }
 }
@@ -286,8 +288,8 @@ static bool is_same(float a, float b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-static enum mr_status trust(struct collector *collector, struct side *side,
-                            const struct mr_message *m, struct error *error)
+static enum mr_status record_trust(struct collector *collector, struct side *side,
+                                   const struct mr_message *m, struct error *error)
 {
     struct store_trust row = {.block = collect_block(side, m), .links = collect_link_bit(side)};
     collect_trust_row(&row, &m->as.trust);
@@ -295,8 +297,8 @@ static enum mr_status trust(struct collector *collector, struct side *side,
 }
 
 /* Stores a runway when it is complete: all joints in sequence, and the CRC that the board sent. */
-static enum mr_status joints(struct collector *collector, struct side *side,
-                             const struct mr_runway_joints *m, struct error *error)
+static enum mr_status record_joints(struct collector *collector, struct side *side,
+                                    const struct mr_runway_joints *m, struct error *error)
 {
     struct mr_predictor_state *state = &side->runway;
     if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_parts ||
@@ -311,7 +313,7 @@ static enum mr_status joints(struct collector *collector, struct side *side,
                             side->runway_store.source, error);
 }
 
-static void runway(struct side *side, const struct mr_runway *m)
+static void record_runway(struct side *side, const struct mr_runway *m)
 {
     side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
                                                .landings = m->landings,
@@ -319,8 +321,8 @@ static void runway(struct side *side, const struct mr_runway *m)
     side->runway_parts = 0;
 }
 
-static void runway_store(struct collector *collector, struct side *side,
-                         const struct mr_runway_store *m)
+static void record_runway_state(struct collector *collector, struct side *side,
+                                const struct mr_runway_store *m)
 {
     const struct mr_runway_store *known = &collector->stored;
     side->runway_store = *m;
@@ -331,8 +333,8 @@ static void runway_store(struct collector *collector, struct side *side,
     collector->stored_known = true;
 }
 
-static enum mr_status item(struct collector *collector, const struct side *side,
-                           const struct mr_predict_item *m, struct error *error)
+static enum mr_status record_item(struct collector *collector, const struct side *side,
+                                  const struct mr_predict_item *m, struct error *error)
 {
     if (m->index >= MR_PREDICT_ITEMS || (collector->told.predict_known[m->index] &&
                                          is_same(collector->told.predict_item[m->index], m->value)))
@@ -364,8 +366,8 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 }
 
 /* Index 0 starts a new list: items not received since are missing. */
-static enum mr_status risk_item(struct collector *collector, const struct side *side,
-                                const struct mr_risk_item *m, struct error *error)
+static enum mr_status record_risk_parameter(struct collector *collector, const struct side *side,
+                                            const struct mr_risk_item *m, struct error *error)
 {
     if (m->index >= MR_RISK_TOLD)
         return MR_OK;
@@ -378,8 +380,8 @@ static enum mr_status risk_item(struct collector *collector, const struct side *
              : MR_OK;
 }
 
-static enum mr_status risk(struct collector *collector, struct side *side,
-                           const struct mr_message *m, struct error *error)
+static enum mr_status record_risk(struct collector *collector, struct side *side,
+                                  const struct mr_message *m, struct error *error)
 {
     struct store_risk part = store_blank_risk;
     part.links = collect_link_bit(side);
@@ -392,8 +394,8 @@ static enum mr_status risk(struct collector *collector, struct side *side,
 }
 
 /* Parts of a prediction. They have its block: the newest or a slightly older one. */
-static enum mr_status statement(struct collector *collector, struct side *side,
-                                const struct mr_message *m, struct error *error)
+static enum mr_status record_statement(struct collector *collector, struct side *side,
+                                       const struct mr_message *m, struct error *error)
 {
     struct store_prediction part = store_blank_prediction;
     part.links = collect_link_bit(side);
@@ -414,15 +416,17 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_TRUST: return trust(collector, side, m, error);
-    case MR_PLACE_RUNWAY: runway(side, &m->as.runway); return MR_OK;
-    case MR_PLACE_RUNWAY_JOINTS: return joints(collector, side, &m->as.runway_joints, error);
-    case MR_PLACE_RUNWAY_STORE: runway_store(collector, side, &m->as.runway_store); return MR_OK;
+    case MR_PLACE_TRUST: return record_trust(collector, side, m, error);
+    case MR_PLACE_RUNWAY: record_runway(side, &m->as.runway); return MR_OK;
+    case MR_PLACE_RUNWAY_JOINTS: return record_joints(collector, side, &m->as.runway_joints, error);
+    case MR_PLACE_RUNWAY_STORE:
+        record_runway_state(collector, side, &m->as.runway_store);
+        return MR_OK;
     case MR_PLACE_RISK:
-    case MR_PLACE_RISK_LEAD: return risk(collector, side, m, error);
-    case MR_PLACE_RISK_ITEM: return risk_item(collector, side, &m->as.risk_item, error);
-    case MR_PLACE_PREDICT_ITEM: return item(collector, side, &m->as.predict_item, error);
-    default: return statement(collector, side, m, error);
+    case MR_PLACE_RISK_LEAD: return record_risk(collector, side, m, error);
+    case MR_PLACE_RISK_ITEM: return record_risk_parameter(collector, side, &m->as.risk_item, error);
+    case MR_PLACE_PREDICT_ITEM: return record_item(collector, side, &m->as.predict_item, error);
+    default: return record_statement(collector, side, m, error);
     }
 }
 
@@ -436,8 +440,8 @@ static int64_t block_of(const struct side *side, uint16_t at_block16)
     return block < 0 ? STORE_NONE : block;
 }
 
-static enum mr_status band_event(struct collector *collector, const struct side *side,
-                                 const struct mr_band_event *m, struct error *error)
+static enum mr_status record_band_message(struct collector *collector, const struct side *side,
+                                          const struct mr_band_event *m, struct error *error)
 {
     int64_t block = block_of(side, m->at_block16);
     struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
@@ -448,8 +452,8 @@ static enum mr_status band_event(struct collector *collector, const struct side 
 
 /* Result and check of a gage are two messages: the first is stored at once, the second completes
  * the row. */
-static enum mr_status shunt(struct collector *collector, struct side *side,
-                            const struct mr_message *m, struct error *error)
+static enum mr_status record_shunt(struct collector *collector, struct side *side,
+                                   const struct mr_message *m, struct error *error)
 {
     struct store_shunt *row = &side->shunt_result;
     if (m->place == MR_PLACE_SHUNT) {
@@ -473,8 +477,8 @@ static enum mr_status shunt(struct collector *collector, struct side *side,
 
 /* Tension before and after, and smallest and largest tension, share a row. A value without gage
  * is ignored. */
-static enum mr_status band(struct collector *collector, const struct side *side,
-                           const struct mr_message *m, struct error *error)
+static enum mr_status record_band(struct collector *collector, const struct side *side,
+                                  const struct mr_message *m, struct error *error)
 {
     struct store_band row = store_blank_band;
     const struct mr_band_least *least = &m->as.band_least;
@@ -502,14 +506,14 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_BAND_EVENT: return band_event(collector, side, &m->as.band_event, error);
+    case MR_PLACE_BAND_EVENT: return record_band_message(collector, side, &m->as.band_event, error);
     case MR_PLACE_BAND_BEFORE:
     case MR_PLACE_BAND_LEAST:
     case MR_PLACE_BAND_MOST:
-    case MR_PLACE_BAND_AFTER: return band(collector, side, m, error);
+    case MR_PLACE_BAND_AFTER: return record_band(collector, side, m, error);
     case MR_PLACE_SHUNT:
     case MR_PLACE_SHUNT_RESULT:
-    case MR_PLACE_SHUNT_CHECK: return shunt(collector, side, m, error);
+    case MR_PLACE_SHUNT_CHECK: return record_shunt(collector, side, m, error);
     default: return MR_OK;
     }
 }
@@ -517,8 +521,9 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
 /* ---- health: faults, slow log, crash, and CAN as seen by the board ---- */
 
 /* Faults are repeated once a second; stored only when the count changes. */
-static enum mr_status fault(struct collector *collector, const struct side *side,
-                            const struct mr_fault *message, uint64_t host_us, struct error *error)
+static enum mr_status record_fault(struct collector *collector, const struct side *side,
+                                   const struct mr_fault *message, uint64_t host_us,
+                                   struct error *error)
 {
     if (message->code < MR_FAULT_COUNT) {
         if (collector->fault_count[message->code] == message->count)
@@ -529,8 +534,8 @@ static enum mr_status fault(struct collector *collector, const struct side *side
                              message->detail, message->count, host_us, error);
 }
 
-static enum mr_status quality(struct collector *collector, const struct side *side,
-                              const struct mr_channel_quality *message, struct error *error)
+static enum mr_status record_quality(struct collector *collector, const struct side *side,
+                                     const struct mr_channel_quality *message, struct error *error)
 {
     struct store_quality row;
     collect_channel_quality_row(&row, message);
@@ -538,7 +543,7 @@ static enum mr_status quality(struct collector *collector, const struct side *si
 }
 
 /* A row of the slow log is six messages; if one is lost, the row is lost. */
-static void slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
+static void record_slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
 {
     side->slow = (struct store_slow){.time_us = (int64_t)host_us,
                                      .block = message->block,
@@ -548,8 +553,9 @@ static void slow_row(struct side *side, const struct mr_slow_row *message, uint6
 }
 
 /* Stores a complete row. */
-static enum mr_status slow_tension(struct collector *collector, struct side *side,
-                                   const struct mr_slow_tension *message, struct error *error)
+static enum mr_status record_slow_tension(struct collector *collector, struct side *side,
+                                          const struct mr_slow_tension *message,
+                                          struct error *error)
 {
     const float lb[] = {message->a_lb, message->b_lb, message->c_lb};
     if (!side->slow.block || message->row != side->slow_number ||
@@ -566,8 +572,9 @@ static enum mr_status slow_tension(struct collector *collector, struct side *sid
 
 /* Report of a processor fault: stores one event per word, once per report, although both links
  * repeat it. */
-static enum mr_status crash(struct collector *collector, const struct side *side,
-                            const struct mr_crash *message, uint64_t host_us, struct error *error)
+static enum mr_status record_crash(struct collector *collector, const struct side *side,
+                                   const struct mr_crash *message, uint64_t host_us,
+                                   struct error *error)
 {
     struct crash_report *report = &collector->crash[side->kind];
     enum mr_status status = MR_OK;
@@ -583,9 +590,9 @@ static enum mr_status crash(struct collector *collector, const struct side *side
 }
 
 /* The board sends its CAN state every second; stored when state or outage count changes. */
-static enum mr_status can_alarm(struct collector *collector, const struct side *side,
-                                const struct mr_can_alarm *message, uint64_t host_us,
-                                struct error *error)
+static enum mr_status record_can_alarm(struct collector *collector, const struct side *side,
+                                       const struct mr_can_alarm *message, uint64_t host_us,
+                                       struct error *error)
 {
     int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
@@ -606,13 +613,15 @@ static enum mr_status collect_health_message(struct collector *collector, struct
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_CHANNEL_QUALITY: return quality(collector, side, &m->as.channel_quality, error);
-    case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
-    case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
+    case MR_PLACE_CHANNEL_QUALITY:
+        return record_quality(collector, side, &m->as.channel_quality, error);
+    case MR_PLACE_FAULT: return record_fault(collector, side, &m->as.fault, event->host_us, error);
+    case MR_PLACE_CRASH: return record_crash(collector, side, &m->as.crash, event->host_us, error);
     case MR_PLACE_CAN_ALARM:
-        return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
-    case MR_PLACE_SLOW_ROW: slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
-    case MR_PLACE_SLOW_TENSION: return slow_tension(collector, side, &m->as.slow_tension, error);
+        return record_can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
+    case MR_PLACE_SLOW_ROW: record_slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
+    case MR_PLACE_SLOW_TENSION:
+        return record_slow_tension(collector, side, &m->as.slow_tension, error);
     default: return MR_OK;
     }
 }

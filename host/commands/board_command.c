@@ -865,13 +865,14 @@ static const struct command_part parts[] = {
     HELP_WORD(
         "runway",
         "show the predictor's runway: landings, joints, origin; -o writes it to a file. load F "
-        "sends a file to the board; forget resets the runway to unknown. Refused from arming until "
-        "the landing is done.\n  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+        "sends a file to the board; forget resets the runway to unknown. The board refuses this "
+        "while a landing is armed or in progress. Example:\n  matrig board --serial "
+        "serial:/dev/ttyUSB0 runway -o before.txt"),
     HELP_WORD("arm [LANDING]",
               "arm the board for landing LANDING; default: the next number. --can works while "
               "matrig log uses the interface, --serial only when no other program uses the port. "
               "Exit 2: refused in the present state. Exit 3: not ready (try again), or no answer "
-              "within 3 s.\n  matrig board --can can:can0 arm 7"),
+              "within 3 s. Example:\n  matrig board --can can:can0 arm 7"),
     HELP_WORD("disarm", "return to idle, even during a recording"),
     HELP_WORD("zero [1|2]",
               "measure the zeros of all channels, of the transducers (1) or of the gages (2) as "

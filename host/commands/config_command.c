@@ -303,8 +303,9 @@ static const struct command_part parts[] = {
         "config get",
         "print the active configuration; -o writes it to a file. Works over --can or --serial"),
     HELP_WORD("config set F",
-              "check F, show the changes, send F and verify that it is stored. Refused from arming "
-              "until the landing is done, and over CAN without the maintenance jumper. --force is "
+              "check F, show the changes, send F and verify that it is stored. The board "
+              "refuses this while a landing is armed or in progress, and over CAN without the "
+              "maintenance jumper. --force is "
               "needed to change a gain by more than 10 %, or, in a first calibration or with a new "
               "serial number, by more than a factor of 1.5 (transducer) or 5 (gage). With --can, a "
               "CAN base that another board uses is refused"),

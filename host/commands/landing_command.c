@@ -236,7 +236,7 @@ static void check_time(const struct request *r, struct store *store)
     if (isnan(r->at_s))
         return;
     measured_load_gear(store, r->run, &measured, fatal);
-    double end_s = measured.t0_is_touchdown && !measured_ends_early(&measured)
+    double end_s = measured.t0_is_touchdown && !measured_is_cut_short(&measured)
                      ? measured_time_s(&measured, measured.samples - 1)
                      : HUGE_VAL;
     measured_free(&measured);

@@ -98,16 +98,16 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
                       (logger->open[link] && !held &&
-                       link_queue_unread(link_reader_queue(logger->reader[link])));
-    *signalled = polled[SIGNALS].revents & POLLIN && logger_signalled(logger, signals);
+                       link_queue_has_unread(link_reader_queue(logger->reader[link])));
+    *signalled = polled[SIGNALS].revents & POLLIN && logger_is_signalled(logger, signals);
     if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
         typed_read(&logger->typed);
     return MR_OK;
 }
 
 /* Stores received data, commits if due, and prints landings and silent links. */
-static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS],
-                                 struct error *error)
+static enum mr_status process_turn(struct logger *logger, const bool ready[LINK_KINDS],
+                                   struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
@@ -140,7 +140,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
                                   ?: logger_rescue(logger, error);
         if (status == MR_OK)
             logger_keep_in_step(logger, ready);
-        if (status == MR_OK && !is_held(logger) && write_turn(logger, ready, error) != MR_OK)
+        if (status == MR_OK && !is_held(logger) && process_turn(logger, ready, error) != MR_OK)
             status = logger_wait_for_store(logger, error);
         if (status != MR_OK)
             return status;

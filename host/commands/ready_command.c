@@ -329,7 +329,8 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. The result is stored with the landings "
                     "of the next 12 h"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); the board must be idle or done"),
+                "the board's serial port (see matrig log --help); the board must be in the "
+                "state idle or done"),
     OPTION_TEXT("--can", "LINK", can, "also listen on the board's CAN bus"),
     OPTION_TEXT("--image", "FILE", image,
                 "expected firmware of the board (.elf or .bin); default: that of the campaign's "
@@ -337,14 +338,16 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--expect-config", "CRC|FILE", expected,
                 "expected configuration of the board; its revision may differ; default: that of "
                 "the campaign's last landing"),
-    HELP_NOTE("Checks readings at rest, shunt calibration and self-test within 20 s; the warning "
-              "lamp lights for 0.2 s. Exit 1: no-go."),
-    OPTION_FLAG("--walk", walk,
-                "walk test: trip each switch, push each transducer and pull each gage, in order. "
-                "Nothing is recorded. The test ends when all have responded, after 600 s, or on "
-                "Ctrl-C. Exit 1 when a sensor does not respond, or a different one responds. If "
-                "none of the switches (or transducers, or gages) responds, they are reported as "
-                "not tested"),
+    HELP_NOTE("Takes at most 20 s. Checks image, configuration, calibrations, readings at rest, "
+              "black box, faults, links and database. Runs the shunt calibration and the "
+              "self-test, which lights the warning lamp for 0.2 s. Exit 1: no-go."),
+    OPTION_FLAG(
+        "--walk", walk,
+        "walk test: you trip each switch, push each transducer and pull each gage, in order. "
+        "Nothing is recorded. The test ends when all have responded, after 600 s, or on "
+        "Ctrl-C. Exit 1 when a sensor does not respond, or a different one responds. If "
+        "none of the switches (or transducers, or gages) responds, they are reported as "
+        "not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

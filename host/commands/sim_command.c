@@ -130,7 +130,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     read_request(argc, argv, cli, &request);
     if (request.keys)
         return show_keys(cli);
-    if (request.options.solver && sim_solver_elsewhere(request.options.solver))
+    if (request.options.solver && sim_solver_is_left_out(request.options.solver))
         return study_exec(argc, argv, cli);
     sim_scene_load(&scene, request.scene_path, fatal);
     if (!scene.name[0])

@@ -829,9 +829,9 @@ static const struct command_part parts[] = {
                 "link, or --can). Exit 1 when the board reports different values"),
     OPTION_FORCE(force),
     HELP_NOTE(
-        "A reading must be entered twice if it differs from the previous survey by more than ten "
-        "joints allow (10 x 0.036 in; a station: 1 in). The first survey is compared with nominal "
-        "values."),
+        "A gap reading that differs from the previous survey by more than 0.36 in (the play of ten "
+        "joints), or a station reading by more than 1 in, must be entered twice. The first survey "
+        "is compared with nominal values."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),

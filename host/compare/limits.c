@@ -65,7 +65,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
             compare_limits_add(limits, path, number);
     }
     json_decref(root);
-    if (error->status == MR_OK && !compare_limits_any(limits))
+    if (error->status == MR_OK && !compare_limits_are_given(limits))
         error_set(error, MR_MALFORMED,
                   "no limits: %s; give at least one, such as {\"channels.*.rms_in\": 0.05}", file);
     return error->status;
@@ -77,7 +77,7 @@ void compare_limits_add(struct compare_limits *limits, const char *path, double 
     json_object_set_new(limits->paths, path, json_real(most));
 }
 
-bool compare_limits_any(const struct compare_limits *limits)
+bool compare_limits_are_given(const struct compare_limits *limits)
 {
     return json_object_size(limits->paths) > 0;
 }

@@ -370,7 +370,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 {
     json_t *json[2];
     size_t within = 0;
-    for (size_t i = 0; i < set->count && compare_limits_any(limits); i++) {
+    for (size_t i = 0; i < set->count && compare_limits_are_given(limits); i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
@@ -387,7 +387,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         set->verdict.failed += one->failed;
         within += one->failed == 0;
     }
-    if (compare_limits_any(limits))
+    if (compare_limits_are_given(limits))
         set->pooled.within = (double)within / (double)set->count;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);

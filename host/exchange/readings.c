@@ -531,7 +531,7 @@ static enum mr_status end(struct store *store, struct collector *collector,
     struct collector_progress progress;
     enum mr_status ended = collector_end(collector, status == MR_OK ? "end" : "error", &late);
     take_finished(collector, result);
-    collector_progress(collector, &progress);
+    collector_get_progress(collector, &progress);
     result->counts = progress.counts[LINK_CAN];
     if (ended == MR_OK)
         ended = store_link_put(store, result->session, LINK_CAN, &result->counts, &late);

@@ -688,7 +688,7 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
                                   : of_serial(link, &counters, since_s, text);
 }
 
-enum mr_status link_no_board(const struct link *link, struct error *error)
+enum mr_status link_set_no_board_error(const struct link *link, struct error *error)
 {
     char text[DIAGNOSIS_TEXT];
     enum diagnosis diagnosis = link_diagnose(link, text);

@@ -148,6 +148,6 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
 const char *diagnosis_word(enum diagnosis diagnosis);
 /* Sets the error of a link on which no board identified itself in time: MR_TIMEOUT if nothing was
  * received, otherwise MR_IO. */
-enum mr_status link_no_board(const struct link *link, struct error *error);
+enum mr_status link_set_no_board_error(const struct link *link, struct error *error);
 
 #endif

@@ -270,7 +270,7 @@ bool link_queue_take(struct link_queue *queue, struct link_item *item)
     return true;
 }
 
-bool link_queue_unread(struct link_queue *queue)
+bool link_queue_has_unread(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     bool unread = queue->taken.before.items != queue->put.before.items;

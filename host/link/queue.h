@@ -80,8 +80,8 @@ bool link_queue_is_tight(struct link_queue *queue);
 
 /* Return false if there is no item. */
 bool link_queue_take(struct link_queue *queue, struct link_item *item);
-bool link_queue_unread(struct link_queue *queue);
-/* As link_queue_unread; if it returns false, the eventfd signals later items. */
+bool link_queue_has_unread(struct link_queue *queue);
+/* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
 bool link_queue_listen(struct link_queue *queue);
 /* The items taken so far are stored and may be discarded. */
 void link_queue_release(struct link_queue *queue);

@@ -149,7 +149,7 @@ static void take_pack(struct live_buckets *b, const struct mr_message *message, 
     }
 }
 
-static void take_channel(struct live_buckets *b, const struct mr_channel *m)
+static void set_channel(struct live_buckets *b, const struct mr_channel *m)
 {
     if (m->index >= MR_CHANNELS)
         return;
@@ -159,7 +159,7 @@ static void take_channel(struct live_buckets *b, const struct mr_channel *m)
     b->channel[m->index].unit_per_code = m->unit_per_code;
 }
 
-static void take_zero(struct live_buckets *b, const struct mr_channel_zero *m)
+static void set_zero(struct live_buckets *b, const struct mr_channel_zero *m)
 {
     if (m->index >= MR_CHANNELS)
         return;
@@ -173,8 +173,8 @@ void live_buckets_message(struct live_buckets *b, const struct mr_message *messa
 {
     const struct mr_calibration *item = &message->as.calibration;
     switch (message->place) {
-    case MR_PLACE_CHANNEL: take_channel(b, &message->as.channel); break;
-    case MR_PLACE_CHANNEL_ZERO: take_zero(b, &message->as.channel_zero); break;
+    case MR_PLACE_CHANNEL: set_channel(b, &message->as.channel); break;
+    case MR_PLACE_CHANNEL_ZERO: set_zero(b, &message->as.channel_zero); break;
     case MR_PLACE_CALIBRATION:
         if (item->index < MR_CHANNELS && item->item < MR_CALIBRATION_ITEMS) {
             mr_channel_item_set(&b->channel[item->index], item->item, item->value);

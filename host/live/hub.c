@@ -550,7 +550,7 @@ static void put_waiting(struct live_hub *hub, const char *text)
         fprintf(hub->waiting, "%c%s", ftell(hub->waiting) > 0 ? ',' : '[', text);
 }
 
-void live_hub_notice(struct live_hub *hub, const char *words)
+void live_hub_add_notice(struct live_hub *hub, const char *words)
 {
     pthread_mutex_lock(&hub->lock);
     char *text = dumped(json_pack("{sssIsisnssso}", "m", "notice", "t", (json_int_t)link_now_us(),
@@ -743,7 +743,7 @@ void live_hub_end(struct live_hub *hub, const char *why)
     pthread_mutex_unlock(&hub->lock);
 }
 
-bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer)
+bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 {
     pthread_mutex_lock(&hub->lock);
     bool ended = hub->ended && !viewer->fresh && viewer->next == hub->next;

@@ -34,7 +34,7 @@ void live_hub_close(struct live_hub *hub);
 void live_hub_message(struct live_hub *hub, const struct collector_event *event);
 void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 /* Adds a line for people under "Events". */
-void live_hub_notice(struct live_hub *hub, const char *words);
+void live_hub_add_notice(struct live_hub *hub, const char *words);
 void live_hub_counts(struct live_hub *hub, enum link_kind kind,
                      const struct store_link_counts *counts);
 /* Creates the events that are due. Call it at least 20 times a second. */
@@ -57,7 +57,7 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
  * no call waits, and no commands are accepted. */
 void live_hub_end(struct live_hub *hub, const char *why);
 /* True if the hub has ended and the viewer has received everything. */
-bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer);
+bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer);
 
 /* ---- commands ---- */
 

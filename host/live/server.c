@@ -133,7 +133,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
         stream->sent = 0;
         stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
     }
-    if (!stream->text && live_hub_ended(stream->hub, &stream->viewer))
+    if (!stream->text && live_hub_has_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
     if (!stream->text) { /* a comment line: sending it detects closed connections */
         memcpy(out, ":\n\n", 3);
@@ -300,7 +300,7 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     return post ? command(server, connection, request) : get(server, connection, url);
 }
 
-static void request_over(void *context, struct MHD_Connection *connection, void **kept,
+static void free_request(void *context, struct MHD_Connection *connection, void **kept,
                          enum MHD_RequestTerminationCode why)
 {
     (void)context;
@@ -327,7 +327,7 @@ static struct MHD_Daemon *start(struct live_server *server, const struct sockadd
                                 (server->picture ? 0u : MHD_USE_THREAD_PER_CONNECTION),
                             0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address,
                             MHD_OPTION_CONNECTION_LIMIT, CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-                            CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, server,
+                            CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, free_request, server,
                             MHD_OPTION_END);
 }
 
@@ -422,7 +422,7 @@ void live_turn(struct live *live, const struct collector *collector)
     struct collector_progress progress;
     if (!live->hub)
         return;
-    collector_progress(collector, &progress);
+    collector_get_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
     live_hub_turn(live->hub);

@@ -24,10 +24,10 @@
 #define UNHEARD_US           3000000u /* a board sends a hello every second */
 #define NOTE_US              1000000u /* the same trouble is reported at most once per second */
 
-static bool logger_received(const struct logger *logger)
+static bool logger_has_received_hello(const struct logger *logger)
 {
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     return p.hello;
 }
 
@@ -59,7 +59,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
 static enum mr_status exchanged(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     if (!p.other_on_can)
         return MR_OK;
     return error_set(error, MR_IO,
@@ -272,7 +272,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     struct collector_progress progress;
     struct summary summary;
     logger_serve_page(logger, false);
-    collector_progress(logger->collector, &progress);
+    collector_get_progress(logger->collector, &progress);
     if (!is_silent(logger, &progress))
         return MR_OK;
     cli_note(logger->cli,
@@ -341,7 +341,7 @@ void logger_note_orders(struct logger *logger)
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", words);
         if (logger->live.hub && !order.own)
-            live_hub_notice(logger->live.hub, words);
+            live_hub_add_notice(logger->live.hub, words);
     }
 }
 
@@ -354,7 +354,7 @@ void logger_show_progress(struct logger *logger, bool last)
     struct collector_progress p;
     unsigned permille = watch_permille(&logger->watch);
     logger->shown_us = monotonic_us();
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     const char *state = p.run   ? mr_landing_state_text(p.state)
                       : p.hello ? "no landing"
                                 : "waiting for a board";
@@ -389,7 +389,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     struct collector_progress p;
     const struct link *link = NULL, *can = logger->link[LINK_CAN],
                       *serial = logger->link[LINK_SERIAL];
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     const struct store_link_counts *c = p.counts;
     bool line = serial && link_counters(serial)->rx.baud != 0;
     if (p.hello)
@@ -403,7 +403,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
                              can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
     diagnose(logger, &link);
-    return link_no_board(link, error);
+    return link_set_no_board_error(link, error);
 }
 
 /* If no board is received for a while, report that once for each open link. */
@@ -417,7 +417,7 @@ void logger_note_missing(struct logger *logger)
         return;
     logger->unheard_told = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (!logger->open[link] || logger_received(logger))
+        if (!logger->open[link] || logger_has_received_hello(logger))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
@@ -442,7 +442,7 @@ static void count_received(struct logger *logger, const struct collector_progres
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool more = p->counts[link].received != logger->heard[link];
         bool waits = logger->open[link] &&
-                     link_queue_unread(link_reader_queue(logger->reader[link]));
+                     link_queue_has_unread(link_reader_queue(logger->reader[link]));
         logger->heard[link] = p->counts[link].received;
         if (more || (logger->heard_us[link] && !logger->silent && (stood || waits)))
             logger->heard_us[link] = now_us;
@@ -511,7 +511,7 @@ void logger_note_board(struct logger *logger)
         if (logger->reader[link] && (!logger->open[link] || link_recorded(logger->link[link])))
             return;
     }
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     count_received(logger, &p, now_us);
     if (!p.landing || !p.board_uid[0])
         return;
@@ -586,7 +586,7 @@ static void board_answer(const struct logger *logger, struct answer *answer)
 {
     const struct link *link = NULL;
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     answer_count(answer, "session", NULL, collector_session(logger->collector));
     answer_count(answer, "base", NULL, logger->base);
     answer_open(answer, "links", "");
@@ -738,7 +738,7 @@ static void take_reply(struct logger *logger, const char *line)
 static const char *what_is_recorded(const struct logger *logger)
 {
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     return arm_client_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
 }
 
@@ -817,7 +817,7 @@ void typed_turn(struct logger *logger)
         take_answer(logger);
     if (typed->asked && monotonic_us() > typed->until_us)
         take_reply(logger, "");
-    bool there = logger_received(logger);
+    bool there = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))

@@ -236,7 +236,7 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    if (!link_queue_unread(queue)) /* else the queue still has data from the last turn */
+    if (!link_queue_has_unread(queue)) /* else the queue still has data from the last turn */
         logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_turn(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
@@ -272,7 +272,7 @@ static void prove(struct logger *logger, unsigned link, const uint8_t *command)
     uint8_t proof[MR_PROOF_BYTES];
     if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
         return;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     if (!p.key || p.key->state != MR_KEY_SET || !p.nonce)
         return;
     if (keyfile_prove(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
@@ -289,7 +289,7 @@ static void prove(struct logger *logger, unsigned link, const uint8_t *command)
 bool logger_repeat_command(struct logger *logger)
 {
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     return p.nonce && memcmp(logger->nonce, p.nonce, sizeof logger->nonce) != 0 &&
            logger_send(logger, &logger->typed.command, false);
 }
@@ -322,7 +322,7 @@ void logger_ask_for_configuration(struct logger *logger)
     uint64_t now_us = monotonic_us();
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
-        collector_progress(logger->collector, &p);
+        collector_get_progress(logger->collector, &p);
         if (p.run) /* arming ended the board's answer: ask again when the landing is done */
             logger->asked_us = logger->asks = 0;
         return;
@@ -340,7 +340,7 @@ static void keep_it_live(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
+    collector_get_progress(logger->collector, &p);
     uint64_t now_us = monotonic_us();
     if (logger->open[LINK_CAN] || p.run || !p.hello ||
         (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
@@ -688,7 +688,7 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
 #define HURRY_US      500000u
 #define LOOK_MS       20
 
-bool logger_signalled(struct logger *logger, int signals)
+bool logger_is_signalled(struct logger *logger, int signals)
 {
     struct signalfd_siginfo info;
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
@@ -708,7 +708,7 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
     bool ready[LINK_KINDS] = {false}, any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         ready[link] = logger->reader[link] &&
-                      link_queue_unread(link_reader_queue(logger->reader[link]));
+                      link_queue_has_unread(link_reader_queue(logger->reader[link]));
         any |= ready[link];
     }
     if (!any)
@@ -812,7 +812,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
             struct pollfd asked = {.fd = signals, .events = POLLIN};
             poll(&asked, 1, LOOK_MS);
         }
-        (void)logger_signalled(logger, signals);
+        (void)logger_is_signalled(logger, signals);
         if (!gives_up && !has_waited_enough(logger, began_us))
             continue;
         if (switch_campaign(logger, &beside, reason, error) != MR_OK)

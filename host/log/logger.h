@@ -111,7 +111,7 @@ struct logger {
 /* ---- logger.c ---- */
 
 /* A signal to end was received; a second signal makes the end faster. */
-bool logger_signalled(struct logger *logger, int signals);
+bool logger_is_signalled(struct logger *logger, int signals);
 /* Processes items of the link's queue, up to the limit of one turn. A link that fails is ended,
  * which is not an error. */
 enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);

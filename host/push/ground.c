@@ -248,7 +248,7 @@ static void unmeasured(struct push_told *told, const char *reason)
     snprintf(told->reason, sizeof told->reason, "%s", reason);
 }
 
-static size_t loads_of(const struct push_readings *readings)
+static size_t count_fit_terms(const struct push_readings *readings)
 {
     double low = HUGE_VAL, high = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
@@ -286,7 +286,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
 static void find_stiffness(const struct push_readings *readings, const struct push_setting *setting,
                            struct push_ground *ground)
 {
-    struct pooled p = {.terms = loads_of(readings)};
+    struct pooled p = {.terms = count_fit_terms(readings)};
     double low = HUGE_VAL, high = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         if (!stiffness_of(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))

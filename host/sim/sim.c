@@ -10,7 +10,7 @@
 #include "host/sim/solvers/chain.h"
 #include "host/sim/solvers/planar.h"
 
-bool sim_solver_elsewhere(const char *solver)
+bool sim_solver_is_left_out(const char *solver)
 {
     return strcmp(solver, "cvode") == 0 && !planar_has_solver(solver);
 }

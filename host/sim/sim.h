@@ -8,7 +8,7 @@
 
 /* True if this program lacks a solver that matrig-study has: cvode in matrig, which is not linked
  * with SUNDIALS. */
-bool sim_solver_elsewhere(const char *solver);
+bool sim_solver_is_left_out(const char *solver);
 
 /* Runs a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the run was refused for numerical
  * reasons, failed, or was interrupted; the result has the details, and `error` names mat and time.

@@ -339,7 +339,7 @@ static int last_number(sqlite3 *database, int which)
 }
 
 /* System error number of the last failed call; 0: SQLite's code is enough. */
-static int system_number(sqlite3 *database, int code)
+static int system_error_number(sqlite3 *database, int code)
 {
     if (code == SQLITE_CORRUPT && last_number(database, SQLITE_FCNTL_FILE_POINTER) == EIO)
         return EIO; /* SQLite's code for a page that could not be read */
@@ -356,7 +356,7 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     int code = sqlite3_errcode(store->database) & 0xff;
     const char *text = sqlite3_errmsg(store->database);
     char system[STORE_TEXT];
-    int number = system_number(store->database, code);
+    int number = system_error_number(store->database, code);
     if (number == ENOSPC || number == EDQUOT)
         code = SQLITE_FULL;
     if (number == EIO)

@@ -435,12 +435,12 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index),
                     predict_held(&again->predictor, &again->landing));
     take_backlog(again);
-    predict_feed(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
-                 &(struct predict_block){.index = block.index,
-                                         .tick = block.tick,
-                                         .displacement_in = displacement_in,
-                                         .baseline_in = again->baseline.in},
-                 &input);
+    predict_compute_input(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
+                          &(struct predict_block){.index = block.index,
+                                                  .tick = block.tick,
+                                                  .displacement_in = displacement_in,
+                                                  .baseline_in = again->baseline.in},
+                          &input);
     mr_predictor_block(&again->predictor, &input);
     mr_risk_block(&again->hazard, &again->predictor, &input);
     if (block.index % PREDICT_LOOK_BLOCKS == 0)

@@ -137,7 +137,7 @@ void board_restarted(struct board_restart *restart)
     *restart = fake.restart;
 }
 
-void board_note_late(uint8_t task, uint32_t pc)
+void board_record_late_task(uint8_t task, uint32_t pc)
 {
     fake.late_task = task;
     fake.late_pc = pc;
@@ -148,7 +148,7 @@ void board_note_good(void)
     fake.good_notes++;
 }
 
-void board_upkeep(void)
+void board_check_memory(void)
 {
     fake.upkeep_slices++;
     if (fake.upkeep_slices % 100 == 0) {

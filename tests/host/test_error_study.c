@@ -102,9 +102,9 @@ TEST(references_agree_and_errors_fall)
         struct pass_outcome outcome = one_pass(&scene, study.runs[i].solver, study.runs[i].rtol,
                                                study.runs[i].dt_s);
         assert_near(study.runs[i].lift_ft, lift_error_ft(&outcome, &best), 1e-10);
-        pass_free(&outcome);
+        pass_outcome_free(&outcome);
     }
-    pass_free(&best);
+    pass_outcome_free(&best);
 
     /* rk4: some steps beyond the limit, the others within; only the latter may count */
     bool over = false;
@@ -167,7 +167,7 @@ TEST(an_error_is_the_true_error)
             worst = fmax(worst, fabs(s->u_ft[1] - exact_ft(&scene, s->t_s)));
         }
         assert_near(r->u_ft, worst, floor_ft);
-        pass_free(&outcome);
+        pass_outcome_free(&outcome);
     }
     sim_scene_free(&scene);
 }

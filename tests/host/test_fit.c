@@ -679,12 +679,12 @@ TEST(as_host_sim)
     struct error error = {0};
     double z[FIT_KEYS], squares = 0.0, offset = 0.0, worst = 0.0;
     assert_true(runway_campaign(&wanted, 7, z, &list, &error));
-    assert_true(parallel_can(&list.landing[0].scene));
+    assert_true(parallel_is_possible(&list.landing[0].scene));
     size_t p = list.statistics;
     double *beside = simulated(&list);
     for (size_t l = 0; l < list.count; l++)
         list.landing[l].scene.wheel_load_lb = 1e-9; /* the chains have none */
-    assert_false(parallel_can(&list.landing[0].scene));
+    assert_false(parallel_is_possible(&list.landing[0].scene));
     double *alone = simulated(&list);
     for (size_t s = 0; s < p; s++) {
         double mean = 0.0, spread = 0.0, difference = 0.0, square = 0.0;

@@ -330,7 +330,7 @@ TEST(a_notice_of_the_log_is_a_message)
     size_t length;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
     free(live_hub_next(hub, &viewer, 0, &length));
-    live_hub_notice(hub, "another program sent \"disarm\"; the board executed it");
+    live_hub_add_notice(hub, "another program sent \"disarm\"; the board executed it");
     live_hub_end(hub, "over");
     char *text = next_with(hub, &viewer, "\"m\":\"notice\"");
     assert_non_null(text);

@@ -94,7 +94,7 @@ static void only_no_go(const char *name, const char *words)
     const struct ready_check *c = check_named(name);
     if (c->verdict != READY_NO_GO || !strstr(c->value, words) || !c->advice[0])
         fail_msg("%s: %s: %s -> %s", name, ready_text(c->verdict), c->value, c->advice);
-    assert_int_equal(ready_count(&report, READY_NO_GO), 1);
+    assert_int_equal(ready_count_checks(&report, READY_NO_GO), 1);
     assert_int_equal(ready_verdict(&report), READY_NO_GO);
     all_well(NULL);
 }
@@ -242,7 +242,7 @@ TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
     f.shunts.result[0].span_lb = 40.5f;
     ready_judge(&f, &report);
     assert_int_equal(ready_verdict(&report), READY_GO);
-    assert_int_equal(ready_count(&report, READY_NOT_DONE), 5);
+    assert_int_equal(ready_count_checks(&report, READY_NOT_DONE), 5);
     assert_int_equal(check_named("CAN")->verdict, READY_NOT_DONE);
     assert_non_null(strstr(check_named("faults")->value, mr_fault_text(MR_FAULT_WATCHDOG_RESET)));
     memset(&report, 0, sizeof report); /* nothing was looked at: that is no go */

@@ -103,6 +103,6 @@ TEST(slopes_are_those_of_the_forces)
     near(hinge_margin_rad(hinge_side(0.3, 0.2), 0.3, 0.2), 0.1, 1e-15);
     near(hinge_margin_rad(hinge_side(-0.1, 0.2), -0.1, 0.2), 0.1, 1e-15);
     /* on the ground, and leaving faster than it would push */
-    assert_true(soil_touch_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0);
-    assert_true(soil_touch_ft(false, 1e7, 2e4, 0.0, -1.0) > 0.0);
+    assert_true(soil_contact_depth_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0);
+    assert_true(soil_contact_depth_ft(false, 1e7, 2e4, 0.0, -1.0) > 0.0);
 }

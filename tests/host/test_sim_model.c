@@ -166,7 +166,7 @@ TEST(energy_is_kept_through_every_switch)
     double after = energy_lb_ft(&model, out.z);
     assert_true(out.events > 100);
     near((after - before) / scale, 0.0, 1e-9);
-    pass_free(&out);
+    pass_outcome_free(&out);
     model_free(&model);
     sim_scene_free(&s);
 }
@@ -187,7 +187,7 @@ TEST(momentum_is_kept_between_free_ends)
         for (int n = 0; n < 12; n++)
             sum += out.z[25 + 2 * n + 1];
         near(sum, 2.0, 1e-11);
-        pass_free(&out);
+        pass_outcome_free(&out);
         model_free(&model);
         sim_scene_free(&s);
     }
@@ -213,13 +213,13 @@ TEST(a_pushed_mat_comes_to_exact_rest)
             struct pass_outcome out = pass(&model, 1e-9, kinds[i]);
             near(out.z[1], 0.5 * G * 0.01, 1e-9);
             assert_true(out.z[3 + 1] == 0.0);
-            pass_free(&out);
+            pass_outcome_free(&out);
             model_free(&model);
             s.force_lb = 79.999; /* below the limit */
             make(&model, &s, z);
             out = pass(&model, 1e-9, kinds[i]);
             assert_true(out.z[1] == 0.0);
-            pass_free(&out);
+            pass_outcome_free(&out);
             model_free(&model);
         }
     }
@@ -241,7 +241,7 @@ TEST(a_thrown_mat_falls_freely)
     struct pass_outcome out = pass(&model, 1e-10, &stepper_event);
     near(out.z[0] - z[0], 0.5 * G * 0.01, 1e-14);
     near(out.z[3], G * 0.1, 1e-13);
-    pass_free(&out);
+    pass_outcome_free(&out);
     model_free(&model);
     sim_scene_free(&s);
 }

@@ -135,12 +135,12 @@ TEST(a_raised_cleat_holds_less)
     scene.mods.cleat_hold_lb = 8.0;
     scene.mods.cleat_depth_ft = 0.06;
     mods = mods_make(&scene);
-    near(mods_raised_cleat_lb(mods, 2, 0.001, 0.001), 8.0, 1e-12); /* pressed into the soil */
-    near(mods_raised_cleat_lb(mods, 2, -0.02, -0.04), 2.0, 1e-12);
-    near(mods_raised_cleat_lb(mods, 2, -1.0, 0.0), 0.0, 1e-12); /* 1/2 ft up: altogether out */
-    near(mods_raised_cleat_lb(mods, 3, 0.0, 0.0), 0.0, 1e-12);
+    near(mods_raised_cleat_hold_lb(mods, 2, 0.001, 0.001), 8.0, 1e-12); /* pressed into the soil */
+    near(mods_raised_cleat_hold_lb(mods, 2, -0.02, -0.04), 2.0, 1e-12);
+    near(mods_raised_cleat_hold_lb(mods, 2, -1.0, 0.0), 0.0, 1e-12); /* 1/2 ft up: altogether out */
+    near(mods_raised_cleat_hold_lb(mods, 3, 0.0, 0.0), 0.0, 1e-12);
     mods_reset(mods);
-    near(mods_raised_cleat_lb(mods, 4, -0.03, -0.03), 2.0, 1e-12);
+    near(mods_raised_cleat_hold_lb(mods, 4, -0.03, -0.03), 2.0, 1e-12);
     const struct sim_touch wheel = {4, 1.0, 1.0};
     mods_press_cleats(mods, &wheel, 1);
     near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
@@ -168,16 +168,16 @@ TEST(a_cleat_that_is_pressed_back_turns_at_its_root)
         scene.mods.cleat_depth_ft = 0.06;
         scene.mods.cleat_power = powers[i];
         mods = mods_make(&scene);
-        near(mods_raised_cleat_lb(mods, 2, -0.03, -0.03), halves_lb[i], 1e-12);
+        near(mods_raised_cleat_hold_lb(mods, 2, -0.03, -0.03), halves_lb[i], 1e-12);
         mods_press_cleats(mods, &wheel, 1);
         near(mods_cleat_lb(mods, 2), halves_lb[i], 1e-12);
         scene.mods.cleat_spring_deg = 30.0;
         mods_reset(mods);
-        mods_raised_cleat_lb(mods, 2, -0.03, -0.03);
+        mods_raised_cleat_hold_lb(mods, 2, -0.03, -0.03);
         mods_press_cleats(mods, &wheel, 1);
         near(mods_cleat_lb(mods, 2), springing_lb[i], 1e-12);
         mods_reset(mods);
-        mods_raised_cleat_lb(mods, 2, -0.006, -0.006);
+        mods_raised_cleat_hold_lb(mods, 2, -0.006, -0.006);
         mods_press_cleats(mods, &wheel, 1);
         near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
         mods_free(mods);

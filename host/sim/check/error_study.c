@@ -146,11 +146,11 @@ static enum mr_status measure(struct error_study *study, const struct reference 
         note(study, "%s at rtol %g was stopped after %llu steps, at %.4g s", run->solver, run->rtol,
              (unsigned long long)outcome.steps, outcome.t_s);
     }
-    pass_free(&outcome);
+    pass_outcome_free(&outcome);
     for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
         if (one_pass(&outcome, scene, request, error) == MR_OK)
             run->ms = fmin(run->ms, outcome.ms);
-        pass_free(&outcome);
+        pass_outcome_free(&outcome);
     }
     return error->status;
 }
@@ -182,9 +182,9 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
             if (one_pass(&both[i], scene, &request, error) != MR_OK || both[i].status != SIM_OK) {
                 *failed = both[i];
                 *failed_name = pair[i]->name;
-                pass_free(&both[i]);
+                pass_outcome_free(&both[i]);
                 if (i == 1)
-                    pass_free(&both[0]);
+                    pass_outcome_free(&both[0]);
                 return error->status;
             }
         }
@@ -200,8 +200,8 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
                                             both[0].record};
             both[0].record = (struct sim_record){0};
         }
-        pass_free(&both[0]);
-        pass_free(&both[1]);
+        pass_outcome_free(&both[0]);
+        pass_outcome_free(&both[1]);
         if ((fmax(u, lift) <= TARGET_FT && rtol <= 1.01 * TARGET_RTOL) ||
             mat_steps > REFERENCE_MAT_STEPS)
             break;

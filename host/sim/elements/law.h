@@ -203,8 +203,8 @@ LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
 }
 
 /* Positive if the soil acts. */
-LAW_INLINE double soil_touch_ft(bool pushes_only, double kv, double cv, double y_ft,
-                                double rate_ft_s)
+LAW_INLINE double soil_contact_depth_ft(bool pushes_only, double kv, double cv, double y_ft,
+                                        double rate_ft_s)
 {
     if (!pushes_only)
         return y_ft + SOIL_TOUCH_FT;

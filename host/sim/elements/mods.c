@@ -699,7 +699,7 @@ static void press(const struct mods_heave *h, double at, double down_lb)
     }
 }
 
-static double rise(const struct mods_heave *h, double from, double to)
+static double slope_between(const struct mods_heave *h, double from, double to)
 {
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
@@ -717,15 +717,15 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
     line[0] = from;
     for (int j = (int)floor(from) + 1; j < to + 1.0; j++) {
         double at = j < to ? j : to;
-        while (count > 1 &&
-               rise(h, line[count - 2], line[count - 1]) <= rise(h, line[count - 1], at))
+        while (count > 1 && slope_between(h, line[count - 2], line[count - 1]) <=
+                                slope_between(h, line[count - 1], at))
             count--;
         line[count++] = at;
         if (at == to)
             break;
     }
     for (int i = 0; i + 1 < count; i++) {
-        double pulled_lb = t_lb * rise(h, line[i], line[i + 1]);
+        double pulled_lb = t_lb * slope_between(h, line[i], line[i + 1]);
         press(h, line[i], -pulled_lb);
         press(h, line[i + 1], pulled_lb);
     }
@@ -796,7 +796,7 @@ static double share_pressed(const struct sim_mods *s, double out)
     return bent > 0.0 ? elementary_pow(elementary_cos(bent), s->cleat_power) : 1.0;
 }
 
-double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
+double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
 {
     int cleat = mods_cleat_of(m, mat);
     if (cleat < 0)

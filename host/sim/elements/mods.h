@@ -133,11 +133,11 @@ struct mods_heave {
 };
 void mods_brace_heave(struct mods *mods, const struct mods_heave *heave);
 
-/* mods_raised_cleat_lb is the hold of a mat's cleat with the mat's ends at heights Y (positive
+/* mods_raised_cleat_hold_lb is the hold of a mat's cleat with the mat's ends at heights Y (positive
  * down): a raised cleat is less deep in the ground. mods_press_cleats applies the wheel's action on
  * raised cleats: the part out of the ground bends when it is pressed back, which reduces the
  * hold. */
-double mods_raised_cleat_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
+double mods_raised_cleat_hold_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
 void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
 
 /* Square of the fastest rate that the modifications add to the planar model, for the longest stable

@@ -55,15 +55,15 @@ VECTOR void vector_tanh(const double *restrict from, double scale, double *restr
  * local; the acceleration of the node heights is a running sum ---- */
 
 /* A flat mat with joints at rest and both feet in the same mode stays flat. */
-KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
+KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
            m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held - 1 &&
            n != m->held;
 }
 
-KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double *z, double *accel,
-                                 const struct kernel_parts parts)
+KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, const double *z,
+                                             double *accel, const struct kernel_parts parts)
 {
     const double *p = z, *v = z + m->size;
     const double inverse_length = 1.0 / m->length_ft, inverse_mass = 1.0 / m->mass_slug;
@@ -90,7 +90,7 @@ KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double
             push += thrust.b_lb;
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.law) * inverse_mass;
 
-        if (flat_stays(m, n, &mat)) { /* no moment, so soil_l equals soil_r */
+        if (is_staying_flat(m, n, &mat)) { /* no moment, so soil_l equals soil_r */
             if (n == first)
                 accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n + 2] = height;
@@ -130,7 +130,7 @@ KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double
 }
 
 void report_rates(const struct model *model, double t_s, const double *z,
-                  double *accel){KERNEL_DISPATCH(report_kernel, model, t_s, z, accel)}
+                  double *accel){KERNEL_DISPATCH(report_model_rates_kernel, model, t_s, z, accel)}
 
 /* ---- consistent model: forces on the nodes, then one tridiagonal solve ---- */
 

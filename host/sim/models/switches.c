@@ -51,7 +51,7 @@ static inline bool is_afloat(const struct model *m, int mat)
 /* Positive where the soil acts. In the consistent model the soil does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
-    return soil_touch_ft(m->consistent, m->kv, m->cv, z[2 * node], z[m->size + 2 * node]);
+    return soil_contact_depth_ft(m->consistent, m->kv, m->cv, z[2 * node], z[m->size + 2 * node]);
 }
 
 static double turn_of(const struct model *m, const double *z, int j)
@@ -223,7 +223,7 @@ static void settle_held(struct model *m)
     m->held_lift[1] = n <= m->last ? lift_of(m, n, true, !m->contact[n + 1]) : 0;
 }
 
-static void settle_lift(struct model *m, const double *z)
+static void update_lift_modes(struct model *m, const double *z)
 {
     m->lifted = 0;
     for (int j = m->first; j <= m->last + 1; j++)
@@ -248,7 +248,7 @@ static void settle_lift(struct model *m, const double *z)
 
 static void settle_shape(struct model *m, const double *z)
 {
-    settle_lift(m, z);
+    update_lift_modes(m, z);
     settle_held(m);
 }
 
@@ -284,7 +284,7 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
     signed char kept = m->contact[node];
     m->contact[node] = 1;
     m->held = node;
-    settle_lift(m, z);
+    update_lift_modes(m, z);
     settle_held(m);
     held_accel(m, t_s, z, node, &off, &on);
     m->held = -1;

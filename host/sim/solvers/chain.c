@@ -165,7 +165,7 @@ static void chain_free(struct chain *chain)
     *chain = (struct chain){0};
 }
 
-/* Apply the wheel's parts to the mats; chain_release removes the same parts. */
+/* Applies the wheel's parts to the mats; chain_release removes the same parts. */
 static void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -253,7 +253,8 @@ static int block_of(const struct chain *chain, int i)
     return i & -chain->block;
 }
 
-/* Update the speeds under the other friction laws. They do not stop a mat. */
+/* Updates the speeds under the friction laws tanh and sign, or without friction. These laws do not
+ * stop a mat. */
 LAW_INLINE void slide_mats(const struct chain *chain, double h_s, int first, int last, bool varied)
 {
     double *v = chain->v_ft_s;
@@ -277,8 +278,8 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
         slide_mats(chain, h_s, first, last, false);
 }
 
-/* Recompute each mat under the gear from its speed before the kick: elastic ground holds it instead
- * of Coulomb friction. */
+/* Recomputes each mat under the gear from its speed before the kick: elastic ground holds it
+ * instead of Coulomb friction. */
 LAW_INLINE void push_mats_by_wheel(const struct chain *chain, double h_s, bool varied)
 {
     struct gear *gear = chain->gear;
@@ -351,7 +352,7 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
-/* Update the speeds of mats first..last over h_s with the forces at the present openings. Exact
+/* Updates the speeds of mats first..last over h_s with the forces at the present openings. Exact
  * stick: a mat at rest whose force is within its limit stays at exactly 0; a mat whose speed would
  * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns the
  * number of mats that stopped. */
@@ -542,8 +543,8 @@ static bool is_window_at_rest(const struct window *window)
            window->quiet_last >= QUIET_STEPS;
 }
 
-/* Extend the window to the mats under the wheel. If nothing in it has moved for a while, move it to
- * the wheel instead. */
+/* Extends the window to the mats under the wheel. If nothing in it has moved for a while, moves it
+ * to the wheel instead. */
 static void extend_window(struct window *window, const struct chain *chain,
                           const struct sim_touch *touch, int count)
 {
@@ -557,7 +558,7 @@ static void extend_window(struct window *window, const struct chain *chain,
     }
 }
 
-/* Update the window after a kick. It must grow when the mat at its end moves, because the next mat
+/* Updates the window after a kick. It must grow when the mat at its end moves, because the next mat
  * is then loaded. It shrinks with a delay. */
 static void follow(struct window *window, const struct chain *chain)
 {
@@ -580,7 +581,7 @@ static void follow(struct window *window, const struct chain *chain)
     }
 }
 
-/* Set the window after the first kick, which covers all mats: mats still at rest are left out. */
+/* Sets the window after the first kick, which covers all mats: mats still at rest are left out. */
 static void settle(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
@@ -594,7 +595,7 @@ static void settle(struct window *window, const struct chain *chain)
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
 
-static int fastest(const struct chain *chain)
+static int find_fastest(const struct chain *chain)
 {
     int mat = 1;
     for (int n = 1; n <= chain->mats; n++) {
@@ -666,7 +667,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
             if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
                 pass->failed = true;
-                pass->mat = fastest(chain);
+                pass->mat = find_fastest(chain);
                 pass->t_s = t_s;
                 break;
             }
@@ -680,7 +681,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             !options->may_continue(options->may_continue_ctx, pass->number,
                                    (double)i / (double)pass->steps)) {
             pass->interrupted = true;
-            pass->mat = fastest(chain);
+            pass->mat = find_fastest(chain);
             pass->t_s = t_s;
             break;
         }
@@ -696,7 +697,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     size_t size = ((size_t)chain->mats + 2) * sizeof *chain->push_lb;
     pass->push_lb = xmemdup(chain->push_lb, size);
     pass->pull_lb = xmemdup(chain->pull_lb, size);
-    pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
+    pass->speed_end_ft_s = fabs(chain->v_ft_s[find_fastest(chain)]);
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
@@ -778,8 +779,8 @@ static void start_both(struct pass *fine, struct pass *coarse, struct chain *cha
     chain_free(&other);
 }
 
-static void answer(struct chain *chain, struct pass *pass, const struct pass *other,
-                   struct sim_result *result)
+static void fill_result(struct chain *chain, struct pass *pass, const struct pass *other,
+                        struct sim_result *result)
 {
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
@@ -805,7 +806,7 @@ static void answer(struct chain *chain, struct pass *pass, const struct pass *ot
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
-/* Reuse the finer pass as the coarser pass of the next pair. */
+/* Reuses the finer pass as the coarser pass of the next pair. */
 static void take_over(struct pass *to, struct pass *from)
 {
     drop_pass(to);
@@ -820,7 +821,7 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     start_pass(&only, chain, scene, options, steps, result);
     if (only.failed || only.interrupted)
         sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
-    answer(chain, &only, &only, result);
+    fill_result(chain, &only, &only, result);
     drop_pass(&only);
 }
 
@@ -834,9 +835,10 @@ static bool needs_third(const struct chain *chain, const struct sim_scene *scene
 
 /* Error estimate with a third run: THIRD_CAUTION times the largest difference of any two. 0: the
  * third run failed or was interrupted (*interrupted). */
-static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
-                            const struct sim_options *options, const struct pass *coarse,
-                            const struct pass *fine, struct sim_result *result, bool *interrupted)
+static double estimate_with_third_ft(struct chain *chain, const struct sim_scene *scene,
+                                     const struct sim_options *options, const struct pass *coarse,
+                                     const struct pass *fine, struct sim_result *result,
+                                     bool *interrupted)
 {
     struct pass third = {0};
     double most_ft = 0.0;
@@ -851,7 +853,7 @@ static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
     return THIRD_CAUTION * most_ft;
 }
 
-/* Run at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). While the
+/* Runs at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). While the
  * two differ, repeat with shorter steps, unless the step is fixed. The result is one of the two
  * passes. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
@@ -895,9 +897,9 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         result->error_u_ft = fmax(CAUTION * apart_ft, FLOOR * scene->length_ft);
         bool agree = apart_ft <= tolerance * peak_ft;
         if (agree && needs_third(chain, scene)) {
-            result->error_u_ft = fmax(
-                result->error_u_ft,
-                with_third_ft(chain, scene, options, &coarse, &fine, result, &fine.interrupted));
+            result->error_u_ft = fmax(result->error_u_ft,
+                                      estimate_with_third_ft(chain, scene, options, &coarse, &fine,
+                                                             result, &fine.interrupted));
             if (fine.interrupted)
                 break;
         }
@@ -917,7 +919,8 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
     }
-    answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result);
+    fill_result(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse,
+                result);
     drop_pass(&coarse);
     drop_pass(&fine);
 }

@@ -41,7 +41,7 @@ bool chain_event_can(const struct sim_scene *scene)
     return !mods_are_given(scene) && !sim_scene_varies(scene);
 }
 
-/* Update the largest forces of each joint: at points of the step, or at the top of a parabola
+/* Updates the largest forces of each joint: at points of the step, or at the top of a parabola
  * between them. */
 static void note_tensions(struct motion *m, int first, int last, int order, double h)
 {
@@ -66,7 +66,7 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
     }
 }
 
-/* Record the outputs due in the step. Rounding must not skip those at the end. */
+/* Records the outputs due in the step. Rounding must not skip those at the end. */
 static void take_records(struct motion *m, struct run *run, int first, int last, int order,
                          double h, bool at_end)
 {
@@ -80,7 +80,7 @@ static void take_records(struct motion *m, struct run *run, int first, int last,
 
 /* Range of mats in a step: all moving mats, one more on either side, and mats whose forces have
  * changed. All mats in the first step. */
-static void window(const struct motion *m, int *first, int *last)
+static void find_window(const struct motion *m, int *first, int *last)
 {
     int low = m->low < m->near_low ? m->low : m->near_low;
     int high = m->high > m->near_high ? m->high : m->near_high;
@@ -89,7 +89,7 @@ static void window(const struct motion *m, int *first, int *last)
     *last = *last < *first ? *first : *last;
 }
 
-/* Update the force of elastic ground after a step. */
+/* Updates the force of elastic ground after a step. */
 static void keep_part(struct motion *m, struct part *part)
 {
     part->hold_lb += part->rate_lb_ft * m->c[0][part->mat];
@@ -109,7 +109,7 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
     while (m->t_s < end_s && run->status == SIM_OK) {
         double until_s = m->breaks_s[m->next_break];
         motion_touch(m);
-        window(m, &first, &last);
+        find_window(m, &first, &last);
         motion_expand(m, first, last, order);
         double allowed_s = motion_longest_s(m, first, last, order, run->tolerance);
         double wide_s = law_least(law_least(allowed_s, HORIZON * usual_s), until_s - m->t_s);
@@ -188,7 +188,8 @@ static void deliver(const struct motion *m, struct run *run, struct sim_result *
 }
 
 /* Where the last run first differs from another run by more than apart_ft. */
-static struct sim_difference parts_first(const struct run *runs, int count, double apart_ft)
+static struct sim_difference find_first_difference(const struct run *runs, int count,
+                                                   double apart_ft)
 {
     const struct sim_record *last = &runs[count - 1].record;
     for (size_t k = 0; k < last->snapshot_count; k++) {
@@ -238,7 +239,7 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
         result->error_u_ft = SURE * apart_ft + FLOOR * peak_ft + FLOOR_LENGTH * scene->length_ft;
     double allowed_ft = (options->rtol > 0.0 ? options->rtol : DISAGREEMENT) * peak_ft;
     if (last->status == SIM_OK && SURE * apart_ft > allowed_ft) {
-        struct sim_difference first = parts_first(runs, count, allowed_ft / SURE);
+        struct sim_difference first = find_first_difference(runs, count, allowed_ft / SURE);
         result->spread_runs = count;
         sim_result_end(result, SIM_UNPREDICTABLE, first.mat, first.t_s);
     }

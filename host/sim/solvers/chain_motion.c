@@ -559,7 +559,7 @@ static void switch_mat(struct motion *m, int n, int which)
 
 /* ---- the wheel ---- */
 
-static int by_value(const void *a, const void *b)
+static int compare_values(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -590,7 +590,7 @@ static void add_break(struct motion *m, double t_s)
     m->breaks_s[m->breaks++] = t_s;
 }
 
-/* Add breaks where a point `ahead_ft` ahead of the path crosses from one mat to the next. */
+/* Adds breaks where a point `ahead_ft` ahead of the path crosses from one mat to the next. */
 static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
@@ -622,7 +622,7 @@ static void make_breaks(struct motion *m)
         }
     }
     add_break(m, scene->force_stop_s);
-    qsort(m->breaks_s, m->breaks, sizeof *m->breaks_s, by_value);
+    qsort(m->breaks_s, m->breaks, sizeof *m->breaks_s, compare_values);
     xlist_grow(&m->breaks_s, m->breaks, sizeof *m->breaks_s);
     m->breaks_s[m->breaks++] = sim_scene_end_s(scene);
 }
@@ -637,7 +637,8 @@ static struct part *part_of(struct motion *m, int mat)
     return &m->parts[i];
 }
 
-/* Add `share` of the thrust and load of `axles` axles to a mat; `rate` is the rate of the share. */
+/* Adds `share` of the thrust and load of `axles` axles to a mat; `rate` is the rate of the
+ * share. */
 static void add_part(struct motion *m, int mat, double share, double rate, double axles,
                      const double force[2], bool thrust, bool load)
 {
@@ -656,7 +657,7 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
     }
 }
 
-/* Add one line of axles. It is at x_ft in the middle of the interval, half_s from now. */
+/* Adds one line of axles. It is at x_ft in the middle of the interval, half_s from now. */
 static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
                      const double force[2])
 {
@@ -692,13 +693,13 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
     }
 }
 
-static void near_mat(struct motion *m, int n)
+static void start_near_mat(struct motion *m, int n)
 {
     m->near_low = n < m->near_low ? n : m->near_low;
     m->near_high = n > m->near_high ? n : m->near_high;
 }
 
-/* Restart the elastic ground under a loaded mat; `before`: its last state, or NULL. */
+/* Restarts the elastic ground under a loaded mat; `before`: its last state, or NULL. */
 static void renew_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
@@ -727,7 +728,7 @@ static void leave_mat(struct motion *m, int n)
     set_slide(m, n, m->slide[n] == RIDDEN ? left : m->slide[n]);
 }
 
-/* Set the wheel's forces from now to the next break. */
+/* Sets the wheel's forces from now to the next break. */
 void motion_press(struct motion *m)
 {
     const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
@@ -756,7 +757,7 @@ void motion_press(struct motion *m)
         add_line(m, x_ft - behind_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
     for (int i = 0; i < count; i++) {
         int n = before[i].mat;
-        near_mat(m, n);
+        start_near_mat(m, n);
         m->thrust[0][n] = m->thrust[1][n] = m->thrust[2][n] = 0.0;
         leave_mat(m, n);
     }
@@ -765,7 +766,7 @@ void motion_press(struct motion *m)
         const struct part *was = NULL;
         for (int k = 0; k < count; k++)
             was = before[k].mat == part->mat && before[k].touching > 0.0 ? &before[k] : was;
-        near_mat(m, part->mat);
+        start_near_mat(m, part->mat);
         m->limit_lb[part->mat] = m->weight_limit_lb + m->load_limit_lb * part->load[0];
         if (m->gear && part->touching > 0.0)
             renew_part(m, part, was);
@@ -775,7 +776,7 @@ void motion_press(struct motion *m)
     shrink(m);
 }
 
-/* Set the wheel's thrust from the present time on. */
+/* Sets the wheel's thrust from the present time on. */
 void motion_touch(struct motion *m)
 {
     double dt = m->t_s - m->from_s;
@@ -785,7 +786,7 @@ void motion_touch(struct motion *m)
         m->thrust[0][part->mat] = f[0] + dt * (f[1] + dt * f[2]);
         m->thrust[1][part->mat] = f[1] + 2.0 * dt * f[2];
         m->thrust[2][part->mat] = f[2];
-        near_mat(m, part->mat);
+        start_near_mat(m, part->mat);
     }
 }
 

@@ -52,7 +52,7 @@ static bool rk4_advance(struct stepper *s, double limit_s)
     return true;
 }
 
-static void rk4_dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void rk4_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct rk4_work *w = s->work;
     stepper_rates(s, s->t_new_s, s->z_new, w->k[4]);
@@ -68,7 +68,7 @@ const struct stepper_kind stepper_rk4 = {
     .rows = 6,
     .restart = rk4_restart,
     .advance = rk4_advance,
-    .dense = rk4_dense,
+    .dense = rk4_interpolate,
 };
 
 /* ---- rkgs ---- */
@@ -144,7 +144,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
     }
 }
 
-static void rkgs_dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void rkgs_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct rkgs_work *w = s->work;
     stepper_cubic_restart(s, w->rate0, w->rate1, t_s, low, high, z);
@@ -159,7 +159,7 @@ const struct stepper_kind stepper_rkgs = {
     .rows = 7,
     .restart = rkgs_restart,
     .advance = rkgs_advance,
-    .dense = rkgs_dense,
+    .dense = rkgs_interpolate,
 };
 
 /* ---- hamming ---- */
@@ -197,7 +197,7 @@ static void hamming_restart(struct stepper *s)
     w->apart_known = false;
 }
 
-/* Shift the points by one to free the present one. */
+/* Shifts the points by one to free the present one. */
 static void hamming_rotate(struct hamming_work *w)
 {
     double *y = w->y[HAMMING_PAST - 1], *f = w->f[HAMMING_PAST - 1];
@@ -216,7 +216,7 @@ static void hamming_runge_kutta(struct stepper *s, double h)
     runge_kutta(s, h, w->y[0], w->f[0], w->k, w->modified);
 }
 
-/* Compute one Hamming step to z_new; returns its test value. */
+/* Computes one Hamming step to z_new; returns its test value. */
 static double hamming_predict_correct(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
@@ -297,7 +297,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
                     s->h_s *= 2.0;
                     w->at_h = 0;
                     if (w->known >= HAMMING_PAST) {
-                        /* every second of 8 points (the new one is the 8th): 8, 6, 4, 2 */
+                        /* keep every second of the last 8 (the new one is the 8th): 8, 6, 4, 2 */
                         double *y[HAMMING_PAST], *f[HAMMING_PAST];
                         static const int order[HAMMING_PAST] = {1, 3, 5, 0, 2, 4, 6};
                         for (int i = 0; i < HAMMING_PAST; i++) {
@@ -320,7 +320,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
     }
 }
 
-static void hamming_dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void hamming_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct hamming_work *w = s->work;
     stepper_cubic_restart(s, w->k[0], w->k[1], t_s, low, high, z);
@@ -335,5 +335,5 @@ const struct stepper_kind stepper_hamming = {
     .rows = 2 * HAMMING_PAST + 7,
     .restart = hamming_restart,
     .advance = hamming_advance,
-    .dense = hamming_dense,
+    .dense = hamming_interpolate,
 };

@@ -64,7 +64,7 @@ static void make(struct stepper *s, double *more)
     w->mass_pivot = w->pivot + size;
 }
 
-/* After a switch or a hop, restart with a step no longer than one swing of a spring. A step that
+/* After a switch or a hop, restarts with a step no longer than one swing of a spring. A step that
  * spans many swings treats the swing as finished. Its error estimate falls with the square of that
  * number and does not show the mistake: a body that hits a spring and should rebound stays there. A
  * step within one swing lets the estimate see the swing, and steps grow when the swing has died
@@ -95,7 +95,7 @@ static void weighted_sum(const struct stepper *s, const double *weights, int cou
     }
 }
 
-/* Solve for k with r = rate + mix (+ h d df/dt). The matrix is factored before. */
+/* Solves for k with r = rate + mix (+ h d df/dt). The matrix is factored before. */
 static void solve(const struct stepper *s, double h, double drift, double *k)
 {
     struct work *w = s->work;
@@ -138,9 +138,9 @@ static bool linearise(struct stepper *s)
     return true;
 }
 
-/* Compute the six stages of a step h; the last stage is the error estimate. False: the matrix is
+/* Computes the six stages of a step h; the last stage is the error estimate. False: the matrix is
  * singular. */
-static bool stages(struct stepper *s, double h)
+static bool solve_stages(struct stepper *s, double h)
 {
     struct work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
@@ -196,7 +196,7 @@ static bool advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_try(s, limit_s, &h, &last))
             return false;
-        double error = stages(s, h) ? error_of(s) : (double)NAN;
+        double error = solve_stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.25) : 6.0;
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last,

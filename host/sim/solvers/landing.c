@@ -32,15 +32,15 @@
 #define SENSITIVE      1e-3
 #define DOUBT          1.5 /* factor on the estimate of a sensitive answer */
 
-static void drop(struct march *march)
+static void free_march(struct march *march)
 {
     sim_record_free(&march->record);
     free(march->mods);
     *march = (struct march){0};
 }
 
-/* Clear a march whose arrays now belong to another march. */
-static void leave(struct march *march)
+/* Clears a march whose arrays now belong to another march. */
+static void forget_arrays(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
@@ -65,8 +65,8 @@ static double *copy_of(const double *from, size_t count)
     return copy;
 }
 
-static void answer(struct planar_engine *l, struct march *fine, const struct march *coarse,
-                   struct sim_result *result)
+static void fill_result(struct planar_engine *l, struct march *fine, const struct march *coarse,
+                        struct sim_result *result)
 {
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
@@ -127,11 +127,11 @@ static void widen(struct sim_result *result, struct pass_difference apart)
     result->error_lift_ft = fmax(result->error_lift_ft, apart.lift_ft);
 }
 
-/* Compute the error estimate. Every step size samples the switches differently, so two marches can
+/* Computes the error estimate. Every step size samples the switches differently, so two marches can
  * agree by chance. If the march before these two also agrees, its difference counts as well. */
-static void state_error(const struct planar_engine *l, const struct march *rough,
-                        const struct march *coarse, const struct march *fine,
-                        struct pass_difference apart, struct sim_result *result)
+static void compute_error(const struct planar_engine *l, const struct march *rough,
+                          const struct march *coarse, const struct march *fine,
+                          struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
     /* a landing is noticed up to one step late, with the same error in all marches */
@@ -143,7 +143,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
         widen(result, before);
 }
 
-/* Run one more march, and keep the state that `l` has from the answer. */
+/* Runs one more march, and keeps the state that `l` has from the answer. */
 static void march_copy(struct planar_engine *l, struct march *march,
                        const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
@@ -156,9 +156,9 @@ static void march_copy(struct planar_engine *l, struct march *march,
 
 /* Even three marches agree by chance in one case of a hundred. A fourth march between them widens
  * the estimate to the largest difference of any two that agree. */
-static void weigh_pairs(struct planar_engine *l, const struct sim_options *options,
-                        const struct march *rough, const struct march *coarse,
-                        const struct march *fine, struct sim_result *result)
+static void widen_by_fourth_march(struct planar_engine *l, const struct sim_options *options,
+                                  const struct march *rough, const struct march *coarse,
+                                  const struct march *fine, struct sim_result *result)
 {
     struct march between = {0};
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BETWEEN_RATIO);
@@ -179,13 +179,13 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
                 widen(result, difference_of(rough, fine));
         }
     }
-    drop(&between);
+    free_march(&between);
 }
 
 /* If the estimate is not small compared with the movement, switches decide the result. One more
  * march, at another step, then widens the estimate. */
-static void doubt(struct planar_engine *l, const struct sim_options *options,
-                  const struct march *fine, struct sim_result *result)
+static void widen_if_sensitive(struct planar_engine *l, const struct sim_options *options,
+                               const struct march *fine, struct sim_result *result)
 {
     struct march beside = {0};
     if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
@@ -198,7 +198,7 @@ static void doubt(struct planar_engine *l, const struct sim_options *options,
         result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
         result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
     }
-    drop(&beside);
+    free_march(&beside);
 }
 
 /* No shorter step gives agreement: the marches so far are the runs of the spread. */
@@ -224,24 +224,24 @@ static void state_spread(const struct planar_engine *l, const struct march *roug
     }
 }
 
-static uint64_t fewer(uint64_t steps)
+static uint64_t fewer_steps(uint64_t steps)
 {
     return (uint64_t)ceil((double)steps / STEP_RATIO);
 }
 
-/* Run marches at a step and at a longer step, then at shorter ones until two agree. `rough`: the
+/* Runs marches at a step and at a longer step, then at shorter ones until two agree. `rough`: the
  * march at the next longer step, or empty. */
 static void run_pairs(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
                       struct march *rough, struct sim_result *result)
 {
     struct march coarse = {0}, fine = {0};
     struct pass_difference apart = {0};
-    start_march(l, &coarse, options, fewer(steps), result);
+    start_march(l, &coarse, options, fewer_steps(steps), result);
     for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            leave(&coarse);
+            forget_arrays(&coarse);
             break;
         }
         start_march(l, &fine, options, steps, result);
@@ -258,9 +258,9 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
         }
         apart = failed ? apart : difference_of(&coarse, &fine);
         if (!failed && is_in_agreement(l, &coarse, &fine)) {
-            state_error(l, rough, &coarse, &fine, apart, result);
-            weigh_pairs(l, options, rough, &coarse, &fine, result);
-            doubt(l, options, &fine, result);
+            compute_error(l, rough, &coarse, &fine, apart, result);
+            widen_by_fourth_march(l, options, rough, &coarse, &fine, result);
+            widen_if_sensitive(l, options, &fine, result);
             break;
         }
         if (options->dt_s > 0.0 || shortened == MOST_SHORTENED ||
@@ -273,33 +273,33 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
                 state_spread(l, rough, &coarse, &fine, result);
             break;
         }
-        drop(rough);
+        free_march(rough);
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        leave(&fine);
+        forget_arrays(&fine);
     }
-    answer(l, &fine, &coarse, result);
-    drop(&coarse);
-    drop(&fine);
+    fill_result(l, &fine, &coarse, result);
+    free_march(&coarse);
+    free_march(&fine);
 }
 
-/* Run at the step and at two longer ones. The longest step runs only if it is stable. */
+/* Runs at the step and at two longer ones. The longest step runs only if it is stable. */
 static void run_checked(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
                         struct sim_result *result)
 {
     struct march rough = {0};
-    uint64_t fewest = fewer(fewer(steps));
+    uint64_t fewest = fewer_steps(fewer_steps(steps));
     bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
     if (stable)
         start_march(l, &rough, options, fewest, result);
     if (rough.status == SIM_INTERRUPTED) {
         sim_result_end(result, rough.status, rough.mat, rough.t_s);
-        answer(l, &rough, &rough, result);
+        fill_result(l, &rough, &rough, result);
     } else {
         run_pairs(l, options, steps, &rough, result);
     }
-    drop(&rough);
+    free_march(&rough);
 }
 
 static double step_limit_s(struct planar_engine *l, double hop_s)
@@ -353,8 +353,8 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
         if (only.status != SIM_OK)
             sim_result_end(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
-        answer(l, &only, &only, result);
-        drop(&only);
+        fill_result(l, &only, &only, result);
+        free_march(&only);
         return error->status;
     }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */

@@ -91,7 +91,7 @@ static signed char *mode_of(const struct model *m, struct model_switch which)
                                        : &m->joint[which.index];
 }
 
-/* Set a mode and update all that depends on it, except which mats slide. */
+/* Sets a mode and updates all that depends on it, except which mats slide. */
 static void set_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
 {
     struct model *m = s->model;
@@ -136,7 +136,7 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
             (struct shared){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
 }
 
-/* Update the modes from the state `at`. Switches with a share stay off. Returns how many
+/* Updates the modes from the state `at`. Switches with a share stay off. Returns how many
  * changed. */
 static int update_modes(struct stepper *s, double t_s)
 {
@@ -186,7 +186,8 @@ static int update_modes(struct stepper *s, double t_s)
 }
 
 /* Push and limit of a mat, with the shares of the switches beside it. */
-static void forces(struct stepper *s, double t_s, int mat, double *push_lb, double *limit_lb)
+static void compute_forces(struct stepper *s, double t_s, int mat, double *push_lb,
+                           double *limit_lb)
 {
     struct model *m = s->model;
     struct work *w = s->work;
@@ -205,7 +206,7 @@ static void forces(struct stepper *s, double t_s, int mat, double *push_lb, doub
     }
 }
 
-/* Stop mats that turn round, and release mats whose push exceeds their limit. Returns how many
+/* Stops mats that turn round, and releases mats whose push exceeds their limit. Returns how many
  * changed. */
 static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
@@ -222,7 +223,7 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
             m->slide[n] = 0;
         } else if (way == 0) {
             double push, limit;
-            forces(s, t_s, n, &push, &limit);
+            compute_forces(s, t_s, n, &push, &limit);
             push += m->mass_slug * v0 / h;
             if (fabs(push) > limit)
                 m->slide[n] = push > 0.0 ? 1 : -1;
@@ -295,7 +296,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     return true;
 }
 
-/* Find shares for which every sigma fits, with sigma linearised in them. Returns the largest
+/* Finds shares for which every sigma fits, with sigma linearised in them. Returns the largest
  * change. */
 static double find_shares(struct stepper *s, double h, double t_s, double *v1)
 {
@@ -345,7 +346,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     return most;
 }
 
-/* Solve for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS. */
+/* Solves for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS. */
 static bool settle(struct stepper *s, double h)
 {
     struct model *m = s->model;
@@ -379,7 +380,7 @@ static bool settle(struct stepper *s, double h)
     return false;
 }
 
-/* Replace shares of 0 or 1 by modes. */
+/* Replaces shares of 0 or 1 by modes. */
 static void keep_shares(struct stepper *s, double t_s)
 {
     struct work *w = s->work;

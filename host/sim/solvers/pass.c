@@ -61,14 +61,14 @@ static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double 
     return false;
 }
 
-static bool no_progress(struct pass *p, int mat_from_1, double t_s, const char *why)
+static bool fail_without_progress(struct pass *p, int mat_from_1, double t_s, const char *why)
 {
     p->out->why = why;
     return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
 /* The fastest mat, or the first mat whose state is not finite. */
-static int liveliest(const struct model *m, const double *z, double *speed)
+static int find_fastest(const struct model *m, const double *z, double *speed)
 {
     int mat = m->first;
     *speed = 0.0;
@@ -100,7 +100,7 @@ static void keep(struct pass *p, double t_s, double *z)
     sim_record_take(record, t_s, p->u, p->v);
 }
 
-/* Record all outputs due up to t_s, within the stepper's last step. */
+/* Records all outputs due up to t_s, within the stepper's last step. */
 static void keep_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
@@ -157,8 +157,8 @@ static double first_time(struct pass *p, struct model_switch which)
     return b;
 }
 
-/* Keep only stops and starts of mats; returns how many remain. */
-static int only_slides(struct model_switch *found, int count)
+/* Keeps only stops and starts of mats; returns how many remain. */
+static int keep_only_slides(struct model_switch *found, int count)
 {
     int kept = 0;
     for (int i = 0; i < count && i < FOUND_MAX; i++) {
@@ -168,9 +168,9 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Find violations at the first of five points between the start of the last step and `to`; the step
- * is then searched up to that point. This finds a mat that breaks loose and stops again within a
- * step, or a foot that touches the ground and leaves it. Both passes could miss it. */
+/* Finds violations at the first of five points between the start of the last step and `to`; the
+ * step is then searched up to that point. This finds a mat that breaks loose and stops again within
+ * a step, or a foot that touches the ground and leaves it. Both passes could miss it. */
 static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -183,7 +183,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
         s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
         int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
         if (p->wary > 0)
-            count = only_slides(found, count);
+            count = keep_only_slides(found, count);
         if (count > 0) {
             stepper_copy(s, p->z_event, p->z_until);
             p->until_s = t;
@@ -193,7 +193,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
     return 0;
 }
 
-/* Find violations within the last step or at its end. */
+/* Finds violations within the last step or at its end. */
 static int find_violations(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -208,8 +208,8 @@ static int find_violations(struct pass *p, struct model_switch *found)
     return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
-/* If a lift peaks within the last step, record it at its peak. */
-static void top(struct pass *p, double end_s, const double *z_end, double *spare)
+/* If a lift peaks within the last step, records it at its peak. */
+static void record_top_of_lift(struct pass *p, double end_s, const double *z_end, double *spare)
 {
     struct stepper *s = &p->stepper;
     const struct model *m = p->model;
@@ -232,11 +232,11 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
-/* Repeat the step up to the time found. In a step that is long for the fastest rate, the dense
+/* Repeats the step up to the time found. In a step that is long for the fastest rate, the dense
  * output can be far off although the end of the step is right (soil with much damping: 80 lb become
  * 0). It then shows switches that do not happen and flip back at once. After such a flip, steps are
  * repeated for WARY_STEPS. False: the step failed. */
-static bool redo(struct pass *p, double at)
+static bool repeat_step_until(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
     double h = s->h_s;
@@ -249,7 +249,8 @@ static bool redo(struct pass *p, double at)
     return true;
 }
 
-static bool flips_back(const struct pass *p, double at, const struct model_switch *flips, int count)
+static bool is_flipping_back(const struct pass *p, double at, const struct model_switch *flips,
+                             int count)
 {
     bool same = false;
     for (int i = 0; i < count; i++)
@@ -259,7 +260,7 @@ static bool flips_back(const struct pass *p, double at, const struct model_switc
 
 /* A number that identifies a switch. The sum of several does not depend on their order. Finalizer
  * of splitmix64 (S. Vigna, public domain). */
-static uint64_t mark(struct model_switch flip)
+static uint64_t switch_mark(struct model_switch flip)
 {
     uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -267,7 +268,7 @@ static uint64_t mark(struct model_switch flip)
     return x ^ (x >> 31);
 }
 
-/* Go back to the first event of the last step, if it had one. */
+/* Goes back to the first event of the last step, if it had one. */
 static bool handle_events(struct pass *p, bool *event)
 {
     struct stepper *s = &p->stepper;
@@ -331,13 +332,13 @@ static bool handle_events(struct pass *p, bool *event)
         if (count == 0)
             break;
     }
-    if (flips_back(p, at, together, flips))
+    if (is_flipping_back(p, at, together, flips))
         p->wary = WARY_STEPS;
     bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->least_s;
     if (again) {
         double speed;
-        if (!redo(p, at))
-            return no_progress(p, liveliest(m, s->z, &speed), s->t_s, TOO_SMALL);
+        if (!repeat_step_until(p, at))
+            return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
         at = s->t_new_s;
         flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
         flips = flips < FOUND_MAX ? flips : FOUND_MAX;
@@ -347,7 +348,8 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
-            return no_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at, PILE_UP);
+            return fail_without_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at,
+                                         PILE_UP);
     } else
         p->stalls = 0;
     if (at > s->t_s)
@@ -355,12 +357,12 @@ static bool handle_events(struct pass *p, bool *event)
     stepper_copy(s, again ? s->z_new : s->z, p->z_event);
     if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
-    top(p, at, p->z_event, p->z_until);
+    record_top_of_lift(p, at, p->z_event, p->z_until);
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++) {
         model_flip(m, at, s->z_new, together[i]);
-        p->out->switched += mark(together[i]);
+        p->out->switched += switch_mark(together[i]);
         if (together[i].kind <= MODEL_SLACK) {
             unsigned *flipped =
                 &p->flips[(int)together[i].kind * (m->mats + 1) + together[i].index];
@@ -393,7 +395,7 @@ static bool stop_turned(struct pass *p)
     return any;
 }
 
-/* Count the sampled modes that changed in the last step. */
+/* Counts the sampled modes that changed in the last step. */
 static void count_sampled(struct pass *p)
 {
     const struct model *m = p->model;
@@ -403,7 +405,7 @@ static void count_sampled(struct pass *p)
     memcpy(p->modes, m->contact, length);
 }
 
-static bool one_step(struct pass *p, double limit_s)
+static bool make_step(struct pass *p, double limit_s)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -411,10 +413,10 @@ static bool one_step(struct pass *p, double limit_s)
     int mat;
     bool event = false;
     if (!s->kind->advance(s, limit_s))
-        return no_progress(p, liveliest(m, s->z, &speed), s->t_s, TOO_SMALL);
+        return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
     if (s->kind->samples) {
         keep_until(p, s->t_new_s);
-        top(p, s->t_new_s, s->z_new, p->z_event);
+        record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
         event = !s->kind->settles && stop_turned(p);
         count_sampled(p);
     } else {
@@ -422,7 +424,7 @@ static bool one_step(struct pass *p, double limit_s)
             return false;
         if (!event) {
             keep_until(p, s->t_new_s);
-            top(p, s->t_new_s, s->z_new, p->z_event);
+            record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
         }
     }
     p->out->steps++;
@@ -435,7 +437,7 @@ static bool one_step(struct pass *p, double limit_s)
     s->z_new = old;
     s->t_s = s->t_new_s;
     if (s->t_s > CLOCK_FROM_S) {
-        liveliest(m, s->z, &speed);
+        find_fastest(m, s->z, &speed);
         p->out->clock_ft = fmax(p->out->clock_ft,
                                 CLOCK_STEPS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
     }
@@ -447,7 +449,7 @@ static bool one_step(struct pass *p, double limit_s)
         s->kind->restart(s);
     double angle = model_worst_angle_deg(m, s->z, &mat);
     if (!isfinite(angle) || !isfinite(s->z[m->size + 2 * mat - 1]) || !isfinite(s->z[2 * mat - 1]))
-        return fail(p, SIM_UNSTABLE, liveliest(m, s->z, &speed), s->t_s);
+        return fail(p, SIM_UNSTABLE, find_fastest(m, s->z, &speed), s->t_s);
     if (angle > FOLDED_DEG)
         return fail(p,
                     s->kind->fixed && angle - p->angle_deg > STEP_DEG ? SIM_UNSTABLE : SIM_FOLDED,
@@ -478,20 +480,20 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
         s->kind->restart(s);
         while (s->t_s < end) {
             s->least_s = LEAST_STEP * fmin(end_s, fmax(LEAST_STEP_OF_S, s->t_s));
-            if (!one_step(p, end))
+            if (!make_step(p, end))
                 return;
             if (!is_asked_to_continue(p, request, options)) {
-                fail(p, SIM_INTERRUPTED, liveliest(m, s->z, &speed), s->t_s);
+                fail(p, SIM_INTERRUPTED, find_fastest(m, s->z, &speed), s->t_s);
                 return;
             }
             if (p->out->steps + s->rejected > request->most_steps) {
-                no_progress(p, liveliest(m, s->z, &speed), s->t_s, USED_UP);
+                fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, USED_UP);
                 return;
             }
         }
     }
     model_fill(m, s->z);
-    int mat = liveliest(m, s->z, &speed);
+    int mat = find_fastest(m, s->z, &speed);
     for (int i = 0; i < 2 * m->size; i++) {
         if (!isfinite(s->z[i])) {
             fail(p, SIM_UNSTABLE, mat, s->t_s);
@@ -553,7 +555,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     free(p.storage);
 }
 
-void pass_free(struct pass_outcome *out)
+void pass_outcome_free(struct pass_outcome *out)
 {
     sim_record_free(&out->record);
     free(out->z);
@@ -572,7 +574,7 @@ double pass_bow_threshold_ft(const struct sim_scene *scene)
     return fmax(BOW_WAVE_FT, 2.0 * bump);
 }
 
-static void final_shape(const struct model *m, const double *z, struct sim_result *result)
+static void fill_final_shape(const struct model *m, const double *z, struct sim_result *result)
 {
     for (int n = 1; n <= m->mats; n++)
         result->u_ft[n] = z[2 * n - 1];
@@ -608,7 +610,7 @@ void pass_deliver(const struct model *m, const double *z, struct sim_record *rec
     result->bow_wave = max_lift_ft > pass_bow_threshold_ft(m->scene);
     result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    final_shape(m, z, result);
+    fill_final_shape(m, z, result);
     sim_record_deliver(record, result);
 }
 

@@ -47,7 +47,7 @@ struct pass_outcome {
 /* Runs a pass; the model is started again. The caller frees the outcome in every case. */
 void pass_run(struct pass_outcome *outcome, struct model *model, const struct pass_request *request,
               const struct sim_options *options);
-void pass_free(struct pass_outcome *outcome);
+void pass_outcome_free(struct pass_outcome *outcome);
 
 /* Lift above which a rise is a bow wave: twice the height of the bump, or 0.05 ft if that is
  * more. */

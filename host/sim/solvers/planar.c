@@ -90,7 +90,7 @@ struct error_pair {
 };
 
 /* The scene with slightly different stiffnesses; the bits of `run` select the signs. */
-static struct model nudged(const struct model *m, int run)
+static struct model nudge_stiffness(const struct model *m, int run)
 {
     struct model other = *m;
     other.kl *= 1.0 + (run & 1 ? DIVERGENCE_PART : -DIVERGENCE_PART);
@@ -103,7 +103,7 @@ static void divergence_nudged(const struct model *m, const struct pass_request *
                               const struct sim_options *options, int run, struct pass_outcome *pass,
                               struct sim_result *result)
 {
-    struct model near = nudged(m, run);
+    struct model near = nudge_stiffness(m, run);
     struct pass_request again = *request;
     again.number = ++result->passes;
     pass_run(pass, &near, &again, options);
@@ -133,7 +133,7 @@ static void divergence_state(const struct model *m, const struct pass_request *r
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          fabs(given->max_lift_ft - next->max_lift_ft));
         }
-        pass_free(&pass);
+        pass_outcome_free(&pass);
     }
 }
 
@@ -167,7 +167,7 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 #define LIFT_FLOOR  10.0
 #define FLOOR_STEPS 0.1 /* growth of the tolerance per square root of the number of steps */
 
-static bool solver_is_automatic(const struct sim_options *options)
+static bool is_solver_automatic(const struct sim_options *options)
 {
     return !options->solver || strcmp(options->solver, "auto") == 0;
 }
@@ -196,7 +196,7 @@ static bool is_sampling(const struct stepper_kind *kind)
     return kind->samples || kind->samples_shape;
 }
 
-/* Run another pass; it may end early. */
+/* Runs another pass; it may end early. */
 static void repeat_pass(struct pass_outcome *pass, struct model *m,
                         const struct pass_request *request, const struct sim_options *options,
                         struct sim_result *result)
@@ -210,8 +210,8 @@ static void repeat_pass(struct pass_outcome *pass, struct model *m,
 /* Two passes can agree by chance if their switches are sampled or differ. A third pass then widens
  * the estimate. With a fixed step, its step is longer if that is stable, else shorter; without, its
  * tolerance lies between the two. A third pass that fails changes nothing. */
-static void doubt(struct model *m, const struct sim_options *options, struct error_pair *runs,
-                  struct sim_result *result)
+static void widen_by_third_pass(struct model *m, const struct sim_options *options,
+                                struct error_pair *runs, struct sim_result *result)
 {
     const struct stepper_kind *kind = runs->request.kind;
     struct pass_request request = runs->request;
@@ -251,13 +251,14 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
  * all of its runs can have the same error. Implicit has an error from what its long steps skip, and
  * the same error at each bounce of mats that collide repeatedly. The stability limit allows for
  * everything that can move. Where implicit is checked and little moves, event may need far fewer
- * steps, so it is tried while it makes progress (`gets_on`). */
-static uint64_t others_steps(const struct model *m, const struct sim_options *options,
-                             const struct error_pair *runs, const struct sim_result *result)
+ * steps, so it is tried while it makes progress (`is_getting_on`). */
+static uint64_t count_steps_of_others(const struct model *m, const struct sim_options *options,
+                                      const struct error_pair *runs,
+                                      const struct sim_result *result)
 {
     const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
     bool implicit = runs->request.kind == &stepper_implicit,
-         automatic = solver_is_automatic(options);
+         automatic = is_solver_automatic(options);
     double asked = explicit_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
@@ -272,10 +273,10 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
 /* A run that is stopped when it needs more steps than planned for its progress. */
 struct pace {
     const struct sim_options *asked;
-    double asks, most; /* calls of gets_on so far; planned steps */
+    double asks, most; /* calls of is_getting_on so far; planned steps */
 };
 
-static bool gets_on(void *ctx, int pass, double part)
+static bool is_getting_on(void *ctx, int pass, double part)
 {
     struct pace *pace = ctx;
     pace->asks++;
@@ -286,20 +287,20 @@ static bool gets_on(void *ctx, int pass, double part)
 
 /* All runs of one solver share its systematic errors. A run of event, which locates every switch,
  * is added. Returns whether that run is complete. */
-static bool cross(struct model *m, const struct sim_options *options, struct error_pair *runs,
-                  struct sim_result *result)
+static bool add_event_run(struct model *m, const struct sim_options *options,
+                          struct error_pair *runs, struct sim_result *result)
 {
     struct pass_outcome pass = {0};
     struct pass_request request = {
         .kind = &stepper_event,
         .rtol = stepper_event.rtol,
-        .most_steps = others_steps(m, options, runs, result),
+        .most_steps = count_steps_of_others(m, options, runs, result),
     };
     struct pace pace = {options, 0.0, (double)request.most_steps};
     struct sim_options paced = *options;
     if (request.most_steps == 0)
         return false;
-    paced.may_continue = gets_on;
+    paced.may_continue = is_getting_on;
     paced.may_continue_ctx = &pace;
     repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
@@ -310,7 +311,7 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
         widen(result, pass_difference(answer, &pass), OTHERS_CAUTION);
     }
-    pass_free(&pass);
+    pass_outcome_free(&pass);
     return done;
 }
 
@@ -359,12 +360,12 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
             if (runs->coarse_answers)
                 widen(result, pass_difference(&runs->coarse, &pass), CAUTION);
         }
-        pass_free(&pass);
+        pass_outcome_free(&pass);
     }
 }
 
-static bool sensitive(const struct model *m, const struct error_pair *runs,
-                      const struct sim_result *result)
+static bool is_sensitive(const struct model *m, const struct error_pair *runs,
+                         const struct sim_result *result)
 {
     if (!runs->request.kind->fixed)
         return fmax(result->error_u_ft, result->error_lift_ft) >
@@ -373,12 +374,12 @@ static bool sensitive(const struct model *m, const struct error_pair *runs,
            result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
 }
 
-/* For a sensitive answer, add runs with slightly different stiffnesses to the estimate. */
+/* For a sensitive answer, adds runs with slightly different stiffnesses to the estimate. */
 static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
                                   const struct error_pair *runs, struct sim_result *result)
 {
     bool fixed = runs->request.kind->fixed;
-    if (!sensitive(m, runs, result))
+    if (!is_sensitive(m, runs, result))
         return;
     sim_result_note(result,
                     "sensitive: errors grow %s; the error estimate includes a finer run and %d "
@@ -399,11 +400,11 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
         if (pass.status == SIM_OK)
             widen(result, pass_difference(answer, &pass),
                   run < 0 && !fixed ? FINER_CAUTION : CAUTION);
-        pass_free(&pass);
+        pass_outcome_free(&pass);
     }
 }
 
-/* Compute the error estimate of the result, with further runs where it needs them. False: the two
+/* Computes the error estimate of the result, with further runs where it needs them. False: the two
  * passes contradict each other. `where`: their largest difference. */
 static bool error_estimate(struct model *m, const struct sim_options *options,
                            struct error_pair *runs, struct sim_result *result,
@@ -424,8 +425,8 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
                                  : CAUTION);
     if (!passes_agree(m->scene, a, b, apart))
         return false;
-    doubt(m, options, runs, result);
-    if (!cross(m, options, runs, result)) {
+    widen_by_third_pass(m, options, runs, result);
+    if (!add_event_run(m, options, runs, result)) {
         add_finer_run_after_bounces(m, options, runs, result);
         add_runs_where_hovering(m, options, runs, result);
     }
@@ -468,7 +469,7 @@ struct ladder {
 static void ladder_add(struct ladder *l, const struct pass_outcome *run)
 {
     if (l->count == RUNS) {
-        pass_free(&l->runs[0]);
+        pass_outcome_free(&l->runs[0]);
         l->runs[0] = l->runs[1];
         l->runs[1] = l->runs[2];
         l->count--;
@@ -482,7 +483,7 @@ static void ladder_add(struct ladder *l, const struct pass_outcome *run)
 static void restart(struct ladder *l)
 {
     for (int i = 0; i < l->count; i++)
-        pass_free(&l->runs[i]);
+        pass_outcome_free(&l->runs[i]);
     l->count = 0;
 }
 
@@ -491,7 +492,7 @@ static bool is_in_agreement(const struct ladder *l, const struct sim_scene *scen
     return l->count == RUNS && passes_agree(scene, &l->runs[1], &l->runs[2], l->last);
 }
 
-static void state(const struct ladder *l, struct sim_result *result)
+static void fill_error(const struct ladder *l, struct sim_result *result)
 {
     double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
     result->error_u_ft = MOREAU_CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
@@ -499,8 +500,8 @@ static void state(const struct ladder *l, struct sim_result *result)
     result->error_lift_ft = MOREAU_CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
 }
 
-static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
-                         const struct sim_result *result)
+static bool is_close_enough(const struct ladder *l, const struct sim_scene *scene,
+                            const struct sim_result *result)
 {
     const struct pass_outcome *best = &l->runs[l->count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
@@ -553,7 +554,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (run.status == SIM_INTERRUPTED) {
             sim_result_end(result, run.status, run.mat, run.t_s);
             pass_answer(&m, &run, &run, result);
-            pass_free(&run);
+            pass_outcome_free(&run);
             restart(&ladder);
             return;
         }
@@ -561,13 +562,13 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                           : i + 1 < RUNS_MOST && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
             ladder_add(&ladder, &run);
-            state(&ladder, result);
+            fill_error(&ladder, result);
         } else { /* runs with longer steps no longer count */
             sim_result_end(result, run.status, run.mat, run.t_s);
-            pass_free(&run);
+            pass_outcome_free(&run);
             restart(&ladder);
         }
-        if (!more || (!given && close_enough(&ladder, m.scene, result)))
+        if (!more || (!given && is_close_enough(&ladder, m.scene, result)))
             break;
         request.dt_s /= ESTIMATE_GRID_RATIO;
         request.first_part /= ESTIMATE_GRID_RATIO;
@@ -588,8 +589,8 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
 /* ---- auto and the rest ---- */
 
 /* Most steps before auto leaves a solver for another one. */
-static uint64_t patience(const struct model *m, const struct stepper_kind *kind, bool last,
-                         const struct sim_result *result)
+static uint64_t most_steps_before_leaving(const struct model *m, const struct stepper_kind *kind,
+                                          bool last, const struct sim_result *result)
 {
     double steps = explicit_steps(m, result);
     if (kind == &stepper_event)
@@ -604,7 +605,7 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
                                          struct sim_result *result)
 {
     double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EXPLICIT_REACH;
-    if (!solver_is_automatic(options))
+    if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         sim_result_note(result, "auto: friction sign does not define the force on a mat at rest; "
@@ -621,7 +622,7 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-/* Run coarse and fine. `coarse_answers`: the answer is coarse, else fine. `last`: no other solver
+/* Runs coarse and fine. `coarse_answers`: the answer is coarse, else fine. `last`: no other solver
  * follows, so runs that contradict each other are unpredictable. */
 static void run_pair(struct model *m, const struct sim_options *options,
                      struct pass_request request, bool coarse_answers, bool last,
@@ -667,9 +668,9 @@ static void run_pair(struct model *m, const struct sim_options *options,
         }
         pass_answer(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
     }
-    pass_free(coarse);
-    pass_free(fine);
-    pass_free(&runs.third);
+    pass_outcome_free(coarse);
+    pass_outcome_free(fine);
+    pass_outcome_free(&runs.third);
 }
 
 static enum mr_status run_fixed(struct model *m, const struct sim_options *options,
@@ -703,7 +704,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
 {
     bool given = options->rtol > 0.0, contradicted;
     uint64_t most = m->law == SIM_SIGN           ? MOST_SIGN
-                  : solver_is_automatic(options) ? patience(m, kind, last, result)
+                  : is_solver_automatic(options) ? most_steps_before_leaving(m, kind, last, result)
                                                  : MOST_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_note(
@@ -720,7 +721,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Note that auto leaves a solver that ended with step_underflow. */
+/* Notes that auto leaves a solver that ended with step_underflow. */
 static void note_left(struct sim_result *result, const char *left, const char *next)
 {
     sim_result_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
@@ -729,7 +730,7 @@ static void note_left(struct sim_result *result, const char *left, const char *n
     result->why = NULL;
 }
 
-/* Where both solvers make no progress because switches pile up, use the remaining ones: hamming
+/* Where both solvers make no progress because switches pile up, uses the remaining ones: hamming
  * samples switches; moreau solves any number of them in one step. */
 static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
 {
@@ -745,7 +746,7 @@ static void run_left(struct model *m, const struct sim_options *options, struct 
     }
 }
 
-/* Run the other solver of auto, then the remaining ones. */
+/* Runs the other solver of auto, then the remaining ones. */
 static void run_others(struct model *m, const struct sim_options *options,
                        const struct stepper_kind *first, struct sim_result *result)
 {
@@ -785,7 +786,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Run with a solver other than `staggered`. */
+/* Runs with a solver other than `staggered`. */
 static enum mr_status run_planar(const struct sim_scene *scene, const struct sim_options *options,
                                  struct sim_result *result, struct error *error)
 {
@@ -801,7 +802,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
-    if (solver_is_automatic(options) && model.law == SIM_SIGN)
+    if (is_solver_automatic(options) && model.law == SIM_SIGN)
         model.law = SIM_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
@@ -823,7 +824,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         moreau_run(&model, options, result);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
-    else if (solver_is_automatic(options))
+    else if (is_solver_automatic(options))
         run_auto(&model, options, kind, result);
     else
         run_adaptive(&model, options, kind, true, result);
@@ -838,7 +839,7 @@ static bool is_undecided(const struct sim_result *result)
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
 
-/* Retry a landing that no step of `staggered` settles with solvers that locate switches, if they
+/* Retries a landing that no step of `staggered` settles with solvers that locate switches, if they
  * support the scene's laws. The result is replaced if they find an answer. */
 static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
                                   struct sim_result *result, struct error *error)
@@ -870,11 +871,11 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "staggered") == 0
             ? scene->model == SIM_CONSISTENT
-            : landing && solver_is_automatic(options)) {
-        if (solver_is_automatic(options))
+            : landing && is_solver_automatic(options)) {
+        if (is_solver_automatic(options))
             sim_result_note(
                 result, "auto: staggered; a whole landing has too many switches to locate each");
-        if (landing_run(scene, options, result, error) != MR_OK || !solver_is_automatic(options) ||
+        if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
             !is_undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;
         return run_located(scene, options, result, error);

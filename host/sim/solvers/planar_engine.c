@@ -22,7 +22,7 @@
 #define AIR      1e-3  /* height over L from which a node is held by its mats, not by the ground */
 #define QUIET    1e-13 /* limit of rest: times L for heights, times sqrt(g L) for their rates */
 
-/* Extend a part to cover mats `low` to `high`. */
+/* Extends a part to cover mats `low` to `high`. */
 static void take_in(struct part *part, const struct model *m, int low, int high)
 {
     low = low < 0 ? 0 : low;
@@ -39,8 +39,8 @@ static void take_in(struct part *part, const struct model *m, int low, int high)
     }
 }
 
-/* Before a step, extend the sliding part to the mats that the wheel touches or that move, and
- * shrink it where mats are at rest. */
+/* Before a step, extends the sliding part to the mats that the wheel touches or that move, and
+ * shrinks it where mats are at rest. */
 static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
     struct part *s = &l->slides;
@@ -74,7 +74,7 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
 /* On uneven ground a node under compression comes to rest above or below its settled height. A node
  * in the air always stays in the heaving part, even at rest: the length of a standing wave depends
  * on it, and mats outside count as flat. */
-static bool node_rests(const struct planar_engine *l, int node)
+static bool is_node_at_rest(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
     if (m->tilt_ft)
@@ -84,14 +84,14 @@ static bool node_rests(const struct planar_engine *l, int node)
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-static bool mat_rests(const struct planar_engine *l, int n)
+static bool is_mat_at_rest(const struct planar_engine *l, int n)
 {
-    return node_rests(l, n) && node_rests(l, n + 1);
+    return is_node_at_rest(l, n) && is_node_at_rest(l, n + 1);
 }
 
 /* On uneven ground a joint whose force changes lifts or presses its mats, so its mats join the
  * heaving part. */
-static void heave_what_slides(struct planar_engine *l, int chunk)
+static void add_slides_to_heaves(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.size;
     int first = l->slides.first, last = l->slides.last;
@@ -114,14 +114,14 @@ static void follow_heaves(struct planar_engine *l)
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (m->tilt_ft)
-        heave_what_slides(l, GUARD);
+        add_slides_to_heaves(l, GUARD);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
     for (int k = 0; k < GUARD && !first; k++)
-        first = h->first + k <= h->last && !mat_rests(l, h->first + k);
+        first = h->first + k <= h->last && !is_mat_at_rest(l, h->first + k);
     for (int k = 0; k < GUARD && !last; k++)
-        last = h->last - k >= h->first && !mat_rests(l, h->last - k);
+        last = h->last - k >= h->first && !is_mat_at_rest(l, h->last - k);
     if (first && h->first > 0)
         take_in(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
@@ -129,9 +129,9 @@ static void follow_heaves(struct planar_engine *l)
     if (++h->quiet_first >= PATIENCE) {
         h->quiet_first = 0;
         int low = h->first, high = h->last;
-        while (low <= high && mat_rests(l, low))
+        while (low <= high && is_mat_at_rest(l, low))
             low++;
-        while (high >= low && mat_rests(l, high))
+        while (high >= low && is_mat_at_rest(l, high))
             high--;
         bool loaded = m->wheel_load_lb > 0.0 && m->span.mat >= 0;
         if (low > high && !loaded)
@@ -149,7 +149,7 @@ static void follow_heaves(struct planar_engine *l)
 }
 
 /* Joints of profile `full` pull when mats rotate, and heaving changes the friction of the soil. */
-static void slide_what_heaves(struct planar_engine *l)
+static void add_heaves_to_slides(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
@@ -238,7 +238,7 @@ static void stretch_joints(struct planar_engine *l)
 /* most repetitions of a step in which the soil releases or catches nodes */
 #define MOST_CONTACTS 8
 
-/* Apply bands and cleats before a kick. A riveted mat that its band moves joins the sliding
+/* Applies bands and cleats before a kick. A riveted mat that its band moves joins the sliding
  * part. */
 static void brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s)
@@ -316,7 +316,7 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
                           fmax(0.0, node_soil_lb(l, n + 1, m->varied)));
 }
 
-/* Step a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
+/* Steps a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
  * gear's load. */
 static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
                         double h_s, double mass_slug)
@@ -333,8 +333,8 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
                          step.as_if_s);
 }
 
-/* Place the wheel on `mat` (from 0; -1: on none). The engine applies the thrust, not the model. */
-static void ride(struct model *m, int mat)
+/* Places the wheel on `mat` (from 0; -1: on none). The engine applies the thrust, not the model. */
+static void place_wheel(struct model *m, int mat)
 {
     m->span = (struct span){.mat = mat, .share = -2};
 }
@@ -361,7 +361,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
         }
         if (cleated)
-            limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
+            limit += mods_raised_cleat_hold_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
@@ -389,7 +389,7 @@ static __attribute__((noinline)) unsigned kick_varied(struct planar_engine *l,
                                                       double h_s, bool cleated)
 {
     if (l->gear)
-        ride(&l->model, l->gear->lead_mat - 1);
+        place_wheel(&l->model, l->gear->lead_mat - 1);
     return kick(l, touch, count, h_s, cleated, l->model.elements.count > 0, l->gear != NULL, true);
 }
 
@@ -397,7 +397,8 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                                                       const struct sim_touch *touch, int count,
                                                       double h_s, bool cleated)
 {
-    ride(&l->model, l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
+    place_wheel(&l->model,
+                l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
     if (l->model.elements.count > 0)
         return cleated ? kick(l, touch, count, h_s, true, true, true, false)
                        : kick(l, touch, count, h_s, false, true, true, false);
@@ -405,7 +406,7 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                    : kick(l, touch, count, h_s, false, false, true, false);
 }
 
-/* Update the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
+/* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
  * because friction depends on the soil's reactions in that step. Runways without cleats or elements
  * have loops of their own, for speed. */
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
@@ -423,7 +424,7 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
                    : kick(l, touch, count, h_s, false, false, false, false);
 }
 
-/* The soil never pulls. At the end of the step, release nodes that it would pull and catch nodes
+/* The soil never pulls. At the end of the step, releases nodes that it would pull and catches nodes
  * that it would push. True: a node has changed. */
 LAW_INLINE bool settle(struct planar_engine *l, double h_s, bool varied)
 {
@@ -447,7 +448,8 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
     return l->model.varied ? settle(l, h_s, true) : settle(l, h_s, false);
 }
 
-/* Update the vertical speeds over h_s. Returns the largest change of a node's speed by the soil. */
+/* Updates the vertical speeds over h_s. Returns the largest change of a node's speed by the
+ * soil. */
 static double kick_heaves(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -467,10 +469,10 @@ static double kick_heaves(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-/* Move the wheel or the gear from t0 to t1. The weight of a gear acts on the heaving part from now
+/* Moves the wheel or the gear from t0 to t1. The weight of a gear acts on the heaving part from now
  * on. */
-static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
-                struct sim_touch *touch)
+static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
+                     struct sim_touch *touch)
 {
     const struct model *m = &l->model;
     if (!l->gear)
@@ -483,7 +485,8 @@ static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, d
     return count;
 }
 
-/* Add the gear's weight to the nodes of the heaving part, on top of the forces of modifications. */
+/* Adds the gear's weight to the nodes of the heaving part, on top of the forces of
+ * modifications. */
 static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
@@ -503,7 +506,7 @@ static void load_heaves(struct planar_engine *l)
 
 /* ---- memory ---- */
 
-/* Allocate the arrays of a landing. The model must be made before. */
+/* Allocates the arrays of a landing. The model must be made before. */
 static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -597,7 +600,7 @@ void engine_free(struct planar_engine *l)
 #define GENTLE               1e-4
 
 /* Mat with the largest share of the wheel; -1: none. */
-static int under_wheel(const struct sim_touch *touch, int count)
+static int find_mat_under_wheel(const struct sim_touch *touch, int count)
 {
     double most = 0.0;
     int mat = -1;
@@ -628,9 +631,9 @@ static double lift_ft(const struct planar_engine *l, double back_s, int *node_fr
     return most_ft;
 }
 
-/* Record the outputs due up to t_s, each at its own time. Speeds are those of the step that ends at
- * t_s. */
-static void take(struct planar_engine *l, struct march *march, double t_s)
+/* Records the outputs due up to t_s, each at its own time. Speeds are those of the step that ends
+ * at t_s. */
+static void record_outputs(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
@@ -648,7 +651,7 @@ static void take(struct planar_engine *l, struct march *march, double t_s)
     }
 }
 
-/* Update the extremes of the nodes and joints in the heaving part. */
+/* Updates the extremes of the nodes and joints in the heaving part. */
 static void note_shape(struct planar_engine *l, struct march *march)
 {
     const struct model *m = &l->model;
@@ -673,7 +676,7 @@ static void note_shape(struct planar_engine *l, struct march *march)
     }
 }
 
-/* Record the highest node as soon as one has risen by lift_ft. */
+/* Records the highest node as soon as one has risen by lift_ft. */
 static void note_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int highest = l->heaves.first;
@@ -685,7 +688,7 @@ static void note_crest(const struct planar_engine *l, struct march *march, doubl
     }
 }
 
-/* Record that the wheel meets a wave that is too high to be pressed flat. */
+/* Records that the wheel meets a wave that is too high to be pressed flat. */
 static void note_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
@@ -702,7 +705,7 @@ static void note_overrun(const struct planar_engine *l, struct march *march, dou
                      (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
-static bool sound(struct planar_engine *l, struct march *march, double t_s)
+static bool update_march_status(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
     int mat = l->slides.first + 1, node;
@@ -725,7 +728,7 @@ static bool sound(struct planar_engine *l, struct march *march, double t_s)
     return march->status == SIM_OK;
 }
 
-static void begin(struct planar_engine *l, bool prunes)
+static void init_march_state(struct planar_engine *l, bool prunes)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
@@ -748,7 +751,7 @@ static void begin(struct planar_engine *l, bool prunes)
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
             fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : l->limit_lb[n]))
             take_in(&l->slides, m, n - 1, n + 1);
-        if (!mat_rests(l, n) ||
+        if (!is_mat_at_rest(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
             take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
@@ -757,7 +760,7 @@ static void begin(struct planar_engine *l, bool prunes)
 /* True if a node will reach the ground in the step. Two nodes that land in one step lift their
  * neighbours differently from two that land one after the other. All steps longer than the time
  * between the landings would make the same error. */
-static bool lands(const struct planar_engine *l, double h_s)
+static bool has_landing_node(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
@@ -776,11 +779,11 @@ static void sample_shape(struct planar_engine *l)
     const double *v = l->z + m->size;
     model_sample_shape(m, l->z);
     for (int j = m->first; m->varied && j <= m->last + 1; j++)
-        m->contact[j] = soil_touch_ft(true, l->kv_lb_ft[j], l->cv_lb_s_ft[j], l->z[2 * j],
-                                      v[2 * j]) > 0.0;
+        m->contact[j] = soil_contact_depth_ft(true, l->kv_lb_ft[j], l->cv_lb_s_ft[j], l->z[2 * j],
+                                              v[2 * j]) > 0.0;
 }
 
-/* Step the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
+/* Steps the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
  * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
  * the step's beginning to half a step after it. The soil's force after that belongs to the next
  * step. Returns the largest change of a node's speed. */
@@ -847,13 +850,13 @@ static void begin_march(struct under_way *way)
     l->last_step_s = 0.0; /* nothing has moved yet */
     l->rub_share = 1.0;
     l->in_parts = false;
-    begin(l, way->prunes);
+    init_march_state(l, way->prunes);
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
         gear_start(l->gear, h);
         l->model.wheel_load_lb = 0.0; /* the load acts through the axles of the gear */
     }
-    take(l, way->march, 0.0);
+    record_outputs(l, way->march, 0.0);
 }
 
 /* Start and end of the kick of step i. */
@@ -867,21 +870,21 @@ static double to_s(const struct march *march, uint64_t i)
     return ((double)i + 0.5) * march->h_s;
 }
 
-/* Move the wheel and update the moving parts. */
+/* Moves the wheel and updates the moving parts. */
 static void step_wheel(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
-    way->count = span(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
-    ride(&l->model, under_wheel(way->touch, way->count));
+    way->count = move_gear(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
+    place_wheel(&l->model, find_mat_under_wheel(way->touch, way->count));
     if (way->prunes) {
         follow_slides(l, way->touch, way->count);
         follow_heaves(l);
-        slide_what_heaves(l);
+        add_heaves_to_slides(l);
     }
     way->heaves = l->heaves.last >= l->heaves.first;
 }
 
-/* Compute the forces at the present positions and update the vertical speeds. */
+/* Computes the forces at the present positions and updates the vertical speeds. */
 static void step_vertical(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -898,7 +901,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
         if (l->brace_heaves)
             l->brace_heaves(l);
     }
-    l->in_parts = way->heaves && way->divides && lands(l, h);
+    l->in_parts = way->heaves && way->divides && has_landing_node(l, h);
     if (l->in_parts) {
         double part_s = h / LANDING_PARTS;
         double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
@@ -917,7 +920,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
     }
 }
 
-/* Update the speeds along the runway, then move everything. */
+/* Updates the speeds along the runway, then moves everything. */
 static void step_along(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -936,18 +939,18 @@ static void step_along(struct under_way *way, uint64_t i)
     march->done = i + 1;
 }
 
-/* Update the outputs and extremes at the end of step i, t_s. False: the march ends with this
+/* Updates the outputs and extremes at the end of step i, t_s. False: the march ends with this
  * step. */
 static bool update_extremes(struct under_way *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
     bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
-    if (due && !sound(way->l, march, t_s))
+    if (due && !update_march_status(way->l, march, t_s))
         return false;
     if (i % LOOK_STEPS == 0 && way->options->overrun_ft > 0.0)
         note_overrun(way->l, march, way->options->overrun_ft);
     if (march->record.next_s <= t_s)
-        take(way->l, march, t_s);
+        record_outputs(way->l, march, t_s);
     return true;
 }
 

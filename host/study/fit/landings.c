@@ -22,9 +22,9 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-#define CLEAR    0.98 /* times the longest step, which the chain checks in float: step used */
+#define CLEAR    0.98 /* step used / longest step allowed; below 1: the chain checks it in float */
 
-bool parallel_can(const struct sim_scene *scene)
+bool parallel_is_possible(const struct sim_scene *scene)
 {
     bool plain = scene->model == SIM_CHAIN && scene->thrust == SIM_JUMP && scene->slack_ft > 0.0 &&
                  scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
@@ -472,7 +472,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
         draw_gaps(&drawing[k], landing);
         outcome[k].gap_ft = drawing[k].gap_ft;
     }
-    if (parallel_can(&landing->scene)) {
+    if (parallel_is_possible(&landing->scene)) {
         run_parallel(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
                      outcome);
     } else {

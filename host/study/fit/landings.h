@@ -131,7 +131,7 @@ struct beside_lane {
 
 /* True if that chain supports the scene: only mats, slack, grit, dry friction under the mats' own
  * weight, fixed ends, and a path whose thrust moves from mat to mat. */
-bool parallel_can(const struct sim_scene *scene);
+bool parallel_is_possible(const struct sim_scene *scene);
 
 /* Misfit: a posterior predictive check of whether the fitted model can explain the data.
  *

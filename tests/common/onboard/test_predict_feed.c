@@ -34,7 +34,7 @@ static struct mr_predictor_input feed(const struct landing *landing, float touch
     struct predict_block block = {.tick = 1000u + (uint32_t)(after_s * TICKS_PER_S),
                                   .displacement_in = readings_in,
                                   .baseline_in = zero_in};
-    predict_feed(&motion, landing, touchdown_ft, &block, &input);
+    predict_compute_input(&motion, landing, touchdown_ft, &block, &input);
     return input;
 }
 
