@@ -36,6 +36,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->edges = 0;
     landing->opened = 0;
     landing->gates_before_touchdown = 0;
+    landing->braked = false;
     landing->motion_known = false;
     landing->fitting = false;
     landing->summary_known = false;
@@ -97,16 +98,37 @@ static void put_notes(struct landing *landing, uint32_t block)
     }
 }
 
+void landing_brake(struct landing *landing, uint32_t tick)
+{
+    if (landing->state != MR_LANDING_LANDING || landing->braked)
+        return;
+    landing->braked = true;
+    landing->brake_tick = tick;
+}
+
+/* A gate whose station the gear passed before it braked: a little after the edge, as the brake
+ * takes MR_BRAKE_DELAY_S to act. */
+static bool is_before_brake(const struct landing *landing, const struct mr_gate *gate)
+{
+    const struct mr_passage *passage = &landing->passage;
+    double brake_s = (double)(int32_t)(landing->brake_tick - passage->source[0].tick) *
+                     MR_S_PER_TICK;
+    return landing->braked && gate->t_s < brake_s + MR_BRAKE_DELAY_S;
+}
+
 static void estimate(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
     /* Gates before touchdown would bend the parabola, because braking begins at touchdown. They
      * count only until two gates beyond it have opened. */
     landing->gates_before_touchdown = 0;
-    while (landing->gates_before_touchdown < passage->gates &&
-           passage->gate[landing->gates_before_touchdown].station_ft <
-               (double)config->site[0].touchdown_ft)
+    while (landing->gates_before_touchdown < passage->gates) {
+        const struct mr_gate *gate = &passage->gate[landing->gates_before_touchdown];
+        if (gate->station_ft >= (double)config->site[0].touchdown_ft &&
+            !is_before_brake(landing, gate))
+            break;
         landing->gates_before_touchdown++;
+    }
     unsigned skip = passage->gates >= landing->gates_before_touchdown + 2
                       ? landing->gates_before_touchdown
                       : 0;

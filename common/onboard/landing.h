@@ -76,7 +76,10 @@ struct landing {
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 
-    unsigned gates_before_touchdown;  /* gates of the passage before the touchdown station */
+    bool braked;         /* the brake was applied in this landing */
+    uint32_t brake_tick; /* that edge */
+    /* gates of the passage before the touchdown station, or before the edge of the brake */
+    unsigned gates_before_touchdown;
     struct mr_motion_estimate motion; /* motion at the last gate */
     bool motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */
@@ -99,6 +102,10 @@ void landing_disarm(struct landing *landing, uint32_t block);
 struct landing_news landing_block(struct landing *landing, const struct mr_config *config,
                                   uint32_t index, uint32_t tick, float staircase_code,
                                   const uint32_t *edge_ticks, unsigned edge_count);
+
+/* Call with each edge of the brake. After the first one in a landing, motion is estimated from
+ * gates beyond it. */
+void landing_brake(struct landing *landing, uint32_t tick);
 
 /* True in the states whose data are recorded: armed, landing, settling. */
 bool landing_recording(const struct landing *landing);

@@ -305,3 +305,43 @@ TEST_IN(a_switch_that_is_not_fitted_is_not_missing, rig_before, NULL)
         assert_near(landing.motion.speed_ft_s.value, 5.0 / 0.18, 0.2);
     }
 }
+
+/* 30 ft/s up to 11 ft, where the brake is applied; then 9 ft/s2. When a switch at `station_ft`
+ * opens, in seconds. */
+static double braked_s(double station_ft)
+{
+    double beyond_ft = station_ft - 11.0;
+    return 1.0 +
+           (beyond_ft <= 0.0 ? beyond_ft / 30.0 : (30.0 - sqrt(900.0 - 18.0 * beyond_ft)) / 9.0);
+}
+
+/* With its edge, a brake applied late does not bend the motion: gates before it are left out. */
+TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
+{
+    for (unsigned told = 0; told < 2; told++) {
+        unsigned position = 1;
+        seed_state = 7;
+        open_codes = 0.0;
+        landing_start(&landing);
+        assert_int_equal(landing_arm(&landing, 1, 0), MR_OK);
+        landing_brake(&landing, 4000000000u); /* tried out while armed: not of the landing */
+        for (uint32_t index = 0; position < 8; index++) {
+            double open_s = braked_s(-2.5 + 5.0 * (position - 1));
+            uint32_t tick = 4000000000u + (uint32_t)llround(open_s * 84e6);
+            bool opens = open_s < 1e-3 * (index + 1);
+            next_block(index, &tick, opens);
+            if (opens)
+                open_codes += step_of(position++);
+            if (told && index == 1000)
+                landing_brake(&landing, 4000000000u + 84000000u);
+        }
+        for (unsigned i = 0; i < 50; i++) /* the last switch is identified */
+            next_block((uint32_t)(1000.0 * braked_s(27.5)) + 1 + i, NULL, 0);
+        assert_int_equal(landing.passage.gates, 7);
+        assert_int_equal(landing.gates_before_touchdown, told ? 3 : 2); /* 7.5 ft too */
+        if (told)
+            assert_near(landing.motion.deceleration_ft_s2.value, 9.0, 0.2);
+        else
+            assert_true(fabs(landing.motion.deceleration_ft_s2.value - 9.0) > 0.5);
+    }
+}
