@@ -479,6 +479,10 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
     }
     if (!check_predictor(config, reason))
         return MR_LIMIT;
+    if (config->site[0].wheel_pulses && !(config->site[0].wheel_radius_ft > 0.0f)) {
+        (void)REFUSE(reason, site, 0, wheel_radius_ft, MR_RULE_ZERO);
+        return MR_LIMIT;
+    }
     *reason = (struct mr_config_reason){0};
     return MR_OK;
 }

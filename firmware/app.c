@@ -195,6 +195,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
     if (status == MR_OK) {
         baseline_forget(&app->baseline);
         camera_arm(&app->camera);
+        braking_arm(&app->braking);
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
@@ -566,6 +567,8 @@ static void take_block(struct app *app, const struct mr_block *block)
     landinglink_news(&app->telemetry, &app->landing, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
                  block->tick + LANDING_EDGE_TICKS);
+    braking_block(&app->braking, &app->telemetry, &app->landing, block->index,
+                  block->tick + LANDING_EDGE_TICKS);
     boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_follow(&app->baseline, app->displacement_in[row],

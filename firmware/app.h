@@ -9,6 +9,7 @@
 #include "firmware/bandwatch.h"
 #include "firmware/boxlink.h"
 #include "firmware/calibrate.h"
+#include "firmware/braking.h"
 #include "firmware/camera.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
@@ -70,6 +71,7 @@ struct app {
     struct calibrate calibrate;
     struct timesync timesync;
     struct camera camera;
+    struct braking braking;
     struct live live;
     struct boxlink boxlink;
     struct healthlink healthlink;

@@ -84,10 +84,12 @@ unsigned board_blocks_waiting(void);
  * first, and their number. */
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 
-/* Switches the capture of the camera's frame pulses on or off. */
-void board_frames_capture(bool on);
-/* As board_edges_take, for frame pulses; the delay of their input filter has been subtracted. */
-size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
+enum board_pulses { BOARD_FRAMES, BOARD_BRAKE, BOARD_WHEEL, BOARD_PULSES };
+/* Switches the capture of an input's pulses on or off. */
+void board_pulses_capture(enum board_pulses input, bool on);
+/* As board_edges_take, for pulses; the delay of their input filter has been subtracted. */
+size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                         size_t capacity);
 /* Sets the level of the camera's trigger output. Returns TIM2 at that moment. */
 uint32_t board_camera(bool high);
 

@@ -1,11 +1,6 @@
 #include "firmware/camera.h"
 
 #include "firmware/config.h"
-#include "firmware/health.h"
-
-#define LEAST_TICKS   MR_TICKS_PER_BLOCK /* least time between two frames: a millisecond */
-#define LATELY_BLOCKS 1000u              /* ticks can be compared within 25 s */
-#define TOO_FAST      2u                 /* detail of the fault */
 
 enum mr_status camera_command(struct camera *camera)
 {
@@ -18,7 +13,6 @@ enum mr_status camera_command(struct camera *camera)
 void camera_arm(struct camera *camera)
 {
     camera->frames = 0;
-    camera->frame_known = false;
     camera->passed = __builtin_isnan(config.site[0].camera_station_ft);
     if (config.site[0].camera && camera->passed)
         camera->due = MR_CAMERA_BY_ARMING;
@@ -27,23 +21,11 @@ void camera_arm(struct camera *camera)
 static void report_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
                           uint32_t until_tick, bool recording)
 {
-    uint32_t ticks[CAMERA_FRAMES];
-    size_t count = board_frames_take(until_tick, ticks, CAMERA_FRAMES);
-    for (size_t i = 0; i < count && recording; i++) {
-        /* Captures that overran each other may be in any order; one before the last frame is noise
-         * too. */
-        if (camera->frame_known && index - camera->frame_block < LATELY_BLOCKS &&
-            (int32_t)(ticks[i] - camera->frame_tick) < (int32_t)LEAST_TICKS) {
-            health_count(MR_FAULT_EDGE_OVERRUN, TOO_FAST);
-            continue;
-        }
-        camera->frame_known = true;
-        camera->frame_tick = ticks[i];
-        camera->frame_block = index;
-        camera->frames++;
-        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = camera->frames,
+    uint32_t ticks[PULSES_PER_BLOCK];
+    size_t count = pulses_take(&camera->pulses, BOARD_FRAMES, index, until_tick, ticks);
+    for (size_t i = 0; i < count && recording; i++)
+        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,
              .tick = ticks[i], .block16 = (uint16_t)index);
-    }
 }
 
 /* True if the wheel is at the camera's station when a pulse would begin, after the end of the
@@ -69,10 +51,7 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
                   uint32_t index, uint32_t tick, uint32_t until_tick)
 {
     bool fitted = config.site[0].camera != 0;
-    if (fitted != camera->fitted) {
-        board_frames_capture(fitted);
-        camera->fitted = fitted;
-    }
+    pulses_fit(&camera->pulses, BOARD_FRAMES, fitted);
     if (camera->high && index - camera->high_block >= CAMERA_PULSE_BLOCKS) {
         (void)board_camera(false);
         camera->high = false;

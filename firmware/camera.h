@@ -4,30 +4,26 @@
  * The trigger is a pulse of 10 ms. It is sent by command, and either when a landing is armed or,
  * once per landing, when the gear should be at site.camera_station_ft according to the last motion
  * estimate. Frame pulses are reported while a landing is recorded, numbered from arming. A camera
- * sends 64 to 200 frame pulses per second; a pulse less than a millisecond after the previous one
- * is refused and counted. At 200 per second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.1
- * kB/s of the black box. With site.camera 0 nothing is captured, triggered or sent. */
+ * sends 64 to 200 frame pulses per second. At 200 per second they take 2.4 % of the CAN bus, 1.8 %
+ * of serial and 2.1 kB/s of the black box. With site.camera 0 nothing is captured, triggered or
+ * sent. */
 #ifndef MATRIG_FIRMWARE_CAMERA_H
 #define MATRIG_FIRMWARE_CAMERA_H
 
 #include "common/onboard/landing.h"
 #include "common/status.h"
+#include "firmware/pulses.h"
 #include "firmware/telemetry.h"
 
 #define CAMERA_PULSE_BLOCKS 10u
-/* frame pulses processed per block; there may be a thousand per second, also when 2 ms of blocks
- * are waiting */
-#define CAMERA_FRAMES       8u
 
 struct camera {
-    bool fitted; /* frame pulses are captured */
     bool passed; /* the trigger by station has been sent in this landing or is not needed */
     uint8_t due; /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
     bool high;
     uint32_t high_block; /* block at which the pulse began */
-    bool frame_known;
-    uint32_t frame_tick, frame_block; /* last accepted frame */
-    uint16_t frames;                  /* frames since arming */
+    struct pulses pulses;
+    uint16_t frames; /* frames since arming */
 };
 
 /* Executes the trigger command. MR_OK; MR_NOT_NOW: there is no camera. */

@@ -84,6 +84,10 @@ struct mr_config config = {
         .camera = BUILTIN_CAMERA,
         .thermometer = 1,
         .camera_station_ft = __builtin_nanf(""),
+        .brake_edge = BUILTIN_WHEEL_PULSES > 0,
+        .wheel_pulses = BUILTIN_WHEEL_PULSES,
+        .wheel_radius_ft = 0.292f,
+        .wheel_radius_error_ft = 0.0015f,
     }},
     .channel =
         {

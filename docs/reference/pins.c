@@ -74,7 +74,6 @@ static void print_use(FILE *out, const struct board_row *row)
         fprintf(out, "output, initially %s", row->number ? "high" : "low");
         break;
     case BOARD_ROW_INPUT: fputs("input", out); break;
-    case BOARD_ROW_RESERVED: fprintf(out, "reserved%s%s", row->use[0] ? ", " : "", row->use); break;
     }
     fputs(strcmp(row->pull, "UP") == 0 ? ", pull-up" : "", out);
 }

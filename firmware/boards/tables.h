@@ -5,13 +5,7 @@
 
 #include <stddef.h>
 
-enum board_row_kind {
-    BOARD_ROW_ANALOGUE,
-    BOARD_ROW_FUNCTION,
-    BOARD_ROW_OUTPUT,
-    BOARD_ROW_INPUT,
-    BOARD_ROW_RESERVED
-};
+enum board_row_kind { BOARD_ROW_ANALOGUE, BOARD_ROW_FUNCTION, BOARD_ROW_OUTPUT, BOARD_ROW_INPUT };
 
 struct board_row {
     enum board_row_kind kind;

@@ -1,25 +1,33 @@
-/* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores the
- * capture. Edges: channel 1, stream 5. Pulses, on PB3: channel 2, stream 6. Edges shorter than 95
- * ns and pulses shorter than 3 us are noise: the input filter removes them, and delays the rest.
- * The one-shot of the edges is 17 us long; the camera's cable is not part of the board. The
- * camera's trigger is PE2. RM0090 18.3.5, table 42. */
+/* Switch edges, and pulses from outside: TIM2 captures each at 84 MHz, DMA1 stores the capture.
+ * Edges: channel 1, stream 5. Pulses: frames of the camera (PB3) on channel 2, the brake (PB10) on
+ * channel 3, the wheel (PB11) on channel 4. Edges shorter than 95 ns and pulses shorter than 3 us
+ * are noise: the input filter removes them, and delays the rest. The one-shot of the edges is 17 us
+ * long; the cables of the pulses are not part of the board. The camera's trigger is PE2. RM0090
+ * 18.3.5, table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
 #define EDGES              64u
-#define FRAMES             32u /* 160 ms at 200 a second */
+#define PULSES             32u /* 160 ms at 200 a second */
 #define EDGE_STREAM        5u
-#define FRAME_STREAM       6u
 #define EDGE_FILTER_TICKS  8u
-#define FRAME_FILTER_TICKS 256u
+#define PULSE_FILTER_TICKS 256u
 /* Ticks can be compared within 25 s. Captures are taken with the next block; without blocks the
  * scans are restarted each second. */
 #define OLD_TICKS          (10u * 84000000u)
 #define TOO_OLD            1u /* details of the fault */
-#define PULSES             2u
+#define OF_PULSES          2u
 
-static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, frame_tick[FRAMES] DMA_BUFFER;
-static unsigned edge_taken, frame_taken; /* index of the oldest capture not yet taken */
+static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, pulse_tick[BOARD_PULSES][PULSES] DMA_BUFFER;
+/* index of the oldest capture not yet taken */
+static unsigned edge_taken, pulse_taken[BOARD_PULSES];
+static const uint8_t pulse_stream[BOARD_PULSES] = {
+    [BOARD_FRAMES] = 6, [BOARD_BRAKE] = 1, [BOARD_WHEEL] = 7};
+
+static uint32_t pulse_channel(enum board_pulses input)
+{
+    return 1u + input;
+}
 
 static void start_stream(unsigned number, unsigned channel, volatile uint32_t *ticks, uint32_t size,
                          uint32_t priority)
@@ -75,8 +83,10 @@ static void drop_old(unsigned stream, const volatile uint32_t *captured, unsigne
 void capture_drop_old(void)
 {
     drop_old(EDGE_STREAM, edge_tick, EDGES, &edge_taken, TOO_OLD);
-    if (TIM2->DIER & TIM_DIER_CC2DE)
-        drop_old(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, PULSES);
+    for (unsigned i = 0; i < BOARD_PULSES; i++) {
+        if (TIM2->DIER & TIM_DIER_CC1DE << pulse_channel((enum board_pulses)i))
+            drop_old(pulse_stream[i], pulse_tick[i], PULSES, &pulse_taken[i], OF_PULSES);
+    }
 }
 
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
@@ -89,29 +99,33 @@ size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
                 capacity);
 }
 
-void board_frames_capture(bool on)
+void board_pulses_capture(enum board_pulses input, bool on)
 {
-    TIM2->DIER &= ~TIM_DIER_CC2DE;
-    TIM2->CCER &= ~TIM_CCER_CC2E;
-    dma_stream_stop(DMA1, FRAME_STREAM);
-    frame_taken = 0;
+    uint32_t channel = pulse_channel(input), shift = channel % 2 * 8;
+    volatile uint32_t *mode = channel < 2 ? &TIM2->CCMR1 : &TIM2->CCMR2;
+    TIM2->DIER &= ~(TIM_DIER_CC1DE << channel);
+    TIM2->CCER &= ~(TIM_CCER_CC1E << 4 * channel);
+    dma_stream_stop(DMA1, pulse_stream[input]);
+    pulse_taken[input] = 0;
     if (!on)
         return;
-    start_stream(FRAME_STREAM, 1, frame_tick, FRAMES, DMA_CR_PRIORITY(1));
-    TIM2->CCMR1 = (TIM2->CCMR1 & 0xffu) | TIM_CCMR1_CC2_TI2 | TIM_CCMR1_IC2F_256;
-    (void)TIM2->CCR[1]; /* discards an old capture */
-    TIM2->DIER |= TIM_DIER_CC2DE;
-    TIM2->CCER |= TIM_CCER_CC2E; /* rising edges */
+    start_stream(pulse_stream[input], channel, pulse_tick[input], PULSES, DMA_CR_PRIORITY(1));
+    *mode = (*mode & ~(0xffu << shift)) | (TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_256) << shift;
+    (void)TIM2->CCR[channel]; /* discards an old capture */
+    TIM2->DIER |= TIM_DIER_CC1DE << channel;
+    TIM2->CCER |= TIM_CCER_CC1E << 4 * channel; /* rising edges */
 }
 
-size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                         size_t capacity)
 {
-    if (TIM2->SR & TIM_SR_CC2OF) {
-        TIM2->SR = ~TIM_SR_CC2OF;
-        health_count(MR_FAULT_EDGE_OVERRUN, PULSES);
+    uint32_t overrun = TIM_SR_CC1OF << pulse_channel(input);
+    if (TIM2->SR & overrun) {
+        TIM2->SR = ~overrun;
+        health_count(MR_FAULT_EDGE_OVERRUN, OF_PULSES);
     }
-    return take(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, until_tick, FRAME_FILTER_TICKS,
-                ticks, capacity);
+    return take(pulse_stream[input], pulse_tick[input], PULSES, &pulse_taken[input], until_tick,
+                PULSE_FILTER_TICKS, ticks, capacity);
 }
 
 uint32_t board_camera(bool high)

@@ -15,8 +15,7 @@ static const struct setting {
     [PIN_##SIGNAL] = {FUNCTION_MODE, number, PULL_##pull, 0},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text) \
     [PIN_##SIGNAL] = {OUTPUT_MODE, 0, PULL_##pull, first},
-#define INPUT(port, pin, pull, SIGNAL, text)      [PIN_##SIGNAL] = {INPUT_MODE, 0, PULL_##pull, 0},
-#define RESERVED(port, pin, signal, SIGNAL, text) [PIN_##SIGNAL] = {.mode = INPUT_MODE},
+#define INPUT(port, pin, pull, SIGNAL, text) [PIN_##SIGNAL] = {INPUT_MODE, 0, PULL_##pull, 0},
 #include "firmware/boards/pins.def"
 };
 

@@ -133,17 +133,13 @@ struct tim_regs {
 #define TIM_SMCR_TS_ITR3     (3u << 4)
 #define TIM_SMCR_SMS_TRIGGER 6u
 #define TIM_DIER_CC1DE       (1u << 9)
-#define TIM_DIER_CC2DE       (1u << 10)
 #define TIM_SR_CC1IF         (1u << 1)
 #define TIM_SR_CC1OF         (1u << 9)
-#define TIM_SR_CC2OF         (1u << 10)
 #define TIM_CCMR1_CC1_TI1    (1u << 0)
 #define TIM_CCMR1_IC1F_8     (3u << 4) /* eight samples of 84 MHz */
 #define TIM_CCMR1_IC1PSC_8   (3u << 2)
 #define TIM_CCER_CC1E        (1u << 0)
-#define TIM_CCMR1_CC2_TI2    (1u << 8)
-#define TIM_CCMR1_IC2F_256   (15u << 12) /* eight samples of a clock of 84 MHz / 32 */
-#define TIM_CCER_CC2E        (1u << 4)
+#define TIM_CCMR1_IC1F_256   (15u << 4) /* eight samples of a clock of 84 MHz / 32 */
 #define TIM_EGR_UG           1u
 #define TIM_OCM_FORCE_LOW    4u
 #define TIM_OCM_FORCE_HIGH   5u

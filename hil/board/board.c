@@ -275,9 +275,11 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    if (!options->bare) { /* the one-shot drives PA15 low, the camera's buffer PB3 */
+    if (!options->bare) { /* the one-shot drives PA15 low; buffers of camera, brake and wheel */
         hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0);
         hil_gpio_drive(&board->mcu.gpio, 1, 3, false, 0);
+        hil_gpio_drive(&board->mcu.gpio, 1, 10, false, 0);
+        hil_gpio_drive(&board->mcu.gpio, 1, 11, false, 0);
     }
     if (options->jumper)
         fit_jumper(board);

@@ -20,7 +20,7 @@ RAILS = {"up": ("3V3",), "down": ("GND",)}
 def table_rows(path=TABLE):
     """(kind, pin, SIGNAL, text) of each row; a row may go on in the next line."""
     text = open(path).read()
-    kinds = "ANALOGUE|FUNCTION|OUTPUT|INPUT|RESERVED"
+    kinds = "ANALOGUE|FUNCTION|OUTPUT|INPUT"
     found = re.findall(rf'^({kinds})\((\w), (\d+),[^;]*?(\w+),\s*"([^"]*)"\)$', text, re.M)
     if len(found) != len(re.findall(rf"^(?:{kinds})\(", text, re.M)):
         raise SystemExit(f"circuits: not every row of {path} is understood")

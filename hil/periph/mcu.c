@@ -147,15 +147,15 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_is_high_at_rest, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
-    /* PA15, TIM2_CH1 */
-    mcu->pin[4] = (struct hil_pin){&mcu->tim, 1, 0, NULL, hil_tim2_input_edge};
-    mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge}; /* PB3, TIM2_CH2 */
+    static const uint8_t captured[HIL_CAPTURES][2] = {{0, 15}, {1, 3}, {1, 10}, {1, 11}};
+    for (unsigned i = 0; i < HIL_CAPTURES; i++) { /* PA15, PB3, PB10, PB11: TIM2's channels */
+        mcu->pin[4 + i] = (struct hil_pin){&mcu->tim, 1, i, NULL, hil_tim2_input_edge};
+        gpio->alternate[captured[i][0]][captured[i][1]] = &mcu->pin[4 + i];
+    }
     gpio->alternate[3][12] = &mcu->pin[0];
     gpio->alternate[3][13] = &mcu->pin[1];
     gpio->alternate[type->serial_out.port][type->serial_out.pin] = &mcu->pin[2];
     gpio->alternate[3][1] = &mcu->pin[3];
-    gpio->alternate[0][15] = &mcu->pin[4];
-    gpio->alternate[1][3] = &mcu->pin[5];
     mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
     /* input of the serial link */
     gpio->outside[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;

@@ -91,8 +91,9 @@ static void update_irq(struct hil_tim_device *dev, unsigned unit)
 static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &dev->state[unit];
-    uint64_t next = t->capture_cycle[0] < t->capture_cycle[1] ? t->capture_cycle[0]
-                                                              : t->capture_cycle[1];
+    uint64_t next = HIL_NEVER;
+    for (unsigned i = 0; i < HIL_CAPTURES; i++)
+        next = t->capture_cycle[i] < next ? t->capture_cycle[i] : next;
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = tick_cycles(dev, t);
         uint32_t count = count_at(dev, t, at);
@@ -216,7 +217,7 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
 static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel, uint64_t at)
 {
     /* streams of DMA1, request channel 3 (RM0090 table 42) */
-    static const uint8_t stream[HIL_CAPTURES] = {5, 6};
+    static const uint8_t stream[HIL_CAPTURES] = {5, 6, 1, 7};
     unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
     if (++t->capture_skipped[channel] < every)
@@ -228,7 +229,7 @@ static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned chan
     t->sr |= SR_CC1IF << channel;
     if (channel == 0)
         dev->core->state.counters.edges_captured++;
-    else
+    else if (channel == 1)
         dev->core->state.counters.frames_captured++;
     if (t->dier & DIER_CC1DE << channel)
         hil_dma_request(dev->dma, 0, stream[channel], 3);
@@ -324,7 +325,7 @@ void hil_tim_reset(void *device, unsigned unit)
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
     struct levels before = output_levels(t);
-    *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER}};
+    *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER}};
     t->arr = t->arr_now = counter_mask(unit);
     hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
     update_irq(dev, unit);
@@ -367,9 +368,8 @@ static void check_channels(struct hil_tim_device *dev, unsigned unit)
     const struct hil_tim *t = &dev->state[unit];
     for (unsigned i = 0; i < 4; i++) {
         uint32_t select = channel_mode(t, i) & 3u;
-        if (select && !(unit == HIL_TIM2 && i < HIL_CAPTURES && select == 1))
-            hil_bus_refuse(dev->core,
-                           "input capture other than TIM2 channels 1 and 2 from their own pins");
+        if (select && !(unit == HIL_TIM2 && select == 1))
+            hil_bus_refuse(dev->core, "input capture other than TIM2's from their own pins");
         if (!select && (channel_mode(t, i) & 0x84u))
             hil_bus_refuse(dev->core, "fast or cleared output compare");
     }
@@ -392,7 +392,7 @@ static void hold_inputs(struct hil_tim_device *dev)
     static const struct {
         unsigned port, pin;
         const char *name;
-    } pins[HIL_CAPTURES] = {{0, 15, "PA15"}, {1, 3, "PB3"}};
+    } pins[HIL_CAPTURES] = {{0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
     const struct hil_tim *t = &dev->state[HIL_TIM2];
     for (unsigned i = 0; i < HIL_CAPTURES; i++) {
         if (is_output(t, i) || !is_enabled(t, i) ||

@@ -1,5 +1,5 @@
 /* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18. Modelled:
- * counting up, output compare with all eight modes, capture on TIM2's channels 1 and 2 from their
+ * counting up, output compare with all eight modes, capture on TIM2's channels from their
  * own pins with filter and prescaler, trigger mode from a different timer. All other functions are
  * refused.
  *
@@ -16,7 +16,7 @@
 #include "hil/periph/wire.h"
 
 #define HIL_TIMERS   2u
-#define HIL_CAPTURES 2u
+#define HIL_CAPTURES 4u
 enum { HIL_TIM2, HIL_TIM4 };
 
 struct hil_tim {
@@ -27,7 +27,6 @@ struct hil_tim {
     uint64_t base_cycle;
     uint32_t base_count;
     bool reference[4]; /* OCxREF */
-    /* The following members are for channels 1 and 2. */
     /* cycle at which an edge passes the filter, or HIL_NEVER */
     uint64_t capture_cycle[HIL_CAPTURES];
     bool capture_level[HIL_CAPTURES];
@@ -49,11 +48,11 @@ void hil_tim4_event(void *device, uint64_t at);
 /* Call for the pins: level of TIM4's output on channel 0..3; *drives is false while the channel is
  * off. */
 bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
-/* Call when TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
+/* Call when TI1 to TI4 of TIM2 (channel 0 to 3) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
 /* Stops a timer until until_cycle, because the core is halted (DBGMCU). */
 void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
-/* HCLK cycles from an edge of TI1 or TI2 to its capture, with the present settings of the input. */
+/* HCLK cycles from an edge of an input to its capture, with the present settings of the input. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel);
 
 /* ---- tim11 ---- */

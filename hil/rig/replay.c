@@ -20,7 +20,7 @@
 #define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 /* the one-shot falls 1 us after the capture, because the next edge may be close */
 #define PULSE_TICKS       84u
-#define FRAME_PULSE_TICKS 8400u /* 100 us */
+#define TRAIN_PULSE_TICKS 8400u /* 100 us */
 #define SERIAL_COMMANDS   2u    /* the application handles this many from each link per block */
 #define MARGIN_S          1.0   /* from power on to the first scan, and to send the last data */
 
@@ -58,23 +58,28 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
     return cycle_of(dev, replay->edge_tick[state->next_edge]);
 }
 
-/* Cycle of the next change of PB3. */
-static uint64_t frame_cycle(const struct hil_replay_device *dev)
+/* Pins of port B that the trains drive. */
+static const uint8_t train_pin[HIL_TRAINS] = {3, 10, 11};
+
+/* Cycle of the next change of a train's pin. */
+static uint64_t train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
-    const struct hil_replay *replay = dev->replay;
+    const struct hil_train *train = &dev->replay->train[i];
     const struct hil_replay_state *state = dev->state;
-    if (state->frame_pulse)
-        return cycle_of(dev, replay->frame_tick[state->next_frame - 1] + FRAME_PULSE_TICKS);
-    return state->next_frame < replay->frame_count
-             ? cycle_of(dev, replay->frame_tick[state->next_frame])
-             : HIL_NEVER;
+    if (state->train_high[i])
+        return cycle_of(dev, train->tick[state->train_next[i] - 1] + TRAIN_PULSE_TICKS);
+    return state->train_next[i] < train->count ? cycle_of(dev, train->tick[state->train_next[i]])
+                                               : HIL_NEVER;
 }
 
 static void schedule(struct hil_replay_device *dev)
 {
     const struct hil_replay_state *state = dev->state;
-    uint64_t next = pin_cycle(dev), frame = frame_cycle(dev);
-    next = frame < next ? frame : next;
+    uint64_t next = pin_cycle(dev);
+    for (unsigned i = 0; i < HIL_TRAINS; i++) {
+        uint64_t train = train_cycle(dev, i);
+        next = train < next ? train : next;
+    }
     if (state->next_command < dev->replay->command_count) {
         uint64_t command = cycle_of(dev, command_tick(dev->replay, state->next_command));
         next = command < next ? command : next;
@@ -133,13 +138,12 @@ static void move_pin(struct hil_replay_device *dev, uint64_t at)
     hil_gpio_drive(dev->gpio, 0, 15, state->pulse, at);
 }
 
-static void move_frame_pin(struct hil_replay_device *dev, uint64_t at)
+static void move_train_pin(struct hil_replay_device *dev, unsigned i, uint64_t at)
 {
     struct hil_replay_state *state = dev->state;
-    state->frame_pulse = !state->frame_pulse;
-    if (state->frame_pulse)
-        state->next_frame++;
-    hil_gpio_drive(dev->gpio, 1, 3, state->frame_pulse, at);
+    state->train_high[i] = !state->train_high[i];
+    state->train_next[i] += state->train_high[i];
+    hil_gpio_drive(dev->gpio, 1, train_pin[i], state->train_high[i], at);
 }
 
 static void on_event(void *device, uint64_t at)
@@ -150,8 +154,10 @@ static void on_event(void *device, uint64_t at)
         return; /* after a reset the record starts again with the first scan */
     if (pin_cycle(dev) <= at)
         move_pin(dev, at);
-    if (frame_cycle(dev) <= at)
-        move_frame_pin(dev, at);
+    for (unsigned i = 0; i < HIL_TRAINS; i++) {
+        if (train_cycle(dev, i) <= at)
+            move_train_pin(dev, i, at);
+    }
     if (state->next_command < dev->replay->command_count &&
         cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
         apply_block(dev);
@@ -308,9 +314,12 @@ static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay,
         return read_block(r, replay, line + 6);
     if (strncmp(line, "edge ", 5) == 0)
         return read_tick(r, line + 5, 1, &replay->edge_tick, &replay->edge_count);
-    if (strncmp(line, "frame ", 6) == 0)
-        return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->frame_tick,
-                         &replay->frame_count);
+    for (unsigned i = 0; i < HIL_TRAINS; i++) {
+        static const char *const keyword[HIL_TRAINS] = {"frame ", "brake ", "wheel "};
+        if (strncmp(line, keyword[i], 6) == 0)
+            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].tick,
+                             &replay->train[i].count);
+    }
     if (strncmp(line, "command ", 8) == 0)
         return read_command(r, replay, line + 8);
     if (sscanf(line, "uid %8" SCNx32 " %8" SCNx32 " %8" SCNx32 "%n", &replay->uid[0],
@@ -347,7 +356,8 @@ void hil_replay_free(struct hil_replay *replay)
 {
     free(replay->blocks);
     free(replay->edge_tick);
-    free(replay->frame_tick);
+    for (unsigned i = 0; i < HIL_TRAINS; i++)
+        free(replay->train[i].tick);
     free(replay->commands);
     *replay = (struct hil_replay){0};
 }

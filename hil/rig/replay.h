@@ -3,10 +3,10 @@
  * The converters deliver codes with the sums and counts of the recorded blocks. Block n of the
  * record is used in block n of the board, counted from the start of TIM2. The codes of a transducer
  * follow the actual polarity of the excitation pins. PA15 rises so that TIM2 captures the recorded
- * ticks of edges, and PB3 so that it captures those of film frames, from which the board has
- * subtracted its filter delay. Commands are sent over serial (a third and fourth command of one
- * block over CAN) in the middle of the block in which they were processed. The command `replay`
- * with the maintenance jumper starts the board for a replay. */
+ * ticks of edges. PB3, PB10 and PB11 rise so that it captures those of film frames, brake and
+ * wheel, from which the board has subtracted its filter delay. Commands are sent over serial (a
+ * third and fourth command of one block over CAN) in the middle of the block in which they were
+ * processed. The command `replay` with the maintenance jumper starts the board for a replay. */
 #ifndef MATRIG_HIL_REPLAY_H
 #define MATRIG_HIL_REPLAY_H
 
@@ -33,6 +33,9 @@ struct hil_codes {
  * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
 bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
 
+/* trains of pulses: film frames (PB3), brake (PB10), wheel (PB11) */
+#define HIL_TRAINS 3u
+
 struct hil_adc_device;
 struct hil_can_device;
 struct hil_core;
@@ -46,9 +49,9 @@ struct hil_replay_state {
     bool started;        /* TIM2 is running */
     uint64_t zero_cycle; /* cycle at which TIM2 was 0 */
     uint64_t resets;     /* resets of the chip before TIM2 started */
-    uint32_t next_edge, next_command, next_frame;
-    bool pulse;        /* PA15 is high */
-    bool frame_pulse;  /* PB3 is high */
+    uint32_t next_edge, next_command, train_next[HIL_TRAINS];
+    bool pulse; /* PA15 is high */
+    bool train_high[HIL_TRAINS];
     uint16_t sequence; /* sequence number of the next serial frame */
 };
 
@@ -93,8 +96,10 @@ struct hil_replay {
     size_t block_count; /* at least 1 */
     uint64_t *edge_tick;
     size_t edge_count;
-    uint64_t *frame_tick;
-    size_t frame_count;
+    struct hil_train {
+        uint64_t *tick;
+        size_t count;
+    } train[HIL_TRAINS];
     struct hil_replay_command *commands;
     size_t command_count;
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */

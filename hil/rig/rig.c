@@ -24,6 +24,14 @@
 #define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
 #define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
 
+/* Time of the next change of a pulse's pin. */
+static uint64_t pulse_ps(const struct hil_train_state *state, const struct hil_run_pulses *pulses)
+{
+    if (state->high)
+        return pulses->t_ps[state->next - 1] + HIL_CAMERA_PULSE_PS;
+    return state->next < pulses->count ? pulses->t_ps[state->next] : HIL_NEVER;
+}
+
 static void schedule(struct hil_rig_device *dev)
 {
     const struct hil_rig *rig = dev->state;
@@ -39,6 +47,12 @@ static void schedule(struct hil_rig_device *dev)
     }
     if (rig->shunt_next_ps < next)
         next = rig->shunt_next_ps;
+    if (dev->run) {
+        uint64_t brake = pulse_ps(&rig->brake, &dev->run->brake);
+        uint64_t wheel = pulse_ps(&rig->wheel, &dev->run->wheel);
+        next = brake < next ? brake : next;
+        next = wheel < next ? wheel : next;
+    }
     hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
 
@@ -99,6 +113,17 @@ static void start_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
     contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
 }
 
+static void move_pulse(struct hil_rig_device *dev, struct hil_train_state *state,
+                       const struct hil_run_pulses *pulses, unsigned pin, uint64_t now_ps,
+                       uint64_t at)
+{
+    if (pulse_ps(state, pulses) > now_ps)
+        return;
+    state->high = !state->high;
+    state->next += state->high;
+    hil_gpio_drive(dev->gpio, 1, pin, state->high, at);
+}
+
 static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
@@ -130,6 +155,10 @@ static void on_event(void *device, uint64_t at)
     }
     while (rig->shunt_next_ps <= now_ps)
         move_relay(dev, at);
+    if (dev->run) {
+        move_pulse(dev, &rig->brake, &dev->run->brake, 10, now_ps, at);
+        move_pulse(dev, &rig->wheel, &dev->run->wheel, 11, now_ps, at);
+    }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
             start_bounce(dev, i, at);

@@ -73,6 +73,10 @@ enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
     struct hil_contact contact[24];
+    struct hil_train_state {
+        uint32_t next;
+        bool high;                             /* for 100 us */
+    } brake, wheel;                            /* pulses of the run on PB10 and PB11 */
     uint8_t channel_fault[HIL_BOARD_CHANNELS]; /* enum hil_channel_fault */
     double held[HIL_BOARD_CHANNELS];           /* value of a stuck channel: inches, pounds, volts */
     double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */

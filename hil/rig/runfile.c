@@ -12,6 +12,7 @@
 #define FILE_MAX     (256u * 1024u * 1024u)
 #define SAMPLES_MAX  4000000u
 #define COMMANDS_MAX 10000u
+#define PULSES_MAX   100000u
 
 /* ---- records: text with a checksum ---- */
 
@@ -129,6 +130,20 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
     return MR_OK;
 }
 
+static enum mr_status read_pulse(struct hil_record *r, struct hil_run_pulses *pulses,
+                                 const char *text)
+{
+    uint64_t t_ps;
+    if (pulses->count == PULSES_MAX || !time_ps(text, &t_ps) ||
+        (pulses->count && t_ps <= pulses->t_ps[pulses->count - 1]))
+        return refuse(r, "up to %u times in ascending order expected", PULSES_MAX);
+    pulses->t_ps = realloc(pulses->t_ps, (pulses->count + 1u) * sizeof *pulses->t_ps);
+    if (!pulses->t_ps)
+        abort();
+    pulses->t_ps[pulses->count++] = t_ps;
+    return MR_OK;
+}
+
 static bool read_row(const char *text, int32_t row[HIL_RUN_COLUMNS])
 {
     for (unsigned i = 0; i < HIL_RUN_COLUMNS; i++) {
@@ -184,6 +199,10 @@ static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char 
         return read_switch(r, run, line + end);
     if (strcmp(keyword, "command") == 0)
         return read_command(r, run, line + end);
+    if (strcmp(keyword, "brake") == 0)
+        return read_pulse(r, &run->brake, line + end);
+    if (strcmp(keyword, "wheel") == 0)
+        return read_pulse(r, &run->wheel, line + end);
     if (strcmp(keyword, "samples") == 0)
         return read_samples(r, run, line + end);
     if (strcmp(keyword, "duration_s") == 0) {
@@ -218,6 +237,8 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
 
 void hil_run_free(struct hil_run *run)
 {
+    free(run->brake.t_ps);
+    free(run->wheel.t_ps);
     free(run->commands);
     free(run->samples);
     *run = (struct hil_run){0};

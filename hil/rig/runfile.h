@@ -34,6 +34,10 @@ struct hil_run {
     /* by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
     double switch_ft[HIL_RUN_SWITCHES]; /* true station of the switch */
+    struct hil_run_pulses {             /* in order of time */
+        uint64_t *t_ps;
+        size_t count;
+    } brake, wheel;
     size_t command_count;
     struct hil_run_command *commands; /* in order of time */
     double rate_hz;

@@ -443,27 +443,34 @@ static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_bloc
     return (uint64_t)(origin + ticks); /* TIM2 is at the origin at the beginning of block 0 */
 }
 
-/* Write edges and film frames. They are numbered from arming on, so their times rise. Captures that
- * the board rejected as noise are not included. */
+/* Write edges, film frames, brake and wheel. They are numbered from arming on, so their times rise.
+ * Captures that the board rejected as noise are not included. */
 static enum mr_status put_captures(struct writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)
 {
     struct store_edge *edge = NULL;
     struct store_film_frame *frame = NULL;
+    struct store_braking_edge *braking = NULL;
+    size_t brakings = 0;
     const struct mr_block *first = &recorded->block[0];
     int64_t run = recorded->landing.id, shift = input->shift_blocks;
     if (store_edges(store, run, &edge, &input->edges, error) == MR_OK &&
-        store_film_frames(store, run, &frame, &input->frames, error) == MR_OK) {
+        store_film_frames(store, run, &frame, &input->frames, error) == MR_OK &&
+        store_braking_edges(store, run, &braking, &brakings, error) == MR_OK) {
         for (size_t i = 0; i < input->edges; i++)
             put(writer, "edge %" PRIu64 "\n",
                 capture_tick(edge[i].board_us, edge[i].tick, first, shift));
         for (size_t i = 0; i < input->frames; i++)
             put(writer, "frame %" PRIu64 "\n",
                 capture_tick(frame[i].board_us, frame[i].tick, first, shift));
+        for (size_t i = 0; i < brakings; i++)
+            put(writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
+                capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
     }
     free(edge);
     free(frame);
+    free(braking);
     return error->status;
 }
 

@@ -114,6 +114,7 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
     X(store_risks, risk, RISKS)                         \
     X(store_predictions, prediction, PREDICTIONS)       \
     X(store_backlogs, backlog, BACKLOGS)                \
+    X(store_braking_edges, braking_edge, BRAKING_EDGES) \
     X(store_trusts, trust, TRUSTS)                      \
     X(store_predict_items, predict_item, PREDICT_ITEMS) \
     X(store_risk_items, risk_item, RISK_ITEMS)          \

@@ -22,6 +22,10 @@ static inline struct mr_config sound_config(void)
     c.site[0].wheel = 1;
     c.site[0].camera_station_ft = MR_NAN;
     c.site[0].can_base = 0x190;
+    c.site[0].brake_edge = 1;
+    c.site[0].wheel_pulses = 8;
+    c.site[0].wheel_radius_ft = 0.292f;
+    c.site[0].wheel_radius_error_ft = 0.0015f;
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         struct mr_channel_config *channel = &c.channel[i];
         channel->kind = i < 8   ? MR_KIND_DISPLACEMENT

@@ -70,17 +70,19 @@ size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
     return count;
 }
 
-void board_frames_capture(bool on)
+void board_pulses_capture(enum board_pulses input, bool on)
 {
-    fake.frames_captured = on;
+    fake.pulses[input].captured = on;
 }
 
-size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                         size_t capacity)
 {
+    struct fake_pulses *pulses = &fake.pulses[input];
     size_t count = 0;
-    while (fake.frames_captured && fake.frames_taken < fake.frames && count < capacity &&
-           (int32_t)(fake.frame_tick[fake.frames_taken] - until_tick) <= 0)
-        ticks[count++] = fake.frame_tick[fake.frames_taken++];
+    while (pulses->captured && pulses->taken < pulses->count && count < capacity &&
+           (int32_t)(pulses->tick[pulses->taken] - until_tick) <= 0)
+        ticks[count++] = pulses->tick[pulses->taken++];
     return count;
 }
 

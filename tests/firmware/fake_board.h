@@ -15,9 +15,11 @@ struct fake_board {
     uint32_t edge_tick[64];
     size_t edges, edges_taken;
 
-    uint32_t frame_tick[4096]; /* pulses of the camera */
-    size_t frames, frames_taken;
-    bool frames_captured;
+    struct fake_pulses {
+        uint32_t tick[4096];
+        size_t count, taken;
+        bool captured;
+    } pulses[BOARD_PULSES];
     bool camera;
     unsigned camera_pulses;
     uint32_t camera_tick; /* what board_camera returns */

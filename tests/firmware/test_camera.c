@@ -20,7 +20,8 @@ static int without_camera(void **state)
 
 static void pulse_at(double t_s)
 {
-    fake.frame_tick[fake.frames++] = (uint32_t)(uint64_t)llround(t_s * TICKS_PER_S);
+    fake.pulses[BOARD_FRAMES].tick[fake.pulses[BOARD_FRAMES].count++] =
+        (uint32_t)(uint64_t)llround(t_s * TICKS_PER_S);
 }
 
 TEST_IN(armed_it_is_triggered_for_ten_milliseconds, without_camera, NULL)
@@ -158,7 +159,8 @@ TEST_IN(noise_is_refused_and_counted, without_camera, NULL)
         pulse_at(0.200 + 0.010 * i);
         pulse_at(0.2003 + 0.010 * i); /* the contact bounces */
     }
-    fake.frame_tick[fake.frames++] = (uint32_t)llround(0.390 * TICKS_PER_S) - 50; /* out of order */
+    fake.pulses[BOARD_FRAMES].tick[fake.pulses[BOARD_FRAMES].count++] =
+        (uint32_t)llround(0.390 * TICKS_PER_S) - 50; /* out of order */
     play(400);
     assert_int_equal(count_frames(MR_ID_FILM_FRAME), 20);
     GET_LAST(fault, FAULT, &fault);
@@ -224,8 +226,8 @@ TEST_IN(without_a_camera_it_costs_nothing, without_camera, NULL)
     play(10);
     pulse_at(0.02);
     fly(4.0);
-    assert_false(fake.frames_captured);
-    assert_int_equal(fake.frames_taken, 0);
+    assert_false(fake.pulses[BOARD_FRAMES].captured);
+    assert_int_equal(fake.pulses[BOARD_FRAMES].taken, 0);
     assert_int_equal(fake.camera_pulses, 0);
     assert_int_equal(count_frames(MR_ID_CAMERA) + count_frames(MR_ID_FILM_FRAME), 0);
 }

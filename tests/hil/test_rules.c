@@ -522,7 +522,6 @@ struct promise {
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
 #define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
-#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
 static const struct promise zg[] = {
 #define BOARD_FILE "firmware/boards/zg.def"
 #include "firmware/boards/pins.def"
@@ -530,7 +529,6 @@ static const struct promise zg[] = {
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
 #define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
-#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
 static const struct promise discovery[] = {
 #undef BOARD_FILE
 #define BOARD_FILE "firmware/boards/discovery.def"
@@ -539,7 +537,6 @@ static const struct promise discovery[] = {
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
 #define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
-#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
 static const struct promise nucleo446[] = {
 #undef BOARD_FILE
 #define BOARD_FILE "firmware/boards/nucleo446.def"

@@ -5,6 +5,7 @@
  *   switch POSITION NOMINAL_FT TRUE_FT T_OPEN_S|-        T_OPEN_S with nine decimals
  *   transducer CHANNEL STATION_FT | gage CHANNEL STATION_FT BAND
  *   gap_in ... | gap_end_in ...                          421 numbers in lines of up to ten
+ *   brake T_S | wheel T_S                                edge on PB10, on PB11; in order of time
  *   command T_S can|serial NAME [ARGUMENTS]              in order of time
  *   samples COUNT RATE_HZ        then COUNT rows of 22 integers: eight displacements in 1e-5 in and
  *                                fourteen tensions in 0.01 lb; a row xN: the row before, N times

@@ -1,0 +1,25 @@
+/* Pulses from outside the board: frames of the camera, the brake, the wheel. A pulse less than a
+ * millisecond after the previous one is noise: it is refused and counted. An input that is not
+ * fitted is not captured. */
+#ifndef MATRIG_FIRMWARE_PULSES_H
+#define MATRIG_FIRMWARE_PULSES_H
+
+#include "firmware/board.h"
+
+/* pulses processed per block; there may be a thousand per second, also when 2 ms of blocks are
+ * waiting */
+#define PULSES_PER_BLOCK 8u
+
+struct pulses {
+    bool captured;
+    bool known;           /* there is an accepted pulse */
+    uint32_t tick, block; /* last accepted pulse */
+};
+
+/* Captures the input while it is fitted. Call in each block before pulses_take. */
+void pulses_fit(struct pulses *pulses, enum board_pulses input, bool fitted);
+/* Takes the pulses up to a tick in block `index`. Returns the number of accepted ones. */
+size_t pulses_take(struct pulses *pulses, enum board_pulses input, uint32_t index,
+                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);
+
+#endif
