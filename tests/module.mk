@@ -23,7 +23,7 @@ build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | a
 
 # What has more of the same to check than make test takes the time for (tests/long.h, take in tests/cli/tap.sh).
 long_tests := $(B)/tests/hil/test_blackbox $(B)/tests/hil/test_electronics $(B)/tests/hil/test_velocity $(B)/tests/host/test_push $(B)/tests/host/test_sim_extremes $(B)/tests/host/test_sim_planar \
-	$(addprefix tests/cli/,electronics.sh kth.sh log-hold.sh replay.sh runs.sh soak-host.sh stability.sh strangers.sh)
+	$(addprefix tests/cli/,braking.sh electronics.sh kth.sh log-hold.sh replay.sh runs.sh soak-host.sh stability.sh strangers.sh)
 .PHONY: long
 long: in-build $(B)/.test-packages all $(filter $(B)/%,$(long_tests)) $(variants) test-programs ## longer | the checks of make test that have more cases or longer times, with all of them; then make certify (25 min)
 	@MATRIG_LONG=1 tests/run-all.sh $(long_tests)

@@ -607,6 +607,19 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
+/* The thrust of the last landing, if the edge of the brake was recorded. `spread`: of the share. */
+static void measured_thrust_answer(const struct advise *advise, double thrust_lb_per_g,
+                                   double spread, struct answer *answer)
+{
+    const struct mr_estimate *braked = &advise->past.braked_ft_s2;
+    double thrust_lb = thrust_lb_per_g * braked->value / ADVISE_G_FT_S2;
+    if (!(braked->value > 0.0))
+        return;
+    answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION, thrust_lb,
+                    thrust_lb * hypot(spread, braked->error / braked->value), 1);
+    answer_remark(answer, ", in the last landing from the brake's edge to the stop");
+}
+
 /* A bow wave rises above a critical thrust (docs/explanation/bow-waves.md). */
 static void thrust_answer(const struct advise *advise, struct answer *answer)
 {
@@ -618,6 +631,7 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
     if (runway->bump_ft > 0.0) {
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
+        measured_thrust_answer(advise, share * runway->thrust_lb_per_g, spread, answer);
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
         answer_remark(answer,
                       ", for the assumed irregularity; bow waves form above about 1.2 times this");

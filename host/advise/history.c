@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/runway.h"
+#include "host/analyse/braking.h"
 #include "host/analyse/measured_load.h"
 #include "host/analyse/zones.h"
 #include "host/store/store_journal.h"
@@ -91,7 +92,9 @@ static enum mr_status take_landing(struct store *store, struct history *past,
                                    struct history_landing *landing, struct error *error)
 {
     struct measured measured;
-    enum mr_status status = measured_load(store, landing->run, &measured, error);
+    struct braking braking;
+    enum mr_status status = measured_load(store, landing->run, &measured, error)
+                              ?: braking_load(store, &measured, &braking, error);
     const struct mr_gates_summary *summary = &measured.summary;
     if (status == MR_OK) {
         double speed_ft_s = summary->touchdown_speed_ft_s.value,
@@ -100,6 +103,7 @@ static enum mr_status take_landing(struct store *store, struct history *past,
         landing->measured = measured.fit_status == MR_OK && speed_ft_s > LEAST_FT_S &&
                             stopping_distance_ft > 1.0 && summary->stop_t_s.value > 0.0;
         past->touchdown_ft = measured.landing.touchdown_ft;
+        past->braked_ft_s2 = braking.deceleration_ft_s2;
         if (landing->measured) {
             landing->seen.braking = (struct advise_braking){
                 .speed_ft_s = speed_ft_s,

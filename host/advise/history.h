@@ -3,6 +3,7 @@
 #ifndef MATRIG_HOST_ADVISE_HISTORY_H
 #define MATRIG_HOST_ADVISE_HISTORY_H
 
+#include "common/gates.h"
 #include "host/advise/members.h"
 #include "host/analyse/inspection.h"
 #include "host/store/store.h"
@@ -18,6 +19,8 @@ struct history_landing {
 
 struct history {
     struct advise_runway runway;
+    /* of the last landing: from the edge of the brake to the stop; NaN: no edge */
+    struct mr_estimate braked_ft_s2;
     double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
     struct history_landing *landing;
     size_t landings;

@@ -130,7 +130,9 @@ struct measured {
     bool no_rest;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated;
-    bool dates_known; /* the configuration was read, so calibration dates are known */
+    bool dates_known;           /* the configuration was read, so calibration dates are known */
+    struct mr_site_config site; /* 0 if it was not */
+    double thrust_lb_per_g;     /* of the predictor; NaN: not known */
     /* a channel that was not recalibrated has no calibration date; false if dates are not known */
     bool uncalibrated;
 };

@@ -559,10 +559,24 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
     measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
-    if (measured->dates_known)
+    if (measured->dates_known) {
+        measured->site = config->site[0];
         measured->uncalibrated = (config_text_undated(config) & ~measured->recalibrated) != 0;
+    }
     free(text);
     free(config);
+    return status;
+}
+
+static enum mr_status find_thrust(struct store *store, int64_t run, struct measured *measured,
+                                  struct error *error)
+{
+    struct mr_predictor_config predictor;
+    size_t items = 0;
+    enum mr_status status = store_predict_config(store, run, &predictor, &items, error);
+    measured->thrust_lb_per_g = status == MR_OK && items == (size_t)MR_PREDICT_ITEMS
+                                  ? (double)predictor.thrust_lb_per_g
+                                  : (double)NAN;
     return status;
 }
 
@@ -572,6 +586,7 @@ static enum mr_status load_facts(struct store *store, int64_t run, struct measur
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
            find_calibration(store, run, measured, error) ?:
+           find_thrust(store, run, measured, error) ?:
            load_gates(store, run, measured, error) ?:
            count_missing_edges(store, run, measured, error);
 }

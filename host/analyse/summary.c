@@ -473,6 +473,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
 {
     memset(summary, 0, sizeof *summary);
     return measured_load(store, run, &summary->measured, error) ?:
+           braking_load(store, &summary->measured, &summary->braking, error) ?:
            zones_load(store, &summary->measured, &summary->zones, error) ?:
            foresight_load(store, &summary->measured, &summary->foresight, error) ?:
            store_session_get(store, summary->measured.landing.session, &summary->session, error) ?:
@@ -890,6 +891,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     const struct measured *measured = &summary->measured;
     summary_alerts_answer(summary, answer);
     motion_answer(summary, answer);
+    braking_answer(&summary->braking, answer);
     channel_events_answer(summary, answer);
     source_answer(measured, answer);
     import_answer(summary, answer);

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "common/quantity.h"
+#include "host/analyse/braking.h"
 #include "host/analyse/bands.h"
 #include "host/analyse/track.h"
 #include "host/analyse/zones.h"
@@ -54,6 +55,7 @@ struct summary {
     struct store_gap *gap;
     size_t gaps;
     struct film film;
+    struct braking braking;
     struct store_time_map clock; /* best clock of the links; `refusal` shows whether it is usable */
     bool clock_known;
     struct store_fault *fault;

@@ -1,0 +1,236 @@
+#include "host/analyse/braking.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/xmalloc.h"
+
+#define G_FT_S2         32.174
+#define TICKS_PER_US    84.0
+#define LOCK_PULSES     5.0
+/* pulses before a lock that the wheel's last part of one takes: mean and error */
+#define LAST_PART       1.2071
+#define LAST_PART_ERROR 0.6969
+#define PART_ERROR      0.288675 /* of a pulse: uniform from 0 to 1 */
+
+struct pulse {
+    double number, t_s;
+};
+
+/* Time of a capture: its ticks since an edge of a switch, whose time is exact, wrapped to the
+ * millisecond in which the board reported it. */
+static double capture_s(const struct store_braking_edge *row, const struct store_edge *edge,
+                        const struct measured *measured)
+{
+    double near_ticks = ((double)row->board_us - edge->board_us) * TICKS_PER_US;
+    int64_t expected = llround(fmax(-1e15, fmin(1e15, near_ticks)));
+    int32_t beyond = (int32_t)((uint32_t)row->tick - (uint32_t)edge->tick - (uint32_t)expected);
+    return (edge->board_us + (double)(expected + beyond) / TICKS_PER_US - (double)measured->t0_us) /
+           1e6;
+}
+
+/* Number of pulses at a time between the first and the last. */
+static double number_at(const struct pulse *pulse, size_t count, double t_s)
+{
+    size_t i = 1;
+    while (i < count - 1 && pulse[i].t_s < t_s)
+        i++;
+    const struct pulse *a = &pulse[i - 1], *b = &pulse[i];
+    return a->number + (t_s - a->t_s) / (b->t_s - a->t_s) * (b->number - a->number);
+}
+
+static struct mr_estimate way_ft(const struct track *track, double from_s, double to_s)
+{
+    struct mr_estimate from = track_at(track, from_s), to = track_at(track, to_s);
+    return (struct mr_estimate){to.value - from.value, hypot(from.error, to.error)};
+}
+
+static void find_slip(const struct track *track, const struct mr_site_config *site,
+                      const struct pulse *pulse, size_t count, struct braking *braking)
+{
+    double from_s = braking->edge ? fmax(braking->onset_s.value, 0.0) : 0.0;
+    double radius_ft = (double)site->wheel_radius_ft,
+           per_pulse_ft = 2.0 * M_PI * radius_ft / site->wheel_pulses;
+    bool covered = pulse[0].t_s <= from_s;
+    double first = covered ? number_at(pulse, count, from_s) : pulse[0].number - 0.5;
+    struct mr_estimate way = way_ft(track, from_s, track->stop.t_s);
+    double rolled = pulse[count - 1].number + 0.5 - first,
+           ratio = rolled * per_pulse_ft / way.value,
+           part = hypot(PART_ERROR, covered ? 0.0 : PART_ERROR);
+    braking->slip.value = 1.0 - ratio;
+    braking->slip.error =
+        hypot(ratio * hypot((double)site->wheel_radius_error_ft / radius_ft, way.error / way.value),
+              part * per_pulse_ft / way.value);
+}
+
+/* Duration of the pulse at `i` (to the next row), limited to that of a wheel about to lock. */
+static double pulse_s(const struct pulse *pulse, size_t count, size_t i, double limit_s)
+{
+    bool known = i + 1 < count && pulse[i + 1].number == pulse[i].number + 1.0;
+    return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_PULSES;
+}
+
+/* The wheel from pulse `i` to the next one, or to the stop. */
+static void find_lock(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
+                      size_t count, size_t i, struct braking *braking)
+{
+    bool last = i + 1 == count;
+    double from_s = pulse[i].t_s, to_s = last ? track->stop.t_s : pulse[i + 1].t_s;
+    double way = way_ft(track, from_s, to_s).value;
+    if (!(way >= LOCK_PULSES * per_pulse_ft) ||
+        (!last && pulse[i + 1].number > pulse[i].number + 1.0))
+        return;
+    double limit_s = LOCK_PULSES * per_pulse_ft * (to_s - from_s) / way;
+    double before_s = i ? pulse_s(pulse, count, i - 1, limit_s) : limit_s / LOCK_PULSES,
+           after_s = pulse_s(pulse, count, i + 1, limit_s);
+    struct braking_lock lock = {
+        {from_s + LAST_PART * before_s, LAST_PART_ERROR * before_s},
+        {to_s - LAST_PART * after_s, LAST_PART_ERROR * after_s},
+    };
+    if (last)
+        lock.to_s = (struct mr_estimate){to_s, braking->onset_s.error};
+    braking->locked_s.value += lock.to_s.value - lock.from_s.value;
+    braking->locked_s.error = hypot(braking->locked_s.error,
+                                    hypot(lock.to_s.error, lock.from_s.error));
+    if (braking->locks < BRAKING_LOCKS)
+        braking->lock[braking->locks] = lock;
+    braking->locks++;
+}
+
+static void find_locks(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
+                       size_t count, struct braking *braking)
+{
+    double stop_s = track->stop.t_s;
+    braking->locked_s = (struct mr_estimate){0.0, 0.0};
+    for (size_t i = 0; i < count && pulse[i].t_s < stop_s; i++) {
+        if (pulse[i].t_s >= 0.0)
+            find_lock(track, per_pulse_ft, pulse, count, i, braking);
+    }
+}
+
+/* Mean deceleration from the edge to the stop, and the thrust that it takes. From touchdown to the
+ * edge the speed falls by as much as the fit has it, which brakes at once, or not at all: uniform.
+ */
+static void find_thrust(const struct measured *measured, struct braking *braking)
+{
+    const struct mr_gates_summary *summary = &measured->summary;
+    struct mr_estimate speed_ft_s, *a = &braking->deceleration_ft_s2;
+    double from_s = fmax(braking->onset_s.value, 0.0), took_s = summary->stop_t_s.value - from_s;
+    double fitted_ft_s = measured_speed_ft_s(measured, from_s, &speed_ft_s.error),
+           fall_ft_s = summary->touchdown_speed_ft_s.value - fitted_ft_s;
+    speed_ft_s.value = fitted_ft_s + 0.5 * fall_ft_s;
+    speed_ft_s.error = hypot(speed_ft_s.error, fall_ft_s / sqrt(12.0));
+    if (!(took_s > 0.0) || !(speed_ft_s.value > 0.0))
+        return;
+    a->value = speed_ft_s.value / took_s;
+    a->error = a->value * hypot(speed_ft_s.error / speed_ft_s.value,
+                                hypot(summary->stop_t_s.error, braking->onset_s.error) / took_s);
+    braking->thrust_lb.value = measured->thrust_lb_per_g * a->value / G_FT_S2;
+    braking->thrust_lb.error = braking->thrust_lb.value *
+                               hypot(BRAKING_SHARE_ERROR, a->error / a->value);
+}
+
+/* Splits the rows into the edge of the brake and the pulses up to the stop. */
+static size_t take_rows(const struct store_braking_edge *row, size_t rows,
+                        const struct store_edge *edge, const struct measured *measured,
+                        struct pulse *pulse, struct braking *braking)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < rows; i++) {
+        double t_s = capture_s(&row[i], edge, measured);
+        if (row[i].number == 0) {
+            /* the first one beyond the first switch, else the last one before it */
+            if (braking->edge && braking->onset_s.value >= measured->gate[0].t_s)
+                continue;
+            braking->edge = true;
+            braking->onset_s = (struct mr_estimate){t_s, measured->summary.touchdown_t_s.error};
+        } else if (count == 0 || t_s > pulse[count - 1].t_s) {
+            braking->pulses++;
+            if (t_s <= measured->summary.stop_t_s.value)
+                pulse[count++] = (struct pulse){(double)row[i].number, t_s};
+        }
+    }
+    return count;
+}
+
+static void find_all(const struct measured *measured, const struct pulse *pulse, size_t count,
+                     struct braking *braking)
+{
+    const struct mr_site_config *site = &measured->site;
+    struct track track;
+    track_make(measured, &track);
+    if (!track.known)
+        return;
+    if (braking->edge)
+        find_thrust(measured, braking);
+    if (count < 2 || !site->wheel_pulses)
+        return;
+    find_slip(&track, site, pulse, count, braking);
+    find_locks(&track, 2.0 * M_PI * (double)site->wheel_radius_ft / site->wheel_pulses, pulse,
+               count, braking);
+}
+
+enum mr_status braking_load(struct store *store, const struct measured *measured,
+                            struct braking *braking, struct error *error)
+{
+    const struct mr_estimate unknown = {(double)NAN, (double)NAN};
+    struct store_braking_edge *row = NULL;
+    struct store_edge *edge = NULL;
+    size_t rows = 0, edges = 0, i = 0;
+    int64_t run = measured->landing.id;
+    *braking = (struct braking){.onset_s = unknown,
+                                .slip = unknown,
+                                .locked_s = unknown,
+                                .deceleration_ft_s2 = unknown,
+                                .thrust_lb = unknown};
+    enum mr_status status = store_braking_edges(store, run, &row, &rows, error);
+    if (status == MR_OK && rows)
+        status = store_edges(store, run, &edge, &edges, error);
+    while (i < edges && isnan(edge[i].board_us))
+        i++;
+    if (status == MR_OK && i < edges && measured->fit_status == MR_OK &&
+        measured->t0_is_touchdown) {
+        struct pulse *pulse = xcalloc(rows, sizeof *pulse);
+        size_t count = take_rows(row, rows, &edge[i], measured, pulse, braking);
+        find_all(measured, pulse, count, braking);
+        free(pulse);
+    }
+    free(row);
+    free(edge);
+    return status;
+}
+
+void braking_answer(const struct braking *braking, struct answer *answer)
+{
+    if (!braking->edge && !braking->pulses)
+        return;
+    answer_open(answer, "braking", "");
+    if (braking->edge)
+        answer_estimate(answer, "onset", "brake applied", UNIT_TIME, braking->onset_s.value,
+                        braking->onset_s.error, 4);
+    answer_count(answer, "pulses", NULL, (int64_t)braking->pulses);
+    if (!isnan(braking->slip.value)) {
+        answer_estimate(answer, "slip", "slip of the wheel", UNIT_NUMBER, braking->slip.value,
+                        braking->slip.error, 3);
+        answer_estimate(answer, "locked", "wheel locked", UNIT_TIME, braking->locked_s.value,
+                        braking->locked_s.error, 3);
+        answer_table(answer, "locks", braking->locks ? "wheel locked" : NULL);
+        for (size_t i = 0; i < braking->locks && i < BRAKING_LOCKS; i++) {
+            const struct braking_lock *lock = &braking->lock[i];
+            answer_row(answer);
+            answer_estimate(answer, "from", "from", UNIT_TIME, lock->from_s.value,
+                            lock->from_s.error, 3);
+            answer_estimate(answer, "to", "to", UNIT_TIME, lock->to_s.value, lock->to_s.error, 3);
+        }
+        answer_close(answer);
+    }
+    if (braking->edge) {
+        answer_estimate(answer, "deceleration", "braked", UNIT_DECELERATION,
+                        braking->deceleration_ft_s2.value, braking->deceleration_ft_s2.error, 3);
+        answer_estimate(answer, "thrust", "thrust on the strip", UNIT_TENSION,
+                        braking->thrust_lb.value, braking->thrust_lb.error, 1);
+    }
+    answer_close(answer);
+}
