@@ -584,13 +584,19 @@ static enum mr_status read_line(struct reader *r, const char *p)
     return MR_OK;
 }
 
+/* Texts of before do not have the fields of brake and wheel: nothing is fitted. */
+static bool may_be_missing(struct config_field_ref at)
+{
+    return at.group == MR_GROUP_site && at.field >= MR_FIELD_site_brake_edge;
+}
+
 static enum mr_status check(struct reader *r)
 {
     struct mr_config_reason reason;
     struct config_field_ref at = {0};
     size_t number = 0;
     do {
-        if (!r->given[number++]) {
+        if (!r->given[number++] && !may_be_missing(at)) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
             return error_set(

@@ -190,3 +190,35 @@ TEST(differences_are_named)
     assert_int_equal(config_text_compare(&a, &b, count_change, NULL), 1);
     assert_int_equal(changes, 1);
 }
+
+/* Removes the lines that begin with `field`. */
+static void without(char *text, const char *field)
+{
+    char *line;
+    while ((line = strstr(text, field)) != NULL) {
+        char *next = strchr(line, '\n') + 1;
+        memmove(line, next, strlen(next) + 1);
+    }
+}
+
+/* A text of before brake and wheel could be fitted: neither is. Of other fields each is needed. */
+TEST(a_text_of_before_has_no_wheel)
+{
+    struct mr_config c = sound_config(), back;
+    struct error error = {0};
+    char *text = config_text_write(&c);
+    without(text, "site.brake_edge =");
+    without(text, "site.wheel_pulses =");
+    without(text, "site.wheel_radius_ft =");
+    without(text, "site.wheel_radius_error_ft =");
+    assert_int_equal(config_text_read(text, "text", &back, &error), MR_OK);
+    c.site[0].brake_edge = c.site[0].wheel_pulses = 0;
+    c.site[0].wheel_radius_ft = c.site[0].wheel_radius_error_ft = 0.0f;
+    mr_config_encode(&c, image);
+    mr_config_encode(&back, again);
+    assert_memory_equal(again, image, sizeof image);
+    without(text, "site.can_base =");
+    assert_int_equal(config_text_read(text, "text", &back, &error), MR_MALFORMED);
+    assert_non_null(strstr(error.text, "site.can_base is missing"));
+    free(text);
+}
