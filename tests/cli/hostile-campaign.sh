@@ -21,7 +21,7 @@ refused() {
     shift 3
     for word; do words+=("${word/#DB/$db}"); done
     before=$(sha256sum <"$db")
-    (ulimit -v 4000000; timeout 30 "${words[@]}") >"$tmp/out" 2>"$tmp/err" </dev/null
+    (ulimit -v 4000000; timeout 300 "${words[@]}") >"$tmp/out" 2>"$tmp/err" </dev/null
     status=$?
     echo "exit $status; stderr:"
     cat "$tmp/err"
@@ -40,9 +40,9 @@ hostile trigger "$(for t in sessions landings landing_changes observations serie
 printf 'value,code\n0,2048\n1,2400\n' >"$tmp/points.csv"
 while read -r name words; do
     # shellcheck disable=SC2086
-    check "a view without end: $name" refused 4 view 'view landings' timeout 30 $matrig $words
+    check "a view without end: $name" refused 4 view 'view landings' timeout 300 $matrig $words
     # shellcheck disable=SC2086
-    check "triggers without end: $name" refused 4 trigger 'trigger on_' timeout 30 $matrig $words
+    check "triggers without end: $name" refused 4 trigger 'trigger on_' timeout 300 $matrig $words
 done <<EOL
 report report DB -o $tmp/none.html
 export export DB 1 --format csv -o $tmp/none.csv
@@ -91,7 +91,7 @@ check "a table of the user's own" refused 4 mine 'table my_notes' $matrig landin
 hostile lacks "DROP TABLE readiness"
 check "a table that is missing" refused 4 lacks 'no table readiness' $matrig landing DB
 hostile analysed ANALYZE
-check "what ANALYZE keeps is no hindrance" timeout 30 $matrig landing "$tmp/analysed.db" 1 --note text
+check "what ANALYZE keeps is no hindrance" timeout 300 $matrig landing "$tmp/analysed.db" 1 --note text
 
 bundle() {
     $matrig bundle "$good" 1 -o "$tmp/whole.db" && $matrig --quiet report "$tmp/whole.db" -o "$tmp/whole.html" || return 1
