@@ -286,6 +286,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
 
     set(at("I2C1", "I2C", "CR2"), 16);
     set(at("I2C1", "I2C", "CCR"), 80);
+    set(at("I2C1", "I2C", "TRISE"), 17); /* 1,000 ns at 16 MHz */
     set(at("GPIOB", "GPIO", "AFR"), 0x44000000);
     set(at("GPIOB", "GPIO", "MODER"), 0xa000);
     set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE"));

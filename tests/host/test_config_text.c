@@ -169,7 +169,7 @@ TEST(a_reason_is_said_in_words)
     is_said(
         (struct mr_config_reason){
             .group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_ALIKE, .other = 99},
-        "steps of two switches");
+        "too close to the step of another switch");
 }
 
 static unsigned changes;
