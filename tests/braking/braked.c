@@ -87,7 +87,7 @@ static void draw(struct landing *l)
         l->locks++;
         from_s = lock->to_s + 0.25;
         if (l->locks == wanted && uniform(0.0, 1.0) < 0.3)
-            lock->to_s = INFINITY;
+            lock->to_s = (double)INFINITY;
     }
 }
 
