@@ -121,6 +121,6 @@ arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor(_[a-z]+)?|matc
     END { printf "  flash %d bytes\n", n }' | tee -a $out/budget.txt
 gdb-multiarch -batch -ex 'printf "  RAM %d bytes: model and what is told %d, memory of the runway %d\n", sizeof(struct predict) + sizeof(struct runwaystore), sizeof(struct predict), sizeof(struct runwaystore)' $elf 2>/dev/null | tee -a $out/budget.txt
 awk '/worst case/ { print "  stack of the firmware, " $0 }' build/firmware/stack.txt | tee -a $out/budget.txt
-grep -E '^  (gaps|faults) ' $out/log.txt | tee -a $out/budget.txt
-! grep -Eq '^  (gaps|faults) +[^n]' $out/log.txt # no block lost, no task late
+grep -E '^  data ' $out/log.txt | tee -a $out/budget.txt
+grep -q '^  data .* 0 gaps, 0 faults$' $out/log.txt # no block lost, no task late
 rm -f $out/campaign.db
