@@ -3,7 +3,7 @@
 
     wire.py LINK    LINK becomes a symbolic link to the terminal. Orders come on standard input, a line each:
                         send FILE TIMES    the file so many times; "sent" is printed when all of it was taken
-                        end                the wire is cut
+                        end                LINK goes, and the wire is cut
 """
 import os, pty, sys, tty
 
@@ -21,5 +21,6 @@ for line in sys.stdin:
         while rest:
             rest = rest[os.write(master, rest[:65536]):]
     print('sent', flush=True)
+os.unlink(sys.argv[1])  # first: another program's terminal may get the same number at once
 os.close(slave)
 os.close(master)
