@@ -452,8 +452,30 @@ static void take_sheet(struct typist *typist)
 #define SAME_IN       1e-6 /* a caliper resolves 0.0005 in */
 #define SAME_READINGS 10u  /* that a crew does not repeat to the last digit */
 
-/* Checked first: an unreadable sheet must not create a survey or a campaign. */
-static void check_sheet(const struct request *request)
+/* The sheet of the newest survey given again would show a runway on which nothing has moved. */
+static void refuse_same(const struct request *request, struct store *store,
+                        const struct survey_sheet *sheet)
+{
+    static struct survey newest;
+    struct error none = {0};
+    size_t read = 0, same = 0;
+    if (request->doubtful || survey_get(store, 0, &newest, &none) != MR_OK ||
+        strcmp(newest.row.edges, survey_edges_text[request->edges]) != 0)
+        return;
+    for (size_t i = 0; i < newest.desk.plan.count; i++) {
+        read += isnan(sheet->value_in[i]) ? 0u : 1u;
+        same += fabs(sheet->value_in[i] - newest.desk.value_in[i]) < SAME_IN ? 1u : 0u;
+    }
+    if (same == read && read >= SAME_READINGS)
+        error_set(fatal, MR_LIMIT,
+                  "all %zu readings equal those of survey %lld: %s; give the sheet of the new "
+                  "survey, or accept all readings with --doubtful",
+                  read, (long long)newest.row.id, request->from);
+}
+
+/* Checked first: an unreadable sheet must not create a survey or a campaign. store: NULL if there is
+ * no campaign yet. */
+static void check_sheet(const struct request *request, struct store *store)
 {
     static struct survey_desk desk;
     static struct survey_sheet sheet;
@@ -461,28 +483,8 @@ static void check_sheet(const struct request *request)
         return;
     survey_desk_init(&desk, request->edges);
     survey_sheet_read(request->from, &desk.plan, &sheet, fatal);
-}
-
-/* The sheet of the newest survey given again would show a runway on which nothing has moved. */
-static void check_sheet_differs(const struct request *request, struct store *store)
-{
-    static struct survey newest;
-    static struct survey_sheet sheet;
-    struct error none = {0};
-    size_t read = 0, same = 0;
-    if (!request->from || request->doubtful || survey_get(store, 0, &newest, &none) != MR_OK ||
-        strcmp(newest.row.edges, survey_edges_text[request->edges]) != 0)
-        return;
-    survey_sheet_read(request->from, &newest.desk.plan, &sheet, fatal);
-    for (size_t i = 0; i < newest.desk.plan.count; i++) {
-        read += isnan(sheet.value_in[i]) ? 0u : 1u;
-        same += fabs(sheet.value_in[i] - newest.desk.value_in[i]) < SAME_IN ? 1u : 0u;
-    }
-    if (same == read && read >= SAME_READINGS)
-        error_set(fatal, MR_LIMIT,
-                  "all %zu readings equal those of survey %lld: %s; give the sheet of the new "
-                  "survey, or accept all readings with --doubtful",
-                  read, (long long)newest.row.id, request->from);
+    if (store)
+        refuse_same(request, store, &sheet);
 }
 
 static void begin(const struct request *request, struct store *store, struct survey *survey)
@@ -497,8 +499,7 @@ static void begin(const struct request *request, struct store *store, struct sur
                  survey->desk.plan.count);
         return;
     }
-    check_sheet(request);
-    check_sheet_differs(request, store);
+    check_sheet(request, store);
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
                                     .error_in = request->error_in,
                                     .closed_in = request->closed_in};
@@ -790,7 +791,7 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_survey, argc, argv, cli, &r, &r.db, fatal);
     check(&r);
     if (access(r.db, F_OK) != 0)
-        check_sheet(&r);
+        check_sheet(&r, NULL);
     return run(&r);
 }
 
