@@ -473,8 +473,8 @@ static void refuse_same(const struct request *request, struct store *store,
                   read, (long long)newest.row.id, request->from);
 }
 
-/* Checked first: an unreadable sheet must not create a survey or a campaign. store: NULL if there is
- * no campaign yet. */
+/* Checked first: an unreadable sheet must not create a survey or a campaign. store: NULL if the
+ * campaign does not exist. */
 static void check_sheet(const struct request *request, struct store *store)
 {
     static struct survey_desk desk;
