@@ -141,14 +141,15 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
 
 /* ---- the link ---- */
 
-#define STRANGE_LINES 1000u /* this many without a frame: not a log */
+#define STRANGE_LINES 1000u      /* this many without a frame: not a log */
+#define ENDLESS_BYTES 100000000u /* this many without a newline: likewise */
 
 /* Take the next line out of the buffer; `*length` excludes the newline. `*whole` is false if the
- * file ends first. A very long line is cut off. */
+ * file ends first. A very long line is cut off. MR_MALFORMED: the line does not end. */
 static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
-    size_t searched = 0;
+    size_t searched = 0, cut = 0;
     for (;;) {
         const uint8_t *from = link->buffer + link->start;
         const uint8_t *newline = memchr(from + searched, '\n', link->end - link->start - searched);
@@ -161,6 +162,12 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
         }
         searched = link->end - link->start;
         if (searched > CANDUMP_LINE_MAX) {
+            cut += searched - CANDUMP_LINE_MAX;
+            if (cut > ENDLESS_BYTES)
+                return error_set(error, MR_MALFORMED,
+                                 "no end of line in %u bytes: %s; give a log that `candump -L` "
+                                 "wrote",
+                                 ENDLESS_BYTES, link->spec);
             searched = CANDUMP_LINE_MAX;
             link->end = link->start + searched;
         }

@@ -57,6 +57,12 @@ pipe_with_a_late_writer() {
     local log=$!
     await grep -q 'no frame in' "$tmp/late.err" && cat "$tmp/all.can" >"$tmp/pipe" && wait $log && grep -q '^RUN 1: landing 5, done' "$tmp/late"
 }
+no_line_end() { # what never ends and never is a line
+    timeout -k 60 250 $matrig log --can file:/dev/zero --db "$tmp/zero.db" >/dev/null 2>"$tmp/zero.err"
+    local status=$?
+    cat "$tmp/zero.err"
+    [ $status = 4 ] && grep -q '^matrig: no end of line in [0-9]* bytes: file:/dev/zero; ' "$tmp/zero.err"
+}
 needs() { readelf -d "$1" | sed -n 's/.*(NEEDED).*\[\(lib[a-z]*\).*/\1/p'; }
 libraries_apart() {
     needs $matrig; needs build/matrig-board
@@ -71,5 +77,6 @@ check "the campaign has them, and the counts are right" recorded
 check "the JSON has them" in_json
 check "a pipe without a writer ends by a signal" pipe_without_writer
 check "a pipe with a late writer is read" pipe_with_a_late_writer
+check "a device without an end of line is refused" no_line_end
 check "libserialport only in matrig, Unicorn only in matrig-board" libraries_apart
 finish
