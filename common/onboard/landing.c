@@ -35,7 +35,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     reset_passage(landing);
     landing->edges = 0;
     landing->opened = 0;
-    landing->gates_before_touchdown = 0;
+    landing->gates_before_braking = 0;
     landing->braked = false;
     landing->motion_known = false;
     landing->fitting = false;
@@ -119,18 +119,18 @@ static bool is_before_brake(const struct landing *landing, const struct mr_gate 
 static void estimate(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
-    /* Gates before touchdown would bend the parabola, because braking begins at touchdown. They
-     * count only until two gates beyond it have opened. */
-    landing->gates_before_touchdown = 0;
-    while (landing->gates_before_touchdown < passage->gates) {
-        const struct mr_gate *gate = &passage->gate[landing->gates_before_touchdown];
+    /* The parabola does not fit gates passed before braking, at touchdown or at the edge of the
+     * brake. They are used only until two later gates have opened. */
+    landing->gates_before_braking = 0;
+    while (landing->gates_before_braking < passage->gates) {
+        const struct mr_gate *gate = &passage->gate[landing->gates_before_braking];
         if (gate->station_ft >= (double)config->site[0].touchdown_ft &&
             !is_before_brake(landing, gate))
             break;
-        landing->gates_before_touchdown++;
+        landing->gates_before_braking++;
     }
-    unsigned skip = passage->gates >= landing->gates_before_touchdown + 2
-                      ? landing->gates_before_touchdown
+    unsigned skip = passage->gates >= landing->gates_before_braking + 2
+                      ? landing->gates_before_braking
                       : 0;
     landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip,
                                          (double)config->site[0].switch_error_ft,

@@ -78,8 +78,8 @@ struct landing {
 
     bool braked;         /* the brake was applied in this landing */
     uint32_t brake_tick; /* that edge */
-    /* gates of the passage before the touchdown station, or before the edge of the brake */
-    unsigned gates_before_touchdown;
+    /* gates of the passage up to touchdown or, after an edge of the brake, up to that edge */
+    unsigned gates_before_braking;
     struct mr_motion_estimate motion; /* motion at the last gate */
     bool motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */

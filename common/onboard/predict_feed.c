@@ -4,7 +4,7 @@
 
 #define S_PER_TICK    (1.0f / 84e6f)
 #define NEVER_S       1e9f
-/* after this many gates beyond touchdown the deceleration is that of braking alone */
+/* after this many gates passed while braking, the deceleration is that of braking alone */
 #define BRAKING_GATES 3u
 
 /* Copies the firmware's motion estimate as floats at each gate. */
@@ -26,7 +26,7 @@ static void follow_motion(struct predict_motion *motion, const struct landing *l
     motion->station_ft = (float)landing->motion.position_ft.value;
     motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
     motion->braking = !__builtin_isnan(a) &&
-                      passage->gates - landing->gates_before_touchdown >= BRAKING_GATES;
+                      passage->gates - landing->gates_before_braking >= BRAKING_GATES;
     motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
     motion->stop_s = motion->deceleration_ft_s2 > 0.0f
                        ? motion->speed_ft_s / motion->deceleration_ft_s2

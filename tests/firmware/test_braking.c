@@ -1,5 +1,5 @@
-/* Brake edge and pulses of the wheel, above a fake board: which are told of, and that nothing is
- * captured of what is not fitted. */
+/* Brake edge and wheel pulses above a fake board: edges and pulses since arming are reported, and
+ * an input that is not fitted is not captured. */
 #include "tests/firmware/play.h"
 
 static int with_both(void **state)
@@ -20,7 +20,7 @@ static void pulse_at(enum board_pulses input, double t_s)
     fake.pulses[input].tick[fake.pulses[input].count++] = (uint32_t)llround(t_s * 84e6);
 }
 
-TEST_IN(edge_and_pulses_since_arming_are_told, with_both, NULL)
+TEST_IN(edge_and_pulses_since_arming_are_reported, with_both, NULL)
 {
     play(20);
     pulse_at(BOARD_BRAKE, 0.025);

@@ -273,8 +273,8 @@ TEST_IN(two_rigs_do_not_know_of_each_other, rig_before, NULL)
     assert_near(far_one.motion.speed_ft_s.value, 10.0 / 0.18, 0.2);
     assert_near(near_one.passage.gate[4].station_ft, -2.5 + 4 * 5.0, 1e-6);
     assert_near(far_one.passage.gate[4].station_ft, -5.0 + 4 * 10.0 - 2.0, 1e-6);
-    assert_int_equal(near_one.gates_before_touchdown, 2); /* -2.5 and 2.5 of 3 ft */
-    assert_int_equal(far_one.gates_before_touchdown, 2);  /* -7 and 3 of 12 ft */
+    assert_int_equal(near_one.gates_before_braking, 2); /* -2.5 and 2.5 of 3 ft */
+    assert_int_equal(far_one.gates_before_braking, 2);  /* -7 and 3 of 12 ft */
 }
 
 /* Of a switch that is not fitted nobody says that it is missing; of one that is, somebody does. */
@@ -338,7 +338,7 @@ TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
         for (unsigned i = 0; i < 50; i++) /* the last switch is identified */
             next_block((uint32_t)(1000.0 * braked_s(27.5)) + 1 + i, NULL, 0);
         assert_int_equal(landing.passage.gates, 7);
-        assert_int_equal(landing.gates_before_touchdown, told ? 3 : 2); /* 7.5 ft too */
+        assert_int_equal(landing.gates_before_braking, told ? 3 : 2); /* 7.5 ft too */
         if (told)
             assert_near(landing.motion.deceleration_ft_s2.value, 9.0, 0.2);
         else

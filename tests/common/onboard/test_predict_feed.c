@@ -15,7 +15,7 @@ static float readings_in[MR_TRANSDUCERS], zero_in[MR_TRANSDUCERS];
 static struct landing rolling(void)
 {
     struct landing landing = {
-        .state = MR_LANDING_LANDING, .motion_known = true, .gates_before_touchdown = 2};
+        .state = MR_LANDING_LANDING, .motion_known = true, .gates_before_braking = 2};
     landing.passage.state = MR_PASSAGE_ROLLING;
     landing.passage.gates = 5;
     landing.passage.gate[4].station_ft = 10.0;
@@ -50,7 +50,7 @@ TEST(the_wheel_is_carried_on)
     input = feed(&landing, 3.0f, 9.0); /* it stopped after 5 s, 50 ft on */
     assert_near(input.wheel_ft, 60.0, 1e-4);
     assert_near(input.speed_ft_s, 0.0, 0.0);
-    landing.gates_before_touchdown = 3;
+    landing.gates_before_braking = 3;
     assert_false(feed(&landing, 3.0f, 1.5).braking_known);
 }
 
