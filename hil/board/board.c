@@ -275,12 +275,10 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    if (!options->bare) { /* the one-shot drives PA15 low; buffers of camera, brake and wheel */
-        hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0);
-        hil_gpio_drive(&board->mcu.gpio, 1, 3, false, 0);
-        hil_gpio_drive(&board->mcu.gpio, 1, 10, false, 0);
-        hil_gpio_drive(&board->mcu.gpio, 1, 11, false, 0);
-    }
+    /* the one-shot and the buffers of camera, brake and wheel drive their pins low */
+    for (unsigned i = 0; !options->bare && i < HIL_CAPTURES; i++)
+        hil_gpio_drive(&board->mcu.gpio, hil_capture_pins[i].port, hil_capture_pins[i].pin, false,
+                       0);
     if (options->jumper)
         fit_jumper(board);
     hil_tmp112_power(&board->tmp112);

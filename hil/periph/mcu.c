@@ -147,10 +147,10 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_is_high_at_rest, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
-    static const uint8_t captured[HIL_CAPTURES][2] = {{0, 15}, {1, 3}, {1, 10}, {1, 11}};
-    for (unsigned i = 0; i < HIL_CAPTURES; i++) { /* PA15, PB3, PB10, PB11: TIM2's channels */
+    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+        const struct hil_capture_pin *pin = &hil_capture_pins[i];
         mcu->pin[4 + i] = (struct hil_pin){&mcu->tim, 1, i, NULL, hil_tim2_input_edge};
-        gpio->alternate[captured[i][0]][captured[i][1]] = &mcu->pin[4 + i];
+        gpio->alternate[pin->port][pin->pin] = &mcu->pin[4 + i];
     }
     gpio->alternate[3][12] = &mcu->pin[0];
     gpio->alternate[3][13] = &mcu->pin[1];

@@ -35,6 +35,9 @@
 static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
 static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 
+const struct hil_capture_pin hil_capture_pins[HIL_CAPTURES] = {
+    {0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
+
 static uint32_t counter_mask(unsigned unit)
 {
     return unit == HIL_TIM2 ? 0xffffffffu : 0xffffu;
@@ -389,21 +392,18 @@ static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channe
 /* Checks the rule FLOATING: something must drive or pull a capture input. */
 static void hold_inputs(struct hil_tim_device *dev)
 {
-    static const struct {
-        unsigned port, pin;
-        const char *name;
-    } pins[HIL_CAPTURES] = {{0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
     const struct hil_tim *t = &dev->state[HIL_TIM2];
     for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+        const struct hil_capture_pin *pin = &hil_capture_pins[i];
         if (is_output(t, i) || !is_enabled(t, i) ||
-            hil_gpio_alternate(dev->gpio, pins[i].port, pins[i].pin) != 1)
+            hil_gpio_alternate(dev->gpio, pin->port, pin->pin) != 1)
             continue;
-        if (hil_gpio_is_held(dev->gpio, pins[i].port, pins[i].pin))
+        if (hil_gpio_is_held(dev->gpio, pin->port, pin->pin))
             hil_rules_record_pass(dev->rules, HIL_RULE_FLOATING);
         else
             hil_rules_record_violation(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
                                        "TIM2 captures edges of %s, but nothing drives or pulls it",
-                                       pins[i].name);
+                                       pin->name);
     }
 }
 

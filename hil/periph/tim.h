@@ -19,6 +19,13 @@
 #define HIL_CAPTURES 4u
 enum { HIL_TIM2, HIL_TIM4 };
 
+/* Pins of TIM2's capture channels; alternate function 1. */
+struct hil_capture_pin {
+    unsigned port, pin;
+    const char *name;
+};
+extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURES];
+
 struct hil_tim {
     /* registers as written */
     HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);

@@ -12,7 +12,6 @@
 #include "hil/periph/rcc.h"
 #include "hil/periph/tim.h"
 #include "hil/rig/rig.h"
-#include "hil/rig/runfile.h"
 
 /* The application handles a block 0.97 ms after its first trigger. A command sent half a block
  * earlier arrives between the handling of the block before and of this one. */
@@ -58,25 +57,19 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
     return cycle_of(dev, replay->edge_tick[state->next_edge]);
 }
 
-/* Pins of port B that the trains drive. */
-static const uint8_t train_pin[HIL_TRAINS] = {3, 10, 11};
-
-/* Cycle of the next change of a train's pin. */
+/* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
 static uint64_t train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
-    const struct hil_train *train = &dev->replay->train[i];
-    const struct hil_replay_state *state = dev->state;
-    if (state->train_high[i])
-        return cycle_of(dev, train->tick[state->train_next[i] - 1] + TRAIN_PULSE_TICKS);
-    return state->train_next[i] < train->count ? cycle_of(dev, train->tick[state->train_next[i]])
-                                               : HIL_NEVER;
+    uint64_t tick = hil_train_next(&dev->replay->train[i], &dev->state->train[i],
+                                   TRAIN_PULSE_TICKS);
+    return tick == HIL_RUN_NEVER ? HIL_NEVER : cycle_of(dev, tick);
 }
 
 static void schedule(struct hil_replay_device *dev)
 {
     const struct hil_replay_state *state = dev->state;
     uint64_t next = pin_cycle(dev);
-    for (unsigned i = 0; i < HIL_TRAINS; i++) {
+    for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         uint64_t train = train_cycle(dev, i);
         next = train < next ? train : next;
     }
@@ -138,12 +131,12 @@ static void move_pin(struct hil_replay_device *dev, uint64_t at)
     hil_gpio_drive(dev->gpio, 0, 15, state->pulse, at);
 }
 
-static void move_train_pin(struct hil_replay_device *dev, unsigned i, uint64_t at)
+static void move_train(struct hil_replay_device *dev, unsigned i, uint64_t at)
 {
-    struct hil_replay_state *state = dev->state;
-    state->train_high[i] = !state->train_high[i];
-    state->train_next[i] += state->train_high[i];
-    hil_gpio_drive(dev->gpio, 1, train_pin[i], state->train_high[i], at);
+    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_CAPTURE + i];
+    struct hil_train_state *state = &dev->state->train[i];
+    hil_train_move(state);
+    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->high, at);
 }
 
 static void on_event(void *device, uint64_t at)
@@ -154,9 +147,9 @@ static void on_event(void *device, uint64_t at)
         return; /* after a reset the record starts again with the first scan */
     if (pin_cycle(dev) <= at)
         move_pin(dev, at);
-    for (unsigned i = 0; i < HIL_TRAINS; i++) {
+    for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         if (train_cycle(dev, i) <= at)
-            move_train_pin(dev, i, at);
+            move_train(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
         cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
@@ -233,17 +226,6 @@ double hil_replay_duration_s(const struct hil_replay *replay)
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 
-/* Makes room for one more element by doubling; aborts without memory, as the board does. */
-static void *grow(void *array, size_t count, size_t size)
-{
-    if (count & (count - 1))
-        return array;
-    array = realloc(array, (count ? 2 * count : 1) * size);
-    if (!array)
-        abort();
-    return array;
-}
-
 static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay, const char *text)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
@@ -270,7 +252,7 @@ static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay
     if (!hil_codes_of(&block, &codes, &channel))
         return refuse(r, "block %u, channel %u: no codes match this sum and these counts",
                       (unsigned)block.index, channel);
-    replay->blocks = grow(replay->blocks, replay->block_count, sizeof block);
+    replay->blocks = hil_record_grow(replay->blocks, replay->block_count, sizeof block);
     replay->blocks[replay->block_count++] = block;
     return MR_OK;
 }
@@ -284,7 +266,7 @@ static enum mr_status read_tick(struct hil_record *r, const char *text, uint64_t
     if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] ||
         tick > (uint64_t)INT64_MAX / 8u || (*count && tick < (*ticks)[*count - 1] + apart))
         return refuse(r, "a tick in order of time expected, at least %" PRIu64 " apart", apart);
-    *ticks = grow(*ticks, *count, sizeof tick);
+    *ticks = hil_record_grow(*ticks, *count, sizeof tick);
     (*ticks)[(*count)++] = tick;
     return MR_OK;
 }
@@ -301,7 +283,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_replay *repl
         text[end] || (count && command.block < replay->commands[count - 1].block))
         return refuse(r, "`command <block> <code> <index> <tag> <argument>` in order of time "
                          "expected");
-    replay->commands = grow(replay->commands, count, sizeof command);
+    replay->commands = hil_record_grow(replay->commands, count, sizeof command);
     replay->commands[replay->command_count++] = command;
     return MR_OK;
 }
@@ -314,10 +296,10 @@ static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay,
         return read_block(r, replay, line + 6);
     if (strncmp(line, "edge ", 5) == 0)
         return read_tick(r, line + 5, 1, &replay->edge_tick, &replay->edge_count);
-    for (unsigned i = 0; i < HIL_TRAINS; i++) {
-        static const char *const keyword[HIL_TRAINS] = {"frame ", "brake ", "wheel "};
+    for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
+        static const char *const keyword[HIL_REPLAY_TRAINS] = {"frame ", "brake ", "wheel "};
         if (strncmp(line, keyword[i], 6) == 0)
-            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].tick,
+            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].rise,
                              &replay->train[i].count);
     }
     if (strncmp(line, "command ", 8) == 0)
@@ -356,8 +338,8 @@ void hil_replay_free(struct hil_replay *replay)
 {
     free(replay->blocks);
     free(replay->edge_tick);
-    for (unsigned i = 0; i < HIL_TRAINS; i++)
-        free(replay->train[i].tick);
+    for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++)
+        free(replay->train[i].rise);
     free(replay->commands);
     *replay = (struct hil_replay){0};
 }

@@ -17,6 +17,7 @@
 #include "common/block.h"
 #include "common/catalogue.h"
 #include "common/status.h"
+#include "hil/rig/runfile.h"
 
 /* Converter codes with given sums and saturation counts. A block record does not determine the
  * individual codes; they are chosen here. */
@@ -33,8 +34,8 @@ struct hil_codes {
  * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
 bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
 
-/* trains of pulses: film frames (PB3), brake (PB10), wheel (PB11) */
-#define HIL_TRAINS 3u
+#define HIL_REPLAY_TRAINS  3u /* film frames, brake, wheel */
+#define HIL_REPLAY_CAPTURE 1u /* capture channel of the first train (hil_capture_pins) */
 
 struct hil_adc_device;
 struct hil_can_device;
@@ -49,9 +50,9 @@ struct hil_replay_state {
     bool started;        /* TIM2 is running */
     uint64_t zero_cycle; /* cycle at which TIM2 was 0 */
     uint64_t resets;     /* resets of the chip before TIM2 started */
-    uint32_t next_edge, next_command, train_next[HIL_TRAINS];
+    uint32_t next_edge, next_command;
     bool pulse; /* PA15 is high */
-    bool train_high[HIL_TRAINS];
+    struct hil_train_state train[HIL_REPLAY_TRAINS];
     uint16_t sequence; /* sequence number of the next serial frame */
 };
 
@@ -96,10 +97,7 @@ struct hil_replay {
     size_t block_count; /* at least 1 */
     uint64_t *edge_tick;
     size_t edge_count;
-    struct hil_train {
-        uint64_t *tick;
-        size_t count;
-    } train[HIL_TRAINS];
+    struct hil_train train[HIL_REPLAY_TRAINS]; /* times in ticks */
     struct hil_replay_command *commands;
     size_t command_count;
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */

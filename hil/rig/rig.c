@@ -9,6 +9,7 @@
 #include "hil/periph/can.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
+#include "hil/periph/tim.h"
 #include "hil/periph/usart.h"
 #include "hil/rig/electronics.h"
 
@@ -24,12 +25,10 @@
 #define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
 #define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
 
-/* Time of the next change of a pulse's pin. */
-static uint64_t pulse_ps(const struct hil_train_state *state, const struct hil_run_pulses *pulses)
+/* Time of the next change of the input with train i. */
+static uint64_t train_ps(const struct hil_rig_device *dev, unsigned i)
 {
-    if (state->high)
-        return pulses->t_ps[state->next - 1] + HIL_CAMERA_PULSE_PS;
-    return state->next < pulses->count ? pulses->t_ps[state->next] : HIL_NEVER;
+    return hil_train_next(&dev->run->train[i], &dev->state->train[i], HIL_TRAIN_PULSE_PS);
 }
 
 static void schedule(struct hil_rig_device *dev)
@@ -47,11 +46,9 @@ static void schedule(struct hil_rig_device *dev)
     }
     if (rig->shunt_next_ps < next)
         next = rig->shunt_next_ps;
-    if (dev->run) {
-        uint64_t brake = pulse_ps(&rig->brake, &dev->run->brake);
-        uint64_t wheel = pulse_ps(&rig->wheel, &dev->run->wheel);
-        next = brake < next ? brake : next;
-        next = wheel < next ? wheel : next;
+    for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
+        if (train_ps(dev, i) < next)
+            next = train_ps(dev, i);
     }
     hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
@@ -113,15 +110,12 @@ static void start_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
     contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
 }
 
-static void move_pulse(struct hil_rig_device *dev, struct hil_train_state *state,
-                       const struct hil_run_pulses *pulses, unsigned pin, uint64_t now_ps,
-                       uint64_t at)
+static void move_train(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
-    if (pulse_ps(state, pulses) > now_ps)
-        return;
-    state->high = !state->high;
-    state->next += state->high;
-    hil_gpio_drive(dev->gpio, 1, pin, state->high, at);
+    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_CAPTURE + i];
+    struct hil_train_state *state = &dev->state->train[i];
+    hil_train_move(state);
+    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->high, at);
 }
 
 static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
@@ -155,9 +149,9 @@ static void on_event(void *device, uint64_t at)
     }
     while (rig->shunt_next_ps <= now_ps)
         move_relay(dev, at);
-    if (dev->run) {
-        move_pulse(dev, &rig->brake, &dev->run->brake, 10, now_ps, at);
-        move_pulse(dev, &rig->wheel, &dev->run->wheel, 11, now_ps, at);
+    for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
+        if (train_ps(dev, i) <= now_ps)
+            move_train(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
@@ -581,7 +575,7 @@ static void on_film(void *device, uint64_t at)
             camera->skip--;
         } else {
             camera->pulse = true;
-            camera->low_ps = camera->frame_ps + HIL_CAMERA_PULSE_PS;
+            camera->low_ps = camera->frame_ps + HIL_TRAIN_PULSE_PS;
             dev->core->state.counters.film_frames++;
             hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, true, at);
         }

@@ -41,7 +41,8 @@ struct hil_core;
 struct hil_electronics;
 struct hil_usart_device;
 
-#define HIL_RIG_SHUNT_LB 40.0
+#define HIL_RIG_SHUNT_LB   40.0
+#define HIL_TRAIN_PULSE_PS 100000000ull /* pulses of camera, brake and wheel: 100 us */
 
 /* A contact. The staircase follows its last movement, beginning at `level` (0 closed, 1 open) at
  * since_ps. */
@@ -73,13 +74,10 @@ enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
     struct hil_contact contact[24];
-    struct hil_train_state {
-        uint32_t next;
-        bool high;                             /* for 100 us */
-    } brake, wheel;                            /* pulses of the run on PB10 and PB11 */
-    uint8_t channel_fault[HIL_BOARD_CHANNELS]; /* enum hil_channel_fault */
-    double held[HIL_BOARD_CHANNELS];           /* value of a stuck channel: inches, pounds, volts */
-    double gain_drift[HIL_RUN_GAGES];          /* gain minus 1 */
+    struct hil_train_state train[HIL_RUN_TRAINS]; /* pulses of the run on PB10 and PB11 */
+    uint8_t channel_fault[HIL_BOARD_CHANNELS];    /* enum hil_channel_fault */
+    double held[HIL_BOARD_CHANNELS];  /* value of a stuck channel: inches, pounds, volts */
+    double gain_drift[HIL_RUN_GAGES]; /* gain minus 1 */
     double offset_lb[HIL_RUN_GAGES];
     bool shunted;
     bool shunt_wanted;      /* level of PE1 */
@@ -167,8 +165,6 @@ void hil_script_start(struct hil_script_device *dev);
 /* The film camera of the rig. A rising edge on PE2 triggers it. After a delay it gives a pulse of
  * 100 us on PB3 for each frame, at a constant rate with jitter, until the power fails. A trigger
  * while the camera runs has no effect. */
-
-#define HIL_CAMERA_PULSE_PS 100000000ull
 
 struct hil_camera {
     bool trigger; /* level of PE2 */

@@ -64,6 +64,32 @@ char *hil_record_line(struct hil_record *r)
     return NULL;
 }
 
+void *hil_record_grow(void *array, size_t count, size_t size)
+{
+    if (count & (count - 1))
+        return array; /* it doubles at powers of two */
+    array = realloc(array, (count ? 2 * count : 1) * size);
+    if (!array)
+        abort();
+    return array;
+}
+
+/* ---- pulse trains ---- */
+
+uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
+                        uint64_t width)
+{
+    if (state->high)
+        return train->rise[state->next - 1] + width;
+    return state->next < train->count ? train->rise[state->next] : HIL_RUN_NEVER;
+}
+
+void hil_train_move(struct hil_train_state *state)
+{
+    state->high = !state->high;
+    state->next += state->high;
+}
+
 /* ---- run files ---- */
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
@@ -123,24 +149,19 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
         MR_OK)
         return refuse(r, "`%s` is not a command", text + end);
-    run->commands = realloc(run->commands, (run->command_count + 1u) * sizeof *run->commands);
-    if (!run->commands)
-        abort(); /* without memory the board aborts too */
+    run->commands = hil_record_grow(run->commands, run->command_count, sizeof command);
     run->commands[run->command_count++] = command;
     return MR_OK;
 }
 
-static enum mr_status read_pulse(struct hil_record *r, struct hil_run_pulses *pulses,
-                                 const char *text)
+static enum mr_status read_pulse(struct hil_record *r, struct hil_train *train, const char *text)
 {
     uint64_t t_ps;
-    if (pulses->count == PULSES_MAX || !time_ps(text, &t_ps) ||
-        (pulses->count && t_ps <= pulses->t_ps[pulses->count - 1]))
+    if (train->count == PULSES_MAX || !time_ps(text, &t_ps) ||
+        (train->count && t_ps <= train->rise[train->count - 1]))
         return refuse(r, "up to %u times in ascending order expected", PULSES_MAX);
-    pulses->t_ps = realloc(pulses->t_ps, (pulses->count + 1u) * sizeof *pulses->t_ps);
-    if (!pulses->t_ps)
-        abort();
-    pulses->t_ps[pulses->count++] = t_ps;
+    train->rise = hil_record_grow(train->rise, train->count, sizeof t_ps);
+    train->rise[train->count++] = t_ps;
     return MR_OK;
 }
 
@@ -200,9 +221,9 @@ static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char 
     if (strcmp(keyword, "command") == 0)
         return read_command(r, run, line + end);
     if (strcmp(keyword, "brake") == 0)
-        return read_pulse(r, &run->brake, line + end);
+        return read_pulse(r, &run->train[0], line + end);
     if (strcmp(keyword, "wheel") == 0)
-        return read_pulse(r, &run->wheel, line + end);
+        return read_pulse(r, &run->train[1], line + end);
     if (strcmp(keyword, "samples") == 0)
         return read_samples(r, run, line + end);
     if (strcmp(keyword, "duration_s") == 0) {
@@ -237,8 +258,8 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
 
 void hil_run_free(struct hil_run *run)
 {
-    free(run->brake.t_ps);
-    free(run->wheel.t_ps);
+    for (unsigned i = 0; i < HIL_RUN_TRAINS; i++)
+        free(run->train[i].rise);
     free(run->commands);
     free(run->samples);
     *run = (struct hil_run){0};

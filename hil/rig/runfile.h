@@ -20,7 +20,26 @@
 #define HIL_RUN_TRANSDUCERS 8u
 #define HIL_RUN_GAGES       14u
 #define HIL_RUN_COLUMNS     (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
+#define HIL_RUN_TRAINS      2u /* brake, wheel */
+#define HIL_RUN_CAPTURE     2u /* capture channel of the first train (hil_capture_pins) */
 #define HIL_RUN_NEVER       UINT64_MAX
+
+/* The pulses on one input. The file determines the unit of their times. */
+struct hil_train {
+    uint64_t *rise; /* times of the rising edges, ascending */
+    size_t count;
+};
+
+struct hil_train_state {
+    uint32_t next; /* next pulse */
+    bool high;
+};
+
+/* Time of the next change of the input, if each pulse has this width; HIL_RUN_NEVER: none. */
+uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
+                        uint64_t width);
+/* Applies that change. */
+void hil_train_move(struct hil_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
@@ -33,11 +52,8 @@ struct hil_run {
     unsigned switches; /* number in the file; always HIL_RUN_SWITCHES */
     /* by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
-    double switch_ft[HIL_RUN_SWITCHES]; /* true station of the switch */
-    struct hil_run_pulses {             /* in order of time */
-        uint64_t *t_ps;
-        size_t count;
-    } brake, wheel;
+    double switch_ft[HIL_RUN_SWITCHES];     /* true station of the switch */
+    struct hil_train train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
     size_t command_count;
     struct hil_run_command *commands; /* in order of time */
     double rate_hz;
@@ -72,5 +88,8 @@ enum mr_status hil_record_open(struct hil_record *record, const char *kind);
 /* Returns the next line without its newline. Blank lines and lines that begin with # are skipped.
  * NULL: no more lines. */
 char *hil_record_line(struct hil_record *record);
+/* Makes room for one more element in an array of `count` elements of `size` bytes and returns it.
+ * Aborts without memory, as the board does. */
+void *hil_record_grow(void *array, size_t count, size_t size);
 
 #endif

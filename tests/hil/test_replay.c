@@ -143,7 +143,7 @@ TEST(a_whole_file_is_read)
     assert_int_equal(replay.edge_count, 2);
     assert_true(replay.edge_tick[1] == 4294967296000u);
     assert_int_equal(replay.train[0].count, 2);
-    assert_int_equal(replay.train[0].tick[1], 168000);
+    assert_int_equal(replay.train[0].rise[1], 168000);
     /* TIM2 has wrapped between the first and the last of them */
     assert_int_equal(replay.block_count, 3);
     assert_int_equal(replay.origin_tick, 2352);
