@@ -13,7 +13,6 @@ ASSET(page, "host/live/page/live.html");
 ASSET(board_script, "host/live/page/board.js");
 ASSET(script, "host/live/page/live.js");
 ASSET(picture_page, "host/live/page/picture.html");
-ASSET(picture_script, "host/live/page/picture.js");
 ASSET(style, "host/live/page/live.css");
 ASSET(chart_script, "host/report/charts.js");
 ASSET(report_style, "host/report/report.css");
@@ -31,7 +30,6 @@ static const struct asset assets[] = {
     ROW("/board.js", "text/javascript; charset=utf-8", board_script),
     ROW("/live.js", "text/javascript; charset=utf-8", script),
     ROW("/picture.html", "text/html; charset=utf-8", picture_page),
-    ROW("/picture.js", "text/javascript; charset=utf-8", picture_script),
     ROW("/live.css", "text/css; charset=utf-8", style),
     ROW("/charts.js", "text/javascript; charset=utf-8", chart_script),
     ROW("/report.css", "text/css; charset=utf-8", report_style),

@@ -109,7 +109,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)
         return;
-    live_server_open(port, watch->hub, NULL, &watch->server, fatal);
+    live_server_open(port, watch->hub, &watch->server, fatal);
     fprintf(stderr, "live: %s\n", live_server_url(watch->server));
     fflush(stderr);
 }

@@ -1,14 +1,15 @@
 /* matrig record: what the crew sets, inspects and writes down. The kinds are in
  * host/store/records.def. */
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/analyse/inspection.h"
+#include "host/base/assets.h"
 #include "host/base/command.h"
 #include "host/base/csv.h"
+#include "host/base/html.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
@@ -16,13 +17,12 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 #include "host/link/link.h"
-#include "host/live/server.h"
 
 #define WORDS_MAX (INSPECTION_FIELDS_MAX + 3)
 
 struct request {
     const char *words[WORDS_MAX]; /* DB [KIND] [PLACE] FIELD=VALUE... */
-    const char *who, *reason, *csv, *path, *port;
+    const char *who, *reason, *csv, *path;
     int64_t correct, withdraw, compare, measure; /* 0: not given */
     bool kinds;
     /* from the words */
@@ -115,15 +115,9 @@ static void copy_kept_fields(const struct inspections *all, const struct inspect
     answer_close(answer);
 }
 
-/* The record that is corrected or withdrawn. */
-static const struct inspection *find_old(const struct request *r, const struct inspections *all)
+static const struct inspection *find_valid(const struct request *r, const struct inspections *all,
+                                           int64_t id)
 {
-    const int64_t id = r->correct ? r->correct : r->withdraw;
-    if (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT)
-        error_set(fatal, MR_USAGE,
-                  "no reason: matrig record needs --reason TEXT, of at most %d characters, for a "
-                  "correction or withdrawal",
-                  STORE_JOURNAL_TEXT - 1);
     for (size_t i = 0; i < all->count; i++)
         if (all->entry[i].row.id == id && inspection_is_valid(&all->entry[i], NULL, 0))
             return &all->entry[i];
@@ -138,7 +132,8 @@ static enum mr_status add_one(const struct request *r, struct store *store,
 {
     struct store_record row = store_blank_record;
     const struct inspection_kind *kind = r->kind;
-    const struct inspection *old = r->correct || r->withdraw ? find_old(r, all) : NULL;
+    const int64_t id = r->correct ? r->correct : r->withdraw;
+    const struct inspection *old = id ? find_valid(r, all, id) : NULL;
     json_t *values = json_object();
     if (old) {
         kind = old->kind;
@@ -240,64 +235,40 @@ static void read_csv(const struct request *r, struct store *store, const struct 
 
 /* ---- heights in a picture ---- */
 
-struct measuring {
-    struct request request;
-    struct store *store;
-};
-
-/* Each measurement corrects the record as it is by now. */
-static unsigned take_marks(void *context, const json_t *body, json_t *reply)
+static void write_attribute(FILE *out, const char *name, const char *text)
 {
-    struct measuring *m = context;
-    const char *marks = json_string_value(json_object_get(body, "marks"));
-    char *word = xasprintf("height_ft=%s", marks ? marks : ":");
-    struct inspections all;
-    struct error error = {0};
-    store_begin(m->store, fatal);
-    inspection_load(m->store, &all, fatal);
-    for (size_t i = 0; i < all.count; i++)
-        if (all.entry[i].row.id == m->request.correct && all.entry[i].replaced_by)
-            m->request.correct = all.entry[i].replaced_by;
-    m->request.field[0] = word;
-    if (inspection_read(m->request.kind, word, reply, &error) == MR_OK)
-        add_one(&m->request, m->store, &all, NULL, &error);
-    store_commit(m->store, fatal);
-    inspection_free(&all);
-    free(word);
-    if (error.status != MR_OK)
-        json_object_set_new(reply, "error", json_string(error.text));
-    return error.status == MR_OK ? 200 : 400;
+    fprintf(out, " data-%s=\"", name);
+    html_text(out, text);
+    fputc('"', out);
 }
 
-/* Serves the picture of a record until a signal. */
-static void serve_picture(const struct request *r, struct store *store,
-                          const struct inspections *all)
+/* Writes a page that shows the picture of a record in its own pixels. Its script makes a command of
+ * the marks. */
+static void write_marks_page(const struct request *r, const struct inspections *all)
 {
-    struct measuring m = {.request = *r, .store = store};
-    m.request.correct = r->measure;
-    m.request.reason = "measured in the picture";
-    m.request.fields = 1;
-    const struct inspection *entry = find_old(&m.request, all);
+    const struct inspection *entry = find_valid(r, all, r->measure);
+    const struct asset *page = asset_find("/picture.html");
     const char *file = json_string_value(json_object_get(entry->values, "file"));
-    const struct live_picture picture = {file, take_marks, &m};
-    char *word = xasprintf("file=%s", file ? file : "");
+    char *word = xasprintf("file=%s", file ? file : ""), *path, id[24];
     json_t *now = json_object();
-    struct live_server *server;
-    sigset_t set;
-    int number;
-    m.request.kind = entry->kind;
+    struct output output;
     inspection_read(entry->kind, word, now, fatal);
     if (!json_equal(json_object_get(now, "file_sha256"),
                     json_object_get(entry->values, "file_sha256")))
         error_set(fatal, MR_IO, "another picture: %s is not the file of record %lld; restore it",
                   file, (long long)r->measure);
-    cli_end_signals(&set);
-    sigprocmask(SIG_BLOCK, &set, NULL);
-    live_server_open(r->port ? r->port : "8473", NULL, &picture, &server, fatal);
-    fprintf(stderr, "picture: %s (Ctrl-C ends)\n", live_server_url(server));
-    sigwait(&set, &number);
-    live_server_close(server, NULL);
+    output_check(r->path, file, fatal);
+    output_begin(&output, r->path, fatal);
+    fwrite(page->bytes, 1, (size_t)(page->end - page->bytes), output.file);
+    fputs("<svg id=\"picture\"", output.file);
+    write_attribute(output.file, "file", path = realpath(file, NULL));
+    write_attribute(output.file, "campaign", r->words[0]);
+    snprintf(id, sizeof id, "%lld", (long long)r->measure);
+    write_attribute(output.file, "record", id);
+    fputs("></svg>\n", output.file);
+    output_end(&output, fatal);
     json_decref(now);
+    free(path);
     free(word);
 }
 
@@ -325,7 +296,7 @@ static void sort_words(struct request *r)
 static void check(struct request *r)
 {
     int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
-               (r->path != NULL) + (r->measure != 0);
+               (r->path || r->measure);
     if (!r->words[0])
         error_set(fatal, MR_USAGE,
                   "argument missing: matrig record needs DB; see matrig record --help");
@@ -334,7 +305,16 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "more than one action: give fields, --correct, --withdraw, --measure, "
                   "--compare, --csv or -o; see matrig record --help");
-    if (!r->kind && !r->correct && (r->fields || r->csv || r->path))
+    if (r->measure && !r->path)
+        error_set(fatal, MR_USAGE, "no file for the page: give --measure %lld -o F.html",
+                  (long long)r->measure);
+    if ((r->correct || r->withdraw) &&
+        (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT))
+        error_set(fatal, MR_USAGE,
+                  "no reason: matrig record needs --reason TEXT, of at most %d characters, for a "
+                  "correction or withdrawal",
+                  STORE_JOURNAL_TEXT - 1);
+    if (!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path))
         error_set(fatal, MR_USAGE,
                   "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds");
     if (r->compare && !r->place)
@@ -381,8 +361,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     /* mats are accepted before the first landing */
     struct store *store = begins && r.kind->place != INSPECTION_LANDING
                             ? program_campaign_or_new(cli, r.words[0])
-                            : program_campaign(r.words[0],
-                                               adds || r.measure ? STORE_OPEN : STORE_READ);
+                            : program_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
         run_parse(r.place, &run, fatal);
     store_run_find(store, &run, fatal);
@@ -396,7 +375,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     else if (adds)
         add_one(&r, store, &all, answer, fatal);
     else if (r.measure)
-        serve_picture(&r, store, &all);
+        write_marks_page(&r, &all);
     else if (r.path)
         write_csv(&r, &all, run);
     else if (!r.compare)
@@ -430,13 +409,14 @@ static const struct command_part parts[] = {
     OPTION_RUN("--compare", "RUN", compare,
                "list the differences between the records of two landings: --compare 4 5"),
     OPTION_WHOLE("--measure", "N", measure, 1.0, 1e15, 0.0,
-                 "serve the picture of record N on a page: mark two points of known distance and a "
-                 "third, and its height is recorded with its error"),
-    OPTION_TEXT("--port", "PORT", port, "port of that page on 127.0.0.1; default: 8473; 0: any"),
+                 "write a page with the picture of record N (-o F.html): mark two points of known "
+                 "distance and a third, and the page prints the command that records its height "
+                 "and the error"),
     OPTION_TEXT("--csv", "F.csv", csv,
                 "add a record for each line of a file; its first line names place and fields, as "
                 "in a file from -o"),
-    OPTION_TEXT("-o", "F.csv", path, "write the records of KIND to a file"),
+    OPTION_TEXT("-o", "F.csv or .html", path,
+                "file for the records of KIND, or for the page of --measure"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     HELP_EXAMPLE("matrig record campaign.db mat 12 joint_lb_in=12.5+-0.4 slack_in=0.031"),
     OPTION_TEXT("--reason", "T", reason, NULL),
@@ -446,7 +426,7 @@ const struct command command_record = {
     "record",
     record_command,
     "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W]\nDB --correct N FIELD=VALUE ... --reason T\nDB "
-    "--withdraw N --reason T\nDB --measure N\nDB --compare RUN RUN\nDB KIND --csv F | -o "
+    "--withdraw N --reason T\nDB --measure N -o F.html\nDB --compare RUN RUN\nDB KIND --csv F | -o "
     "F\n--kinds",
     "run conditions, acceptance of subgrade and mats, damage, launch, pictures",
     COMMAND_PARTS(parts),

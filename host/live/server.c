@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <microhttpd.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +10,6 @@
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "common/command.h"
 #include "host/board/arm_client.h"
@@ -30,8 +28,7 @@
 #define LANDING_MOST  65535
 
 struct live_server {
-    struct live_hub *hub;               /* NULL: a server for a picture */
-    const struct live_picture *picture; /* NULL: none */
+    struct live_hub *hub;
     struct MHD_Daemon *daemon;
     _Atomic unsigned streams;
     char token[2 * TOKEN_BYTES + 1];
@@ -225,8 +222,7 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
     if (request->too_long)
         return respond(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
-    unsigned code = server->picture ? server->picture->take(server->picture->context, body, json)
-                                    : run_order(server, body, json);
+    unsigned code = run_order(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
     json_decref(body);
     json_decref(json);
@@ -235,32 +231,19 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
 
 /* ---- requests ---- */
 
-static enum MHD_Result send_picture(const struct live_server *server,
-                                    struct MHD_Connection *connection)
-{
-    int fd = open(server->picture->path, O_RDONLY | O_CLOEXEC);
-    off_t size = lseek(fd, 0, SEEK_END);
-    return size < 0 ? respond(connection, MHD_HTTP_NOT_FOUND, "the picture cannot be read\n")
-                    : answer(connection, MHD_HTTP_OK,
-                             MHD_create_response_from_fd((uint64_t)size, fd), "image/*");
-}
-
 static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection,
                            const char *url)
 {
-    const bool picture = server->picture != NULL;
-    const struct asset *asset = asset_find(picture && !url[1] ? "/picture.html" : url);
+    const struct asset *asset = asset_find(url);
     if (asset)
         return answer(connection, MHD_HTTP_OK,
                       MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes),
                                                       (void *)(uintptr_t)asset->bytes,
                                                       MHD_RESPMEM_PERSISTENT),
                       asset->type);
-    if (picture && strcmp(url, "/picture") == 0)
-        return send_picture(server, connection);
-    if (!picture && strcmp(url, "/events") == 0)
+    if (strcmp(url, "/events") == 0)
         return events(server, connection);
-    if (!picture && strcmp(url, "/state") == 0)
+    if (strcmp(url, "/state") == 0)
         return respond_json(connection, MHD_HTTP_OK, live_hub_snapshot(server->hub));
     return respond(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
@@ -323,17 +306,15 @@ static void make_token(struct live_server *server)
 
 static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_in *address)
 {
-    return MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_POLL |
-                                (server->picture ? 0u : MHD_USE_THREAD_PER_CONNECTION),
-                            0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address,
-                            MHD_OPTION_CONNECTION_LIMIT, CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-                            CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, free_request, server,
-                            MHD_OPTION_END);
+    return MHD_start_daemon(
+        MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, NULL,
+        NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
+        CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED,
+        free_request, server, MHD_OPTION_END);
 }
 
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                const struct live_picture *picture, struct live_server **server,
-                                struct error *error)
+                                struct live_server **server, struct error *error)
 {
     char *end;
     long number = strtol(where, &end, 10);
@@ -350,7 +331,6 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
     if (!made)
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
     made->hub = hub;
-    made->picture = picture;
     make_token(made);
     made->daemon = start(made, &address);
     if (!made->daemon) {
@@ -377,8 +357,7 @@ void live_server_close(struct live_server *server, const char *why)
 {
     if (!server)
         return;
-    if (server->hub)
-        live_hub_end(server->hub, why);
+    live_hub_end(server->hub, why);
     for (int ms = 0; ms < END_MS && server->streams > 0; ms += END_LOOK_MS)
         nanosleep(&(const struct timespec){.tv_nsec = END_LOOK_MS * 1000000l}, NULL);
     MHD_stop_daemon(server->daemon);
@@ -405,8 +384,7 @@ enum mr_status live_open(struct live *live, const char *where, const struct live
     live->source = *source;
     live->listener = (struct collector_listener){message, record, live};
     enum mr_status status = live_hub_open(&live->source, &live->hub, error);
-    return status == MR_OK ? live_server_open(where, live->hub, NULL, &live->server, error)
-                           : status;
+    return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
 }
 
 void live_close(struct live *live, const char *why)

@@ -3,7 +3,6 @@
  *     GET /          the page; its scripts and styles (host/base/assets.c), /licences.txt
  *     GET /events    server-sent events (host/live/hub.h)
  *     GET /state     the snapshot as JSON
- *     GET /picture   the picture of a server that measures in one; its page is / then
  *     POST /command  {"command": "arm" or "disarm", "landing": N, "until_us": T}, with the token in
  *                    X-Matrig-Token; refused from T (Unix time) on
  *
@@ -21,20 +20,9 @@
 
 struct live_server;
 
-/* A picture in which points are marked, in place of the live page. */
-struct live_picture {
-    const char *path;
-    /* Handles a JSON object that the page posts to /command, in the server's thread; fills the
-     * reply and returns the HTTP code. */
-    unsigned (*take)(void *context, const json_t *body, json_t *reply);
-    void *context;
-};
-
-/* Starts the server. `where`: a port; 0: any free port. `picture` NULL: the live page of `hub`;
- * else `hub` is NULL. MR_USAGE: not a port. */
+/* Starts the server. `where`: a port; 0: any free port. MR_USAGE: not a port. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                const struct live_picture *picture, struct live_server **server,
-                                struct error *error);
+                                struct live_server **server, struct error *error);
 /* The URL with the token after #, which browsers do not send. Static in the server. */
 const char *live_server_url(const struct live_server *server);
 /* Sends the viewers the reason for at most half a second, then stops the server. NULL is

@@ -114,41 +114,16 @@ pictures() { # the digest is the file's
 }
 # 2 ft are 400 pixels, 60 of them 0.3 ft; the errors are worked by hand in tests/host/test_rig.c. The page itself: tests/browser/picture.py.
 heights() {
-    local all=$tmp/p.db id url server
+    local all=$tmp/p.db id
     cp "$db" "$all"
     id=$(sqlite3 "$all" 'select max(id) from records')
     $matrig --quiet record "$all" --correct "$id" height_ft='2 ft +- 0.02 ft: 100,300 500,300 200,240' --reason film >/dev/null && [ "$(field "$all" $((id + 1)) "['fields']['height_ft']")" = 0.3 ] &&
         field "$all" $((id + 1)) "['fields']['height_ft_error']" | grep '^0.007' && $matrig record "$all" picture | grep 'height (ft)' && $matrig record "$all" picture | grep ' 0.3 +- 0.007' || return 1
     bad() { fails_with 2 "$1" $matrig record "$all" --correct $((id + 1)) height_ft="$2" --reason film; }
     bad 'not marks: .2 ft: 1,2 3,4.' '2 ft: 1,2 3,4' && bad 'out of range: 0 ft' '0 ft: 0,0 90,0 1,1' && bad 'no scale: its marks are 9 pixels apart' '2 ft: 0,0 9,0 1,1' && bad 'no scale' '2 ft: 0,0 90,0 nan,1' || return 1
-    $matrig record "$all" --measure $((id + 1)) --port 0 2>"$tmp/url" &
-    server=$!
-    await grep -q picture: "$tmp/url"
-    url=$(sed -n 's/^picture: \(http[^#]*#[0-9a-f]*\).*/\1/p' "$tmp/url")
-    python3 - "$url" "$tmp/bow.jpg" <<'PY' || { kill $server; return 1; }
-import json, sys, urllib.error, urllib.request
-base, token = sys.argv[1].split("#")
-get = lambda path: urllib.request.urlopen(base + path).read()
-assert b"<title>matrig picture" in get("") and get("picture") == open(sys.argv[2], "rb").read()
-def post(marks, **headers):
-    try:
-        return json.load(urllib.request.urlopen(urllib.request.Request(base + "command", json.dumps({"marks": marks}).encode(), {"Content-Type": "application/json", **headers})))
-    except urllib.error.HTTPError as e:
-        return e.code, e.read().decode()
-assert post("1 ft: 0,0 100,0 50,-20")[0] == 403
-assert post("1 ft: 0,0", **{"X-Matrig-Token": token})[0] == 400
-for feet, height in (1, 0.2), (2, 0.4):
-    assert abs(post("%d ft: 0,0 100,0 50,-20 0.5" % feet, **{"X-Matrig-Token": token})["height_ft"] - height) < 1e-12
-for path in "events", "state":
-    try:
-        get(path)
-        sys.exit(path)
-    except urllib.error.HTTPError as e:
-        assert e.code == 404
-PY
-    kill -INT $server && wait $server && [ "$(field "$all" $((id + 3)) "['fields']['height_ft']")" = 0.4 ] && [ "$(field "$all" $((id + 2)) "['valid']")" = False ] || return 1
-    echo other >"$tmp/bow.jpg"
-    fails_with 3 'another picture: .*bow.jpg' $matrig record "$all" --measure $((id + 3)) --port 0 && printf 'not really a picture' >"$tmp/bow.jpg"
+    $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && grep '<title>matrig picture' "$tmp/marks.html" && grep -F "<svg id=\"picture\" data-file=\"$(realpath "$tmp/bow.jpg")\" data-campaign=\"$all\" data-record=\"$((id + 1))\"></svg>" "$tmp/marks.html" || return 1
+    fails_with 2 'no file for the page' $matrig record "$all" --measure $((id + 1)) && echo other >"$tmp/bow.jpg" &&
+        fails_with 3 'another picture: .*bow.jpg' $matrig record "$all" --measure $((id + 1)) -o "$tmp/marks.html" && printf 'not really a picture' >"$tmp/bow.jpg"
 }
 in_the_report() {
     record damage 2 station_ft=85 what=dislocated pieces=13 side=left note='<i>overrun' >/dev/null && $matrig --json report "$db" -o "$tmp/with.html" >/dev/null || return 1

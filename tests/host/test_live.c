@@ -487,7 +487,7 @@ TEST(other_addresses_are_refused)
     struct live_server *server = NULL;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
     for (size_t i = 0; i < COUNT_OF(refused); i++) {
-        assert_int_equal(live_server_open(refused[i], hub, NULL, &server, &error), MR_USAGE);
+        assert_int_equal(live_server_open(refused[i], hub, &server, &error), MR_USAGE);
         assert_null(server);
         error = (struct error){0};
     }
