@@ -753,7 +753,7 @@ static void put_journal(const struct report *report, FILE *out)
 
 /* ---- surveys of the mat ---- */
 
-#define SURVEYS_DRAWN 6u /* bows of this many newest surveys */
+#define SURVEYS_DRAWN 6u /* this many of the newest surveys */
 
 static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 {
@@ -784,9 +784,18 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
     }
 }
 
-/* In-plane bow since the first survey, for the newest surveys, with its limits. */
-static void draw_bows(struct figure *figure, const struct report *report,
-                      const struct store_gage_survey *rows, size_t count)
+static double mean_moved_in(const struct survey_change *change, unsigned point)
+{
+    double sum_in = 0.0;
+    for (unsigned line = 0; line < SURVEY_LINES; line++)
+        sum_in += change->moved[line][point].value_in;
+    return sum_in / SURVEY_LINES;
+}
+
+/* In-plane bow, with its limits, or movement (mean of the lines) since the first survey, for the
+ * newest surveys. */
+static void draw_since_first(struct figure *figure, const struct report *report,
+                             const struct store_gage_survey *rows, size_t count, bool bow)
 {
     const double limit = SURVEY_BOW_LIMIT_IN;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
@@ -795,11 +804,13 @@ static void draw_bows(struct figure *figure, const struct report *report,
     unsigned drawn = 0;
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_found *found = xmalloc(sizeof *found);
-    axes.x = "station";
-    axes.y = "bow";
+    axes.x = bow ? "station" : NULL;
+    axes.y = bow ? "bow" : "total movement";
     figure_plot(figure, &axes);
-    figure_shape(figure, "mark", none, none, limit, limit, NULL);
-    figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
+    if (bow) {
+        figure_shape(figure, "mark", none, none, limit, limit, NULL);
+        figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
+    }
     for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN;) {
         if (survey_get(report->store, rows[i].id, survey, report->error) != MR_OK ||
             survey_find(report->store, survey, found, report->error) != MR_OK)
@@ -807,7 +818,7 @@ static void draw_bows(struct figure *figure, const struct report *report,
         if (!found->first)
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
-            y[k] = found->since_first.bow[k].value_in;
+            y[k] = bow ? found->since_first.bow[k].value_in : mean_moved_in(&found->since_first, k);
         snprintf(name, sizeof name, "survey %lld", (long long)rows[i].id);
         figure_series(figure,
                       &(struct chart_series){name, drawn++, "marks", x, y, NULL, SURVEY_POINTS});
@@ -876,11 +887,12 @@ static void surveys(const struct report *report, FILE *out)
             FIGURE_EACH);
         draw_lines(&figure, found, false);
         draw_lines(&figure, found, true);
-        draw_bows(&figure, report, rows, count);
+        draw_since_first(&figure, report, rows, count, false);
+        draw_since_first(&figure, report, rows, count, true);
         figure_end(&figure, NULL,
                    "Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten "
-                   "mats; movement downfield; in-plane bow of the newest surveys since survey "
-                   "%lld, between the limits (dotted).",
+                   "mats; movement downfield. Movement (mean of the lines) and in-plane bow of the "
+                   "newest surveys since survey %lld; dotted: limits of the bow.",
                    (long long)survey->row.id, (long long)found->previous, (long long)found->first);
     }
     free(rows);

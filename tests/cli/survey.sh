@@ -161,7 +161,11 @@ report_has_them() {
     $matrig survey "$tmp/a.db" --new --edges both --note '<script>alert(1)</script>' --from "$tmp/next.csv" >/dev/null || return 1
     $matrig report "$tmp/a.db" -o "$tmp/a.html" && grep -q '<section id="survey">' "$tmp/a.html" &&
         grep -q 'opening of joints, movement and in-plane bow' "$tmp/a.html" && ! grep -q '<script>alert' "$tmp/a.html" &&
-        [ "$(sed -n '/<section id="survey">/,/<.section>/p' "$tmp/a.html" | grep -o '"k":"marks"' | wc -l)" -ge 9 ]
+        [ "$(sed -n '/<section id="survey">/,/<.section>/p' "$tmp/a.html" | grep -o '"k":"marks"' | wc -l)" -ge 11 ] || return 1
+    # every gap 0.005 in wider than in the first survey, before that 0.01 to 0.04 in narrower by line: as much from point to point
+    sed -n '/"total movement (in)"/,/"bow (in)"/p' "$tmp/a.html" | grep -o '"n":"survey.*' |
+        sed 's/.*"n":"\(survey [0-9]*\)","x":.*"y":\[\([45]\),0,\([-0-9,]*\)\].*/\1 \2 \3/' | tr , '\n' | sort -u | tee "$tmp/moved"
+    [ "$(tr '\n' ' ' <"$tmp/moved")" = "-250 500 survey 2 4 -250 survey 3 5 500 " ]
 }
 
 # The board that begins again has no survey, and says so; the landing was armed with one.
