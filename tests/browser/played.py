@@ -34,8 +34,8 @@ def main(db):
                              "most from advices"], check=True, capture_output=True, text=True).stdout.split()
     p, low, high, hardest, speed, planned, limit = (float(word) for word in advice[1:])
     print("# Measured: the landings of the demo\n")
-    print("`make demo` plays synthetic landings to the emulated board; no real board or runway was measured. `make pictures` generates this page.\n")
-    print("Advice before landing 5, planned at %.1f ft/s and %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
+    print("`make demo` plays synthetic landings to the emulated board. `make pictures` generates this page.\n")
+    print("Advice before landing 5 with the plan %.1f ft/s, %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
           "is %.0f %%. At this speed, braking up to %.1f ft/s² keeps the probability below the limit.\n" % (speed, planned, advice[0], 100 * p, 100 * low, 100 * high, 100 * limit, hardest))
     print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel reaches 50 closed mats, truth (s) | Lead (s) | Longest zone ahead, truth (mats) |")
     print("|---|--:|--:|--:|--:|--:|--:|")
@@ -48,8 +48,8 @@ def main(db):
             one["mean_deceleration_error_ft_s2"], "none" if warned is None else "%.2f" % warned, "never" if at_s is None else "%.2f" % at_s,
             "" if warned is None or at_s is None else "%.2f" % (at_s - warned), mats))
     w = campaign["record"]["warnings"]
-    print("\n± is one standard error. Judged by the survey and the transducers only (`matrig show`): %d landing%s warned in time, %d too late, %d missed, %d false warnings, %d correctly quiet." % (
-        w["hits"], "" if w["hits"] == 1 else "s", w["late"], w["misses"], w["false"], w["silences"]))
+    print("\n± is one standard error. Judged by the survey and the transducers only (`matrig show`): warnings in time %d, too late %d, missed %d, false %d; landings correctly without warning %d." % (
+        w["hits"], w["late"], w["misses"], w["false"], w["silences"]))
 
 
 main(sys.argv[1])

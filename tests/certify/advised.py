@@ -22,11 +22,10 @@ This page shows the advice of `matrig advise --before RUN` for each landing of t
 decelerations from the 1973 report. As the plan, `advise` gets the measured speed and mean braking of the landing, and assumes that the braking stays within 10 % of this
 mean. `advise` knows the friction, the survey and the earlier landings, but not the modification (bands, cleats, ...).
 
-In 1973, standard buckled on landing 5, grit on 4, cleats on 8 and stiffeners on 4; bands-off moved several times as far as with bands; the others did not buckle
-(report, 4.2 to 5.6). These outcomes are for comparison only, because thrust, ground and mats of that time are unknown.
+In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. The others did not buckle; without bands (bands-off) the mat moved
+several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because thrust, ground and mats of 1973 are unknown.
 
-standard-5 is the same landing as landing 5 of the [demo](demo.md). The advice differs (48 % here, 40 % there), because `advise` has other inputs: here a plan of
-7.7 ft/s² and landings 1 to 4, there a plan of 7.8 ft/s², landings 1 and 4, and a survey after them.
+standard-5 is landing 5 of the [demo](demo.md), where the probability is 40 %, because plan, landings and surveys given to `advise` differ.
 
 """
 
@@ -62,7 +61,7 @@ parser.add_argument("--out", default="build/certify")
 parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true = truths(arguments.out)
-lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps it below 20 %. The first landing "
+lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. The first landing "
          "of a series has no advice.", "",
          "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count in SERIES:

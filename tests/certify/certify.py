@@ -315,7 +315,7 @@ def condensed(table, damaged):
             loads.append(float(cells[6]))
     warned.sort()
     said = ("- %d cases had no warning, as required. The highest peak risk was %.2f (%s).\n- In %d cases the lead was 0.5 s or more, up to %.2f s (%s).\n"
-            "- In %d cases of landing 5 with a fault, the warning was within the bound: from %.2f s (%s) to %.2f s (%s).\n"
+            "- In %d cases of landing 5 with a fault, the warning came in time: %.2f s (%s) to %.2f s (%s) after touchdown.\n"
             "- %d cases limit the processor load: the predictor took at most %.1f %% of the processor in any second.") % (
                 len(quiet), *max(quiet), len(leads), *max(leads), len(warned), *warned[0], *warned[-1], len(loads), max(loads, default=0.0))
     return "\n".join(kept).replace("Undamaged", said + "\n\nUndamaged", 1)
@@ -361,7 +361,7 @@ def main():
     if not given.names:
         rows, wrong = judge_sums(add_up(results), bounds)
         failed += wrong
-        table += "\nUndamaged landings together:\n\n| | Result | Bound |\n|---|--:|---|\n" + "\n".join(rows) + "\n"
+        table += "\nSums over all undamaged landings:\n\n| | Result | Bound |\n|---|--:|---|\n" + "\n".join(rows) + "\n"
     same = [seen["statements"] for _, seen, _ in results if seen["same"]]
     table += "\n%d cases in %.0f min; %s. Host and board agree bit for bit in %d cases (%d reports).\n" % (
         len(results), (time.time() - begun) / 60, "**%d bounds failed**" % failed if failed else "all bounds hold", len(same), sum(same))

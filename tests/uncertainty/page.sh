@@ -21,9 +21,9 @@ $(rows complete <<<"$more")
 $(of --without certificate | rows 'without certificate')
 $(of --without temperature | rows 'without temperature')
 
-- Expanded holds: share of draws with an error inside the 95 % interval. Wilson: interval for the true share.
+- Expanded holds: share of draws with an error inside the 95 % interval. Wilson: 95 % confidence interval of this share.
 - Stated holds: share of draws with an error below 1.96 times the stated error, which does not include certificate and temperature.
-- The rows \`without\` omit one contribution. The stated drift of a gage includes its temperature error.
+- The rows \`without\` omit one contribution to the budget. For a gage, the stated drift already includes the temperature error.
 
 ## Method
 
