@@ -56,11 +56,10 @@ void reference_bringup(FILE *out)
         "`begin` to the newline before `end`. The image sends the section `report` at power on "
         "and when it receives the word `report`. It sends the section `brown-out` when it "
         "receives `brown-out`. The word `rom` starts the boot ROM.\n\n"
-        "A value outside the limits and a missing value are `wrong`. The column *Result* shows "
-        "other results: `look` leaves the decision to you. If it shows two, the first is for a "
-        "value outside the limits, the second for a missing value. `*` stands for the rest of a "
-        "name. Limits have the unit of the line; their sources are in "
-        "`host/board/bringup_limits.def`.\n\n"
+        "A value outside the limits and a missing value give the result `wrong`, unless the column "
+        "*Result* shows a different result: the first for a value outside the limits, the second "
+        "for a missing value. After `look`, you decide. `*` stands for the rest of a name. Limits "
+        "have the unit of the line.\n\n"
         "| Line | Limits | Result | Remedy |\n|---|---|---|---|\n",
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \

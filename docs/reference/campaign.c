@@ -168,16 +168,17 @@ void reference_campaign(FILE *out)
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs(
-        "A campaign is one SQLite file. A bold row below begins a table; the rows that follow "
-        "explain those of its columns whose name is not enough. `sqlite3 campaign.db .schema` "
-        "prints all columns with types, keys and constraints.\n\n"
+        "A campaign is one SQLite file. A row with a bold name begins a table. The rows below it "
+        "explain columns whose name is not enough. `sqlite3 campaign.db .schema` prints all "
+        "columns with types, keys and constraints.\n\n"
         "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
         "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
         "commands, RUN is the `id` of a landing.\n"
-        "- A table with contents of [messages](messages.md) has their fields as columns. A column "
-        "name ends with the unit.\n"
+        "- In a table of [messages](messages.md), each field is a column. A column name ends with "
+        "the unit.\n"
         "- Columns ending in `_us` are times in microseconds. Board times count from the first "
-        "scan, host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is "
+        "scan; host times (`host_us`, `made_us`, `started_us`, `taken_us`) count from 1970. "
+        "`block` is "
         "the index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 "
         "(84 MHz).\n"
         "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "

@@ -20,11 +20,10 @@ void reference_configuration(FILE *out)
     reference_head(out, "Configuration", "`common/config.def`");
     fputs(
         "`matrig board config get` prints the configuration as text, one field per line: "
-        "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members, which "
-        "are numbered from 1. `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` the "
-        "gages, `[23]` the staircase, `[24]` the reference. `#` "
-        "begins a comment. `matrig board config check FILE` reports the wrong lines of a file and "
-        "shows the correct form.\n",
+        "`site.mats = 420`. If a group has several members, they are numbered from 1: "
+        "`gate[3].station_ft = 12.5`. `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` "
+        "the gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig "
+        "board config check FILE` reports the wrong lines of a file and shows the correct form.\n",
         out);
 #define GROUP(name, count)                      \
     fputs("\n## " #name "\n\n", out);           \

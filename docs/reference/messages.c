@@ -143,8 +143,8 @@ static void write_commands(FILE *out)
 
 static void write_faults(FILE *out)
 {
-    fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets explain the field "
-          "`detail` of the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
+    fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets contain the meaning of "
+          "the field `detail` of the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
           out);
 #define ROW(NAME, number, text) fprintf(out, "| %u | %s |\n", number, text);
     MR_FAULT_TABLE(ROW)
@@ -156,18 +156,16 @@ void reference_messages(FILE *out)
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "Layout version %u. Each message begins with its name in bold: CAN identifier (also the "
-        "type of the "
-        "serial "
-        "frame), name, period, and what the message contains. The rows below it are its fields.\n\n"
+        "Layout version %u. A row with a bold name begins a message: CAN identifier (also the type "
+        "of the serial frame), name, period, contents. The rows below describe its fields.\n\n"
         "- A message has 8 bytes and is sent on CAN and serial, unless its third column states "
         "otherwise. A board with a CAN base adds the base to every CAN identifier "
         "([base](../howto/configure.md#can-base)).\n"
         "- Integers are little-endian. A unit that begins with a number is the resolution of a "
         "scaled integer; 65535 (u16) or -32768 (i16) then means \"missing\". Reserved bytes are 0 "
         "and not listed.\n"
-        "- A block is one millisecond of acquisition. `block16` in the third column: bytes 6 and 7 "
-        "are the low 16 bits of the index of the block that the message reports (u16, ms).\n"
+        "- A block is one millisecond of acquisition. With `block16` in the third column, bytes 6 "
+        "and 7 are the low 16 bits of the message's block index (u16, ms).\n"
         "- `tick` is a count of timer TIM2 (84 MHz). [Status codes](exit-codes.md) are negative; "
         "an unsigned field holds the code without its sign.\n"
         "- `matrig export --format dbc` writes these messages as a DBC file.\n",

@@ -165,11 +165,11 @@ void reference_pins(FILE *out)
     unsigned columns = 0;
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
-    fputs("All pins float until the firmware configures them, 10 ms after a reset. Where a "
-          "signal needs a defined level before then, a resistor outside the chip sets it. Chip, "
+    fputs("All pins float until the firmware configures them, 10 ms after a reset. If a "
+          "signal needs a defined level earlier, a resistor outside the chip sets the level. Chip, "
           "supply and other parts of each board: [boards](../howto/boards.md).\n\n"
-          "Each cell shows the pin, its number on the package, and the use (in "
-          "brackets: the alternate function). `pull-up` in a pin column is the pull-up inside the "
+          "Each cell shows the pin, its number on the package, and the use (in brackets: number "
+          "of the alternate function). `pull-up` in a pin column is the pull-up inside the "
           "chip.\n\n| Signal | Purpose |",
           out);
     for (unsigned i = 0; has_board(i); i++) {

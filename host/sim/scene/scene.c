@@ -91,12 +91,12 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     INTEGER(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",                 \
             "spacing of the " force "; 0: none"),                                                \
         INTEGER(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,                 \
-                "first " place " that has one"),                                                 \
+                "first " place " with such a part"),                                             \
         NOT_NEGATIVE(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft", "stiffness of the spring"), \
         NOT_NEGATIVE(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),             \
         LIMIT(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),                  \
         LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, \
-             "ft", "position of each at which its spring exerts no force")
+             "ft", "position of each part at which its spring exerts no force")
 
 static const struct sim_key keys[] = {
     {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
@@ -186,8 +186,8 @@ static const struct sim_key keys[] = {
           "movement over which the holding force falls to 1/e"),
     POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
     RANGE("cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
-          "the holding force of a raised or bent cleat is proportional to its depth in the soil to "
-          "this power; 0: power 2 if raised, 1 if bent"),
+          "exponent of the depth in the soil in the holding force of a raised or bent cleat; 0: "
+          "exponent 2 if raised, 1 if bent"),
     RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
           "rotation above which a cleat springs back; needs cleat_power"),
     LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
@@ -221,8 +221,7 @@ static const struct sim_key keys[] = {
     RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
           "share of the displacement that the elastic ground recovers"),
     RANGE("gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
-          "exponent with which the ground stiffness under a mat grows with the number of axles on "
-          "it"),
+          "exponent of the number of axles on a mat in the stiffness of the ground under the mat"),
     NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
                  "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
                  "under the axle"),
