@@ -72,7 +72,6 @@ void reference_bringup(FILE *out)
     fputs("\n`cycles_predict` is the number of cycles that the predictor takes per block of a "
           "landing. `of_budget_predict` is `cycles_predict` divided by the budget (1.5 cycles "
           "per instruction, and 12.5 more per division or root). A value above 1 means that the "
-          "chip is slower than `make budget` assumes. The emulated board counts instructions, so "
-          "its value of 0.66 to 0.67 does not apply to hardware.\n",
+          "chip is slower than `make budget` assumes.\n",
           out);
 }
