@@ -638,11 +638,10 @@ static double slope(const struct mods_heave *h, int n)
 {
     if (n < 0 || n >= h->mats)
         return 0.0;
-    double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
-    if (h->rest_tilt_ft && (n < h->first || n > h->last))
+    if (n < h->first || n > h->last)
         return h->rest_tilt_ft[n] / h->length_ft;
-    return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) /
-           h->length_ft;
+    double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
+    return (h->z[2 * n + 2] - h->z[2 * n] + tilt_ft) / h->length_ft;
 }
 
 static double all_lb(const struct mods_bands *b, int segment)
@@ -668,17 +667,12 @@ static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
     }
 }
 
-static double rest_ft(const struct mods_heave *h, int node)
-{
-    return h->rest_ft ? h->rest_ft[node] : h->rest_y_ft;
-}
-
 static double node_height_ft(const struct mods_heave *h, int node)
 {
     double ground_ft = h->ground_ft ? h->ground_ft[node] : 0.0;
     if (node >= h->first && node <= h->last + 1)
         return ground_ft - h->z[2 * node];
-    return ground_ft - rest_ft(h, node);
+    return ground_ft - h->rest_ft[node];
 }
 
 /* Height of the band at a node, or at the middle of a riveted mat. `at`: mats from the left end. */
@@ -739,7 +733,7 @@ static void tie_down(struct restraints *r, const struct mods_heave *h)
         int n = (int)r->at[i] - 1;
         if (n < h->first || n > h->last)
             continue;
-        double rise_ft = 0.5 * (rest_ft(h, n) + rest_ft(h, n + 1) - h->z[2 * n] - h->z[2 * n + 2]);
+        double rise_ft = 0.5 * (h->rest_ft[n] + h->rest_ft[n + 1] - h->z[2 * n] - h->z[2 * n + 2]);
         double half_lb = 0.5 * restraint_lb(r, i, rise_ft, -0.5 * (v[2 * n] + v[2 * n + 2]));
         h->down_lb[n] += half_lb;
         h->down_lb[n + 1] += half_lb;

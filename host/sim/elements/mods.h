@@ -124,9 +124,8 @@ struct mods_heave {
     const double *tilt_ft, *ground_ft; /* uneven ground (model.h, scene.h); NULL: level */
     int mats;
     double length_ft;
-    double rest_y_ft; /* depth of a node at rest; where nodes differ, rest_ft has it per node */
-    const double *rest_ft;
-    const double *rest_tilt_ft; /* per mat: tilt of a mat at rest; NULL: tilt_ft */
+    const double *rest_ft;      /* per node: depth at rest */
+    const double *rest_tilt_ft; /* per mat: tilt at rest */
     int first, last;
     double *down_lb;      /* output, per node: downward force */
     double *moment_lb_ft; /* output, per joint: moment of the stiffeners */

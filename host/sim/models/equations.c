@@ -166,16 +166,13 @@ KERNEL_INLINE double moment(const struct model *m, int j, const struct kernel_ma
 {
     if (!m->torsion[j])
         return 0.0;
-    return parts.varied ? kernel_moment_of(m, j, l, r, m->kt_at[j]) : kernel_moment(m, j, l, r);
+    return kernel_moment_of(m, j, l, r, parts.given ? m->kt_at[j] : m->kt);
 }
 
 KERNEL_INLINE double soil(const struct model *m, const double *p, const double *v, int node,
                           const struct kernel_parts parts)
 {
-    if (parts.varied)
-        return m->contact[node] ? soil_lb(m->kv_at[node], m->cv_at[node], p[2 * node], v[2 * node])
-                                : 0.0;
-    return kernel_soil_lb(m, p, v, node);
+    return parts.given ? kernel_soil_at_lb(m, p, v, node) : kernel_soil_lb(m, p, v, node);
 }
 
 KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
@@ -218,19 +215,17 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) *
                            inverse_mass;
 
-        if (parts.varied) { /* inertia and weight are proportional to mass */
-            quarter = 0.25 * m->mass_at[n];
-            inertia = m->inertia * (m->mass_at[n] / m->mass_slug);
-            weight_lb = m->weight_lb * (m->mass_at[n] / m->mass_slug);
+        if (parts.given) { /* inertia and weight are proportional to mass */
+            quarter = 0.25 * m->mass_slug * m->mass_ratio[n];
+            inertia = m->inertia * m->mass_ratio[n];
+            weight_lb = m->weight_lb * m->mass_ratio[n];
         }
         double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
         double inverse_lc = inverse_length / mat.c;
         double g = turning * inverse_lc - inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
         double a = inertia * inverse_lc * inverse_lc;
-        double cv_l = parts.varied ? m->cv_at[n] : m->cv,
-               cv_r = parts.varied ? m->cv_at[n + 1] : m->cv;
-        double damp_l = parts.given && m->contact[n] ? parts.step_s * cv_l : 0.0;
-        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * cv_r : 0.0;
+        double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv_at[n] : 0.0;
+        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv_at[n + 1] : 0.0;
         double down = 0.5 * weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* eliminate the left node: all its terms are complete */
@@ -266,24 +261,14 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
     KERNEL_DISPATCH(consistent_kernel, model, t_s, z, accel)
 }
 
-static __attribute__((noinline)) void heave_varied(const struct model *m, double step_s,
-                                                   const double *z, double *accel)
-{
-    consistent_kernel(m, 0.0, z, accel,
-                      (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
-}
-
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
-    if (m->varied)
-        heave_varied(m, step_s, z, accel);
-    else if (m->brace_lb)
+    if (m->brace_lb)
         consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, false, SIM_NONE, step_s});
+                          (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
     else
-        consistent_kernel(
-            m, 0.0, z, accel,
-            (struct kernel_parts){false, false, true, false, false, SIM_NONE, step_s});
+        consistent_kernel(m, 0.0, z, accel,
+                          (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
 }
 
 /* ---- mass matrix and Jacobians in the present modes; rows and columns in the order of p (model.h)

@@ -22,7 +22,6 @@ struct kernel_parts {
     bool slack;
     bool given;  /* tensions are given; soil damping is implicit in the step */
     bool braced; /* as `given`, and modifications also act on nodes and joints */
-    bool varied; /* as `braced`, and nodes, joints and mats differ */
     enum sim_friction law;
     double step_s; /* step for `given`; not a compile-time constant */
 };
@@ -138,6 +137,14 @@ KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, cons
     return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
 }
 
+/* As kernel_soil_lb, with the soil of this node. */
+KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, const double *v,
+                                       int node)
+{
+    return m->contact[node] ? soil_lb(m->kv_at[node], m->cv_at[node], p[2 * node], v[2 * node])
+                            : 0.0;
+}
+
 KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
 {
     if (m->soil_normal)
@@ -170,13 +177,13 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* clang-format off */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false, \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
         SIM_STICK, 0.0}); break;                                                        \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
         SIM_TANH, 0.0}); break;                                                         \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
         SIM_SIGN, 0.0}); break;                                                         \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, false,  \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
         SIM_NONE, 0.0}); break;                                                         \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                \

@@ -104,9 +104,8 @@ struct model {
     double tilt_most_ft;
     /* Per mat: tilt at rest, with the settlement of soft nodes; NULL: level. */
     const double *rest_tilt_ft;
-    /* Set if nodes, joints or mats differ (sim_scene_varies); per node, joint and mat. */
-    bool varied;
-    const double *kv_at, *cv_at, *kt_at, *mass_at;
+    /* Soil per node, hinge per joint, mass over mass_slug per mat; NULL: equal. */
+    const double *kv_at, *cv_at, *kt_at, *mass_ratio;
     const double *given_lb;               /* per joint: tension */
     const double *brace_lb, *brace_lb_ft; /* per node and per joint; NULL: none */
     uint64_t rhs;

@@ -51,7 +51,9 @@ static inline bool is_afloat(const struct model *m, int mat)
 /* Positive where the soil acts. In the consistent model the soil does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
-    return soil_contact_depth_ft(m->consistent, m->kv, m->cv, z[2 * node], z[m->size + 2 * node]);
+    return soil_contact_depth_ft(m->consistent, m->kv_at ? m->kv_at[node] : m->kv,
+                                 m->cv_at ? m->cv_at[node] : m->cv, z[2 * node],
+                                 z[m->size + 2 * node]);
 }
 
 static double turn_of(const struct model *m, const double *z, int j)

@@ -32,7 +32,7 @@ struct chain {
     bool right_free;
     enum sim_friction friction;
     bool sticks; /* friction stick, and nothing else depends on a mat's speed */
-    bool varied; /* joints or mats differ (sim_scene_varies): kl_lb_ft and masses_slug apply */
+    bool varied; /* joints or mats differ (sim_scene_varies) */
     bool plain;  /* like sticks, with fixed ends, equal mats and without modifications */
     double veps_ft_s;
     double mass_slug;
@@ -174,21 +174,12 @@ static void chain_touch(struct chain *chain, const struct sim_touch *touch, int 
     }
 }
 
-static __attribute__((noinline)) void release_cleats(struct chain *chain,
-                                                     const struct sim_touch *touch, int count)
-{
-    for (int i = 0; i < count; i++)
-        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
-}
-
 static void chain_release(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] = 0.0;
-        chain->limit_lb[touch[i].mat] = chain->weight_limit_lb;
+        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
     }
-    if (chain->mods || chain->varied)
-        release_cleats(chain, touch, count);
 }
 
 /* Force on mat n without its friction. */
@@ -255,62 +246,42 @@ static int block_of(const struct chain *chain, int i)
 
 /* Updates the speeds under the friction laws tanh and sign, or without friction. These laws do not
  * stop a mat. */
-LAW_INLINE void slide_mats(const struct chain *chain, double h_s, int first, int last, bool varied)
+static void slide(const struct chain *chain, double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
-    double per_lb = h_s / chain->mass_slug;
     for (int n = first; n <= last; n++) {
-        if (varied)
-            per_lb = h_s / chain->masses_slug[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
                                                     : 0.0;
         v[n] += (push_lb(chain, n) -
                  friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
-                per_lb;
+                (h_s / chain->masses_slug[n]);
     }
-}
-
-static void slide(const struct chain *chain, double h_s, int first, int last)
-{
-    if (chain->varied)
-        slide_mats(chain, h_s, first, last, true);
-    else
-        slide_mats(chain, h_s, first, last, false);
 }
 
 /* Recomputes each mat under the gear from its speed before the kick: elastic ground holds it
  * instead of Coulomb friction. */
-LAW_INLINE void push_mats_by_wheel(const struct chain *chain, double h_s, bool varied)
+static void push_by_wheel(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded[i];
         double v_ft_s = chain->before_ft_s[n];
         struct element_step step = {1.0, h_s, 0.0};
-        if (varied)
-            gear->mass_slug = chain->masses_slug[n];
+        gear->mass_slug = chain->masses_slug[n];
         if (chain->elements.count > 0)
             step = element_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
-                                varied ? gear->mass_slug : chain->mass_slug);
+                                gear->mass_slug);
         double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
         chain->v_ft_s[n] = gear_speed_ft_s(
             gear, n, step.keep * v_ft_s, push_lb(chain, n) + step.push_lb, limit_lb, step.as_if_s);
     }
 }
 
-static void push_by_wheel(const struct chain *chain, double h_s)
-{
-    if (chain->varied)
-        push_mats_by_wheel(chain, h_s, true);
-    else
-        push_mats_by_wheel(chain, h_s, false);
-}
-
 /* Kick with elements: each mat separately. */
-LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, int last,
-                              bool varied)
+static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
+                                                        int first, int last)
 {
-    double *v = chain->v_ft_s, mass = chain->mass_slug;
+    double *v = chain->v_ft_s;
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
@@ -319,8 +290,7 @@ LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, 
         return stops;
     }
     for (int n = first; n <= last; n++) {
-        if (varied)
-            mass = chain->masses_slug[n];
+        double mass = chain->masses_slug[n];
         struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
@@ -336,13 +306,6 @@ LAW_INLINE unsigned kick_mats(const struct chain *chain, double h_s, int first, 
     if (chain->gear)
         push_by_wheel(chain, h_s);
     return stops;
-}
-
-static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
-                                                        int first, int last)
-{
-    return chain->varied ? kick_mats(chain, h_s, first, last, true)
-                         : kick_mats(chain, h_s, first, last, false);
 }
 
 static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
@@ -395,15 +358,14 @@ static double stretch_ft(const struct chain *chain, int j)
 }
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
-LAW_INLINE double energy_lb_ft(const struct chain *chain, int first, int last, bool varied)
+static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
 {
     double kinetic = 0.0, elastic = 0.0;
     for (int n = first; n <= last; n++)
-        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] *
-                   (varied ? chain->masses_slug[n] / chain->mass_slug : 1.0);
+        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] * (chain->masses_slug[n] / chain->mass_slug);
     for (int j = first; j <= last + 1; j++) {
         double e_ft = stretch_ft(chain, j);
-        elastic += e_ft * e_ft * (varied ? chain->kl_lb_ft[j] / chain->joint.kl_lb_ft : 1.0);
+        elastic += e_ft * e_ft * (chain->kl_lb_ft[j] / chain->joint.kl_lb_ft);
     }
     double braced = 0.0;
     if (chain->mods) {
@@ -411,12 +373,6 @@ LAW_INLINE double energy_lb_ft(const struct chain *chain, int first, int last, b
         braced = mods_energy_lb_ft(chain->mods, &view);
     }
     return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
-}
-
-static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
-{
-    return chain->varied ? energy_lb_ft(chain, first, last, true)
-                         : energy_lb_ft(chain, first, last, false);
 }
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,

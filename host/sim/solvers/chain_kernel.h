@@ -23,13 +23,12 @@ static int LANES(block)(void)
 
 /* Tensions of the block of joints that begins at j, from the present openings and speeds. Updates
  * the reach of grit. */
-LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law, bool varied)
+LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law)
 {
     lanes g_ft = LOAD(chain->gap0_ft + j) + (LOAD(chain->u_ft + j) - LOAD(chain->u_ft + j - 1));
     lanes rate_ft_s = LOAD(chain->v_ft_s + j) - LOAD(chain->v_ft_s + j - 1);
-    struct LANES(joint)
-        joint = {varied ? LOAD(chain->kl_lb_ft + j) : LAW_VALUE(chain->joint.kl_lb_ft),
-                 LAW_VALUE(chain->joint.cl_lb_s_ft), LAW_VALUE(chain->joint.slack_ft)};
+    struct LANES(joint) joint = {LOAD(chain->kl_lb_ft + j), LAW_VALUE(chain->joint.cl_lb_s_ft),
+                                 LAW_VALUE(chain->joint.slack_ft)};
     if (law == JOINT_LINEAR)
         return joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s;
     const lanes none = {0};
@@ -50,12 +49,12 @@ LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb
     STORE(chain->tension_lb + j, tension_lb);
 }
 
-LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int last, bool varied,
+LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int last,
                                      enum joint_law law)
 {
     const struct chain copy = *all, *chain = &copy;
     for (int j = first; j <= last; j += BLOCK)
-        LANES(keep)(chain, j, LANES(pull)(chain, j, law, varied));
+        LANES(keep)(chain, j, LANES(pull)(chain, j, law));
 }
 
 /* Speeds of the block of mats at n after a kick, from the speeds before it. */
@@ -111,14 +110,14 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
 
 /* Friction stick: kick of the mats of the blocks first..last, which may be at rest, moving or
  * stopping. */
-LANES_INLINE unsigned LANES(stick_blocks)(const struct chain *all, double kick_s, double h_s,
-                                          int first, int last, bool varied)
+static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s, int first,
+                             int last)
 {
     const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int n = first; n <= last; n += BLOCK) {
-        if (varied)
+        if (chain->varied)
             per_lb = LAW_VALUE(kick_s) / LOAD(chain->masses_slug + n);
         lanes v_ft_s = LOAD(chain->v_ft_s + n);
         STORE(chain->before_ft_s + n, v_ft_s);
@@ -131,13 +130,6 @@ LANES_INLINE unsigned LANES(stick_blocks)(const struct chain *all, double kick_s
                   LOAD(chain->u_ft + n) + LANES(place_ft)(v_ft_s, slip, kick_s, h_s));
     }
     return stops;
-}
-
-static unsigned LANES(stick)(const struct chain *chain, double kick_s, double h_s, int first,
-                             int last)
-{
-    return chain->varied ? LANES(stick_blocks)(chain, kick_s, h_s, first, last, true)
-                         : LANES(stick_blocks)(chain, kick_s, h_s, first, last, false);
 }
 
 /* Drift of the blocks first..last, and update of the largest tensions with those of the kick
@@ -163,7 +155,7 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK) {
         lanes before_lb = LOAD(chain->last_lb + j), last_lb = LOAD(chain->tension_lb + j);
-        lanes tension_lb = LANES(pull)(chain, j, law, false);
+        lanes tension_lb = LANES(pull)(chain, j, law);
         LANES(note)(chain, j, before_lb, last_lb, tension_lb);
         STORE(chain->last_lb + j, last_lb);
         STORE(chain->tension_lb + j, tension_lb);
@@ -194,10 +186,7 @@ static unsigned LANES(step)(const struct chain *chain, double kick_s, double h_s
 
 static void LANES(pull_joints)(const struct chain *chain, int first, int last)
 {
-    if (chain->varied)
-        EACH_LAW(chain, LANES(pull_blocks), first, last, true);
-    else
-        EACH_LAW(chain, LANES(pull_blocks), first, last, false);
+    EACH_LAW(chain, LANES(pull_blocks), first, last);
 }
 #undef EACH_LAW
 #undef LOAD

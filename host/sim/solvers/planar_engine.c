@@ -174,7 +174,7 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied)
+LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
@@ -193,8 +193,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied
                rate = v_r - v_l + left.ft_s + right.ft_s;
         if (law == JOINT_SLACK && l->last_step_s > 0.0)
             rate = law_damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
-        if (varied)
-            joint.kl_lb_ft = l->kl_lb_ft[j];
+        joint.kl_lb_ft = l->kl_lb_ft[j];
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
@@ -211,22 +210,15 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool varied
     }
 }
 
-static __attribute__((noinline)) void stretch_varied(struct planar_engine *l)
-{
-    stretch(l, l->joints, true);
-}
-
 /* Each joint law has a loop of its own. */
 static void stretch_joints(struct planar_engine *l)
 {
-    if (l->model.varied)
-        stretch_varied(l);
-    else if (l->joints == JOINT_LINEAR)
-        stretch(l, JOINT_LINEAR, false);
+    if (l->joints == JOINT_LINEAR)
+        stretch(l, JOINT_LINEAR);
     else if (l->joints == JOINT_SLACK)
-        stretch(l, JOINT_SLACK, false);
+        stretch(l, JOINT_SLACK);
     else
-        stretch(l, JOINT_GRIT, false);
+        stretch(l, JOINT_GRIT);
     if (l->mods && l->mods->jointed) {
         struct mods_view view = engine_view(l);
         mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
@@ -272,9 +264,8 @@ static void brace_heaves(struct planar_engine *l)
                                .ground_ft = l->scene->ground_ft.values,
                                .mats = m->mats,
                                .length_ft = m->length_ft,
-                               .rest_y_ft = m->rest_y_ft,
-                               .rest_ft = m->varied ? l->rest_ft : NULL,
-                               .rest_tilt_ft = m->varied ? m->rest_tilt_ft : NULL,
+                               .rest_ft = l->rest_ft,
+                               .rest_tilt_ft = l->rest_tilt_ft,
                                .first = l->heaves.first,
                                .last = l->heaves.last,
                                .down_lb = l->brace_lb,
@@ -282,15 +273,9 @@ static void brace_heaves(struct planar_engine *l)
     mods_brace_heave(l->mods, &heave);
 }
 
-LAW_INLINE double node_soil_lb(const struct planar_engine *l, int node, bool varied)
+static double node_soil_lb(const struct planar_engine *l, int node)
 {
-    const struct model *m = &l->model;
-    const double *z = l->z;
-    if (!varied)
-        return kernel_soil_lb(m, z, z + m->size, node);
-    return m->contact[node]
-             ? soil_lb(l->kv_lb_ft[node], l->cv_lb_s_ft[node], z[2 * node], z[m->size + 2 * node])
-             : 0.0;
+    return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.size, node);
 }
 
 /* Mean force of the soil on a node during the kick of its mats. Differs from the present force in a
@@ -299,7 +284,7 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
         return l->friction_force_lb[node];
-    double now_lb = fmax(0.0, node_soil_lb(l, node, l->model.varied));
+    double now_lb = fmax(0.0, node_soil_lb(l, node));
     bool known = node >= l->rub_first && node <= l->rub_last;
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
@@ -312,24 +297,24 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
     const struct model *m = &l->model;
     if (l->in_parts || l->rub_share < 1.0)
         return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
-    return m->friction * (fmax(0.0, node_soil_lb(l, n, m->varied)) +
-                          fmax(0.0, node_soil_lb(l, n + 1, m->varied)));
+    return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
 }
 
 /* Steps a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
  * gear's load. */
 static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
-                        double h_s, double mass_slug)
+                        double h_s)
 {
     const struct model *m = &l->model;
-    const struct gear *gear = l->gear;
+    struct gear *gear = l->gear;
     double *v = &l->z[m->size + 2 * n + 1];
     bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
     struct element_step step = element_step(&m->elements, (struct element_mat){*v, grounded}, h_s,
-                                            mass_slug);
+                                            l->mass_slug[n]);
+    gear->mass_slug = l->mass_slug[n];
     if (!m->soil_normal && m->law != SIM_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
-    *v = gear_speed_ft_s(l->gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
+    *v = gear_speed_ft_s(gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
                          step.as_if_s);
 }
 
@@ -340,7 +325,7 @@ static void place_wheel(struct model *m, int mat)
 }
 
 KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *touch, int count,
-                            double h_s, bool cleated, bool elements, bool geared, bool varied)
+                            double h_s, bool cleated, bool elements, bool geared)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
@@ -353,7 +338,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         /* braces on mats outside the part have no effect: the loop below skips those mats */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
-        double limit = varied ? l->limit_lb[n] : m->weight_limit_lb;
+        double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
             limit = soil_limit_lb(l, n);
         for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
@@ -365,32 +350,19 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         if (m->law == SIM_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
-            if (varied)
-                l->gear->mass_slug = l->mass_slug[n];
-            step_geared(l, n, thrust[n], limit, h_s, varied ? l->mass_slug[n] : m->mass_slug);
+            step_geared(l, n, thrust[n], limit, h_s);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(&m->elements, mat, h_s,
-                                                    varied ? l->mass_slug[n] : m->mass_slug);
+            struct element_step step = element_step(&m->elements, mat, h_s, mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
-                                               limit, step.as_if_s,
-                                               varied ? l->mass_slug[n] : m->mass_slug, &stops);
+                                               limit, step.as_if_s, mass_slug, &stops);
         } else {
-            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s,
-                                               varied ? l->mass_slug[n] : m->mass_slug, &stops);
+            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, mass_slug,
+                                               &stops);
         }
     }
     return stops;
-}
-
-static __attribute__((noinline)) unsigned kick_varied(struct planar_engine *l,
-                                                      const struct sim_touch *touch, int count,
-                                                      double h_s, bool cleated)
-{
-    if (l->gear)
-        place_wheel(&l->model, l->gear->lead_mat - 1);
-    return kick(l, touch, count, h_s, cleated, l->model.elements.count > 0, l->gear != NULL, true);
 }
 
 static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
@@ -400,10 +372,10 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
     place_wheel(&l->model,
                 l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, true, false)
-                       : kick(l, touch, count, h_s, false, true, true, false);
-    return cleated ? kick(l, touch, count, h_s, true, false, true, false)
-                   : kick(l, touch, count, h_s, false, false, true, false);
+        return cleated ? kick(l, touch, count, h_s, true, true, true)
+                       : kick(l, touch, count, h_s, false, true, true);
+    return cleated ? kick(l, touch, count, h_s, true, false, true)
+                   : kick(l, touch, count, h_s, false, false, true);
 }
 
 /* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
@@ -413,39 +385,31 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
                             double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
-    if (l->model.varied)
-        return kick_varied(l, touch, count, h_s, cleated);
     if (l->gear)
         return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, false, false)
-                       : kick(l, touch, count, h_s, false, true, false, false);
-    return cleated ? kick(l, touch, count, h_s, true, false, false, false)
-                   : kick(l, touch, count, h_s, false, false, false, false);
+        return cleated ? kick(l, touch, count, h_s, true, true, false)
+                       : kick(l, touch, count, h_s, false, true, false);
+    return cleated ? kick(l, touch, count, h_s, true, false, false)
+                   : kick(l, touch, count, h_s, false, false, false);
 }
 
 /* The soil never pulls. At the end of the step, releases nodes that it would pull and catches nodes
  * that it would push. True: a node has changed. */
-LAW_INLINE bool settle(struct planar_engine *l, double h_s, bool varied)
+static bool settle_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
     bool changed = false;
     for (int j = m->first; j <= m->last + 1; j++) {
         double y_ft = l->z[2 * j];
-        bool pushed = y_ft > 0.0 && (varied ? l->kv_lb_ft[j] : m->kv) * y_ft +
-                                            (varied ? l->cv_lb_s_ft[j] : m->cv) *
-                                                (v[2 * j] + h_s * l->accel[2 * j]) >
+        bool pushed = y_ft > 0.0 && l->kv_lb_ft[j] * y_ft +
+                                            l->cv_lb_s_ft[j] * (v[2 * j] + h_s * l->accel[2 * j]) >
                                         0.0;
         changed = changed || pushed != m->contact[j];
         m->contact[j] = pushed;
     }
     return changed;
-}
-
-static bool settle_contacts(struct planar_engine *l, double h_s)
-{
-    return l->model.varied ? settle(l, h_s, true) : settle(l, h_s, false);
 }
 
 /* Updates the vertical speeds over h_s. Returns the largest change of a node's speed by the
@@ -511,7 +475,7 @@ static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    l->stored = 2 * length + 25 * joints;
+    l->stored = 2 * length + 26 * joints;
     double *storage = xcalloc(l->stored, sizeof *storage);
     l->z = storage;
     l->accel = storage + length;
@@ -532,13 +496,14 @@ static void init_layout(struct planar_engine *l)
     l->rub_next_lb = l->friction_force_lb + joints;
     l->brace_lb = l->rub_next_lb + joints;
     l->brace_lb_ft = l->brace_lb + joints;
-    double **along[] = {&l->kl_lb_ft, &l->kv_lb_ft,     &l->cv_lb_s_ft, &l->rest_ft,
-                        &l->limit_lb, &l->kt_lb_ft_rad, &l->mass_slug,  &l->rest_tilt_ft};
-    for (size_t i = 0; i < 8; i++)
+    double **along[] = {&l->kl_lb_ft,  &l->kv_lb_ft,     &l->cv_lb_s_ft,
+                        &l->rest_ft,   &l->limit_lb,     &l->kt_lb_ft_rad,
+                        &l->mass_slug, &l->rest_tilt_ft, &l->mass_ratio};
+    for (size_t i = 0; i < 9; i++)
         *along[i] = l->brace_lb_ft + (i + 1) * joints;
     engine_lay_ground(l);
     bool braced = l->mods && l->mods->heaves;
-    if (braced || l->gear || m->varied) {
+    if (braced || l->gear) {
         l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;
         m->brace_lb = l->brace_lb;
         m->brace_lb_ft = l->brace_lb_ft;
@@ -732,7 +697,7 @@ static void init_march_state(struct planar_engine *l, bool prunes)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
-    for (int j = 0; j <= m->mats && m->varied; j++)
+    for (int j = 0; j <= m->mats; j++)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
     for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
         l->z[m->size + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0], n + 1);
@@ -772,23 +737,12 @@ static bool has_landing_node(const struct planar_engine *l, double h_s)
     return false;
 }
 
-/* Modes of the heaving part; a soft node is pushed by the soil under it. */
-static void sample_shape(struct planar_engine *l)
-{
-    struct model *m = &l->model;
-    const double *v = l->z + m->size;
-    model_sample_shape(m, l->z);
-    for (int j = m->first; m->varied && j <= m->last + 1; j++)
-        m->contact[j] = soil_contact_depth_ft(true, l->kv_lb_ft[j], l->cv_lb_s_ft[j], l->z[2 * j],
-                                              v[2 * j]) > 0.0;
-}
-
 /* Steps the heights over h_s in parts; afterwards the speeds are half a part behind the end of the
  * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
  * the step's beginning to half a step after it. The soil's force after that belongs to the next
  * step. Returns the largest change of a node's speed. */
-LAW_INLINE double heave_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
-                              double h_s, bool varied)
+static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
+                             double h_s)
 {
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
@@ -796,20 +750,19 @@ LAW_INLINE double heave_parts(struct planar_engine *l, bool after_parts, double 
     double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean from before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
-        l->friction_force_lb[j] = known ? l->rub_next_lb[j]
-                                        : early * fmax(0.0, node_soil_lb(l, j, varied));
+        l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
         l->rub_next_lb[j] = 0.0;
     }
     for (int k = 0; k < LANDING_PARTS; k++) {
         double kick_s = k == 0 ? first_kick_s : part_s;
         if (k > 0)
-            sample_shape(l);
+            model_sample_shape(m, l->z);
         if (k > 0 && l->brace_heaves)
             l->brace_heaves(l);
         jolt_ft_s = fmax(jolt_ft_s, kick_heaves(l, kick_s));
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
-            double push_lb = fmax(0.0, node_soil_lb(l, j, varied));
+            double push_lb = fmax(0.0, node_soil_lb(l, j));
             l->friction_force_lb[j] += now_s / h_s * push_lb;
             l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
@@ -819,13 +772,6 @@ LAW_INLINE double heave_parts(struct planar_engine *l, bool after_parts, double 
     l->rub_first = m->first;
     l->rub_last = m->last + 1;
     return jolt_ft_s;
-}
-
-static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
-                             double h_s)
-{
-    return l->model.varied ? heave_parts(l, after_parts, first_kick_s, h_s, true)
-                           : heave_parts(l, after_parts, first_kick_s, h_s, false);
 }
 
 /* A march in progress. */
@@ -897,7 +843,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
     if (way->heaves) {
         m->first = l->heaves.first;
         m->last = l->heaves.last;
-        sample_shape(l);
+        model_sample_shape(m, l->z);
         if (l->brace_heaves)
             l->brace_heaves(l);
     }

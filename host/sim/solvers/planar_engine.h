@@ -26,7 +26,8 @@ struct planar_engine {
     /* joint properties, per joint; elements/law.h */
     double *gap0_ft, *grit_lb, *give_ft, *reach_ft, *kl_lb_ft;
     /* Soil and rest per node; Coulomb limit, hinge and mass per mat or joint (sim_scene_along). */
-    double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *rest_tilt_ft;
+    double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
+    double *rest_tilt_ft;
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: tilt (model.h), and its cosine */
     /* Downward force on nodes and moment on joints from modifications and gear; NULL: none. */
     double *brace_lb, *brace_lb_ft;

@@ -9,9 +9,8 @@ static void lay_tilt(struct planar_engine *l)
     const double *ground = l->scene->ground_ft.values;
     for (int n = 0; n < m->mats; n++) {
         l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        l->rest_tilt_ft[n] = l->tilt_ft[n];
-        if (m->varied) /* nodes on soft soil settle deeper */
-            l->rest_tilt_ft[n] += l->rest_ft[n + 1] - l->rest_ft[n];
+        /* nodes on soft soil settle deeper */
+        l->rest_tilt_ft[n] = l->tilt_ft[n] + l->rest_ft[n + 1] - l->rest_ft[n];
         double s = l->rest_tilt_ft[n] / m->length_ft;
         l->rest_cos[n] = sqrt(1.0 - s * s);
     }
@@ -38,13 +37,13 @@ static void lay_along(struct planar_engine *l)
     for (int n = 0; n < m->mats; n++) {
         double weight_lb = sim_scene_weight_lb(s, n + 1);
         l->mass_slug[n] = weight_lb / s->g_ft_s2;
+        l->mass_ratio[n] = l->mass_slug[n] / m->mass_slug;
         l->limit_lb[n] = s->friction * weight_lb;
     }
-    m->varied = sim_scene_varies(s);
     m->kv_at = l->kv_lb_ft;
     m->cv_at = l->cv_lb_s_ft;
     m->kt_at = l->kt_lb_ft_rad;
-    m->mass_at = l->mass_slug;
+    m->mass_ratio = l->mass_ratio;
 }
 
 void engine_lay_ground(struct planar_engine *l)
