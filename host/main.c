@@ -14,7 +14,7 @@ static int fail_usage(const char *what, const char *where)
 
 static int run(int argc, char **argv)
 {
-    struct command_before before = {.help = false};
+    struct global_options before = {.help = false};
     struct error error = {0};
     int i = command_begin(argc, argv, &before, &error);
     const struct cli cli = before.cli;
@@ -30,10 +30,10 @@ static int run(int argc, char **argv)
     if (i == argc)
         return fail_usage("no command given", "matrig");
     if (strcmp(argv[i], "help") == 0)
-        return program_end(help_words(argc - i, argv + i, &command_table, &cli));
+        return program_end(help_run(argc - i, argv + i, &command_table, &cli));
     const struct command *command = help_find(&command_table, argv[i]);
     if (!command) {
-        help_unknown(&command_table, argv[i], &error);
+        help_refuse_unknown(&command_table, argv[i], &error);
         return cli_fail(&error);
     }
     /* replace an older name: matrig-study knows only the present ones; the cast is safe because

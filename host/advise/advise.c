@@ -65,7 +65,7 @@ static enum mr_status learn(struct advise *advise, struct error *error)
     const struct history *past = &advise->past;
     for (size_t i = 0; i < past->landings; i++) {
         const struct history_landing *landing = &past->landing[i];
-        progress_at(advise->progress, "%zu of %zu landings processed", i, past->landings);
+        progress_set(advise->progress, "%zu of %zu landings processed", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
         apply_repairs(advise, i ? landing[-1].run : 0, landing->run);
@@ -247,7 +247,7 @@ static bool find_fastest(struct advise *advise, struct advise_braking *braking,
         double tried_ft_s = rows > 1 ? (speed_ft_s[at - 1] + speed_ft_s[at]) / 2.0
                           : below    ? FASTEST * planned_ft_s
                                      : advise->slowest_ft_s;
-        progress_at(advise->progress, "trying touchdown at %.1f ft/s", tried_ft_s);
+        progress_set(advise->progress, "trying touchdown at %.1f ft/s", tried_ft_s);
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
@@ -273,7 +273,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
-        progress_at(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
+        progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         advise->rows++;
     }
@@ -491,7 +491,7 @@ static void chance_answer(struct answer *answer, const char *name, const char *l
 static void row_answer(const struct advise *advise, const struct advise_row *row,
                        struct answer *answer)
 {
-    bool si = answer_in_si(answer);
+    bool si = answer_is_si(answer);
     const struct unit *station = unit_of(UNIT_STATION, si);
     double length_ft = (double)advise->past.runway.chain.mat_length_ft *
                        advise->past.runway.chain.mats;

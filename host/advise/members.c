@@ -822,7 +822,7 @@ double advise_calibrated(double share, bool surveyed)
 
 struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed)
 {
-    struct wilson share = wilson_of(events, count);
+    struct wilson share = wilson_interval(events, count);
     return (struct advise_chance){.p = advise_calibrated((double)events / (double)count, surveyed),
                                   .low = advise_calibrated(share.low, surveyed),
                                   .high = advise_calibrated(share.high, surveyed)};

@@ -236,7 +236,7 @@ void bands_answer(const struct bands_summary *bands, const struct measured *meas
 void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer)
 {
     char text[400];
-    shunts_text(bands, answer_in_si(answer), text, sizeof text);
+    shunts_text(bands, answer_is_si(answer), text, sizeof text);
     if (text[0])
         answer_words(answer, NULL, "shunts", "%s", text);
     answer_table(answer, "shunts", each && bands->shunts ? "" : NULL);

@@ -10,7 +10,7 @@
 static void predicted_answer(const struct summary *summary, struct answer *answer)
 {
     const struct zone_warning *w = &summary->zones.warning;
-    const bool si = answer_in_si(answer);
+    const bool si = answer_is_si(answer);
     char wheel[UNIT_TEXT], after[UNIT_TEXT];
     if (!w->warned || w->coming_mats <= 0 || isnan(w->coming_wheel_ft))
         return;
@@ -86,7 +86,7 @@ static void movement_answer(const struct measured *measured, struct answer *answ
     }
     if (!most)
         return;
-    unit_value_text(UNIT_STATION, answer_in_si(answer), (double)most->config.station_ft, 1,
+    unit_value_text(UNIT_STATION, answer_is_si(answer), (double)most->config.station_ft, 1,
                     station);
     answer_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->error, 3);
     answer_remark(answer, " at most, at %s", station);
@@ -97,7 +97,7 @@ static void tension_answer(const struct measured *measured, struct answer *answe
 {
     const struct measured_channel *low = NULL, *high = NULL;
     char least[UNIT_TEXT], most[UNIT_TEXT], at_least[UNIT_TEXT], at_most[UNIT_TEXT];
-    const bool si = answer_in_si(answer);
+    const bool si = answer_is_si(answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_TENSION)

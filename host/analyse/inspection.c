@@ -64,7 +64,7 @@ enum mr_status inspection_kind_find(const char *name, const struct inspection_ki
     for (*kind = inspection_kinds; *kind < inspection_kinds + COUNT(inspection_kinds); ++*kind) {
         if (strcmp(name, (*kind)->name) == 0)
             return MR_OK;
-        spell_suggest_try(&near, (*kind)->name);
+        spell_suggest_add(&near, (*kind)->name);
     }
     return refuse_name(&near, "unknown kind", "a record", "matrig record --kinds lists the kinds",
                        error);
@@ -217,7 +217,7 @@ static enum mr_status read_choice(const struct inspection_field *field, const ch
             set_value(values, field, "", json_string(text));
             return MR_OK;
         }
-        spell_suggest_try(&near, choice);
+        spell_suggest_add(&near, choice);
     }
     return refuse_name(&near, "not a choice", field->name, advice, error);
 }
@@ -252,7 +252,7 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     for (size_t i = 0; i < kind->fields; i++) {
         if (strcmp(name, kind->field[i].name) == 0)
             field = &kind->field[i];
-        spell_suggest_try(&near, kind->field[i].name);
+        spell_suggest_add(&near, kind->field[i].name);
     }
     if (!field || !text)
         return refuse_name(&near, "unknown field", kind->name,
@@ -402,7 +402,7 @@ static void cell(const struct inspection *entry, const struct inspection_field *
                  struct answer *answer)
 {
     char is[INSPECTION_TEXT], was[INSPECTION_TEXT], label[80];
-    const bool si = answer_in_si(answer);
+    const bool si = answer_is_si(answer);
     shown_text(field, entry->values, si, is);
     shown_text(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     bool changed = strcmp(is, was) != 0;
@@ -565,7 +565,7 @@ size_t inspection_differences(struct store *store, const struct inspections *all
                               int64_t to, struct answer *answer, struct error *error)
 {
     struct difference d = {answer, {from, to}, 0};
-    const bool si = answer_in_si(answer);
+    const bool si = answer_is_si(answer);
     answer_table(answer, "differences", "");
     journal_differences(store, &d, error);
     for (size_t k = 0; k < COUNT(inspection_kinds); k++) {

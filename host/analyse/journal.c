@@ -32,7 +32,7 @@ static void field_answer(const struct store_change *c, struct answer *answer)
                       {"touchdown_ft", "touchdown", UNIT_STATION}};
     for (size_t i = 0; i < 2; i++) {
         const struct unit *unit = unit_of(quantities[i].kind, true);
-        if (!answer_in_si(answer) || strcmp(c->field, quantities[i].field) != 0)
+        if (!answer_is_si(answer) || strcmp(c->field, quantities[i].field) != 0)
             continue;
         answer_words(answer, NULL, "field", "%s_%s", quantities[i].bare, unit->suffix);
         if (c->was[0])

@@ -436,7 +436,7 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
 static void film_answer(const struct summary *summary, struct answer *answer)
 {
     const struct film *film = &summary->film;
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     double worst_ft = 0.0;
     size_t placed = 0;
     char gear[80] = "";
@@ -553,7 +553,7 @@ static void damage_answer(const struct summary *summary, size_t i, struct answer
     if (event->code == MR_VALID || event->detail < 0 || event->detail >= (int64_t)MR_CHANNELS)
         return;
     const struct mr_channel_config *config = &measured->channel[event->detail].config;
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     bool bridge = config->kind == MR_KIND_TENSION;
     char until[40] = " on";
     for (size_t later = summary->channel_events; later-- > i + 1;) {

@@ -536,7 +536,7 @@ static void lack_answer(const struct foresight *foresight, enum foresight_lack l
 static void doubt_answer(const struct foresight *foresight, const struct measured *measured,
                          unsigned i, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     const struct foresight_span *span = &foresight->left_out[i];
     char until[40] = " on";
     if (isnan(span->from_s))

@@ -43,22 +43,22 @@ struct answer_item {
 struct answer {
     struct answer_item *item;
     size_t count;
-    bool si, as_given;
+    bool si, keeps_units;
     unsigned depth; /* number of open groups */
     uint64_t rows;  /* bit d: the group at depth d has an open row, which is at depth d + 1 */
 };
 
-static bool answer_is_group(enum answer_kind kind)
+static bool is_group(enum answer_kind kind)
 {
     return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
 }
 
 /* Index behind item `i` and its contents. */
-static size_t answer_after(const struct answer *answer, size_t i)
+static size_t index_after(const struct answer *answer, size_t i)
 {
     size_t depth = 0;
     do {
-        depth += answer_is_group(answer->item[i].kind);
+        depth += is_group(answer->item[i].kind);
         depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE;
         i++;
     } while (depth > 0 && i < answer->count);
@@ -66,13 +66,13 @@ static size_t answer_after(const struct answer *answer, size_t i)
 }
 
 /* A group without facts is printed without heading and columns. */
-static bool answer_is_empty(const struct answer *answer, size_t i)
+static bool group_is_empty(const struct answer *answer, size_t i)
 {
-    return answer_is_group(answer->item[i].kind) && answer_after(answer, i) <= i + 2;
+    return is_group(answer->item[i].kind) && index_after(answer, i) <= i + 2;
 }
 
-#define ANSWER_CELL    1200 /* the longest text of a cell */
-#define ANSWER_COLUMNS 80   /* columns of a printed table: more than a campaign has stations */
+#define CELL_SIZE   1200 /* the longest text of a cell */
+#define COLUMNS_MAX 80   /* columns of a printed table: more than a campaign has stations */
 
 #define DIGITS 6
 
@@ -83,9 +83,9 @@ struct answer *answer_new(bool si)
     return answer;
 }
 
-void answer_as_stored(struct answer *answer)
+void answer_keep_units(struct answer *answer)
 {
-    answer->as_given = true;
+    answer->keeps_units = true;
 }
 
 void answer_free(struct answer *answer)
@@ -103,13 +103,13 @@ void answer_free(struct answer *answer)
     free(answer);
 }
 
-bool answer_in_si(const struct answer *answer)
+bool answer_is_si(const struct answer *answer)
 {
     return answer->si;
 }
 
-static struct answer_item *add(struct answer *answer, enum answer_kind kind, const char *name,
-                               const char *label)
+static struct answer_item *add_item(struct answer *answer, enum answer_kind kind, const char *name,
+                                    const char *label)
 {
     xlist_grow(&answer->item, answer->count, sizeof *answer->item);
     struct answer_item *item = &answer->item[answer->count++];
@@ -119,9 +119,9 @@ static struct answer_item *add(struct answer *answer, enum answer_kind kind, con
     return item;
 }
 
-static char *words_of(const char *format, va_list arguments)
+static char *format_text(const char *format, va_list arguments)
 {
-    char text[ANSWER_CELL];
+    char text[CELL_SIZE];
     vsnprintf(text, sizeof text, format, arguments);
     return xstrdup(text);
 }
@@ -129,11 +129,11 @@ static char *words_of(const char *format, va_list arguments)
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
                                  enum unit_kind unit, double value, int decimals)
 {
-    struct answer_item *item = add(answer, ANSWER_VALUE, name, label);
+    struct answer_item *item = add_item(answer, ANSWER_VALUE, name, label);
     const struct unit *shown = unit_of(unit, answer->si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->json_unit = answer->as_given ? unit_given(unit) : shown;
+    item->json_unit = answer->keeps_units ? unit_as_passed(unit) : shown;
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
@@ -155,33 +155,33 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
 struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
                                  int64_t count)
 {
-    struct answer_item *item = add(answer, ANSWER_COUNT, name, label);
+    struct answer_item *item = add_item(answer, ANSWER_COUNT, name, label);
     item->count = count;
     return &item->fact;
 }
 
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes)
 {
-    add(answer, ANSWER_FLAG, name, label)->count = yes;
+    add_item(answer, ANSWER_FLAG, name, label)->count = yes;
 }
 
 struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
                                  const char *format, ...)
 {
-    struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
+    struct answer_item *item = add_item(answer, ANSWER_WORDS, name, label);
     va_list arguments;
     va_start(arguments, format);
-    item->words = words_of(format, arguments);
+    item->words = format_text(format, arguments);
     va_end(arguments);
     return &item->fact;
 }
 
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
 {
-    struct answer_item *item = add(answer, ANSWER_SENTENCE, name, "");
+    struct answer_item *item = add_item(answer, ANSWER_SENTENCE, name, "");
     va_list arguments;
     va_start(arguments, format);
-    item->words = words_of(format, arguments);
+    item->words = format_text(format, arguments);
     va_end(arguments);
 }
 
@@ -189,13 +189,13 @@ void answer_remark(struct answer *answer, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    answer->item[answer->count - 1].remark = words_of(format, arguments);
+    answer->item[answer->count - 1].remark = format_text(format, arguments);
     va_end(arguments);
 }
 
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why)
 {
-    add(answer, ANSWER_NONE, name, label)->words = why ? xstrdup(why) : NULL;
+    add_item(answer, ANSWER_NONE, name, label)->words = why ? xstrdup(why) : NULL;
 }
 
 void answer_words_or_none(struct answer *answer, const char *name, const char *label,
@@ -209,19 +209,19 @@ void answer_words_or_none(struct answer *answer, const char *name, const char *l
 
 void answer_json_value(struct answer *answer, const char *name, json_t *json)
 {
-    add(answer, ANSWER_JSON, name, NULL)->json = json;
+    add_item(answer, ANSWER_JSON, name, NULL)->json = json;
 }
 
 static void open_group(struct answer *answer, enum answer_kind kind, const char *name,
                        const char *label)
 {
-    add(answer, kind, name, label);
+    add_item(answer, kind, name, label);
     answer->rows &= ~(1ull << ++answer->depth);
 }
 
 static void close_group(struct answer *answer)
 {
-    add(answer, ANSWER_CLOSE, NULL, NULL);
+    add_item(answer, ANSWER_CLOSE, NULL, NULL);
     answer->depth--;
 }
 
@@ -276,7 +276,7 @@ int answer_show(const struct cli *cli, struct answer *answer, int code)
     }
     bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;
     answer_free(answer);
-    return shown ? code : cli_fail_output();
+    return shown ? code : cli_report_output_failure();
 }
 
 int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error)
@@ -288,11 +288,12 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
 }
 
 /* ---- printed answer ---- */
-#define WIDTH     100      /* columns of a common terminal */
-#define LABEL     13       /* the smallest width of the label column */
-#define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
+#define TERMINAL_COLUMNS 100      /* columns of a common terminal */
+#define LABEL_WIDTH_MIN  13       /* the smallest width of the label column */
+#define NORMAL_95        1.959964 /* half a 95 % interval of a normal distribution */
 
-static int number(const struct answer_item *item, double value, bool plus, char *text, size_t size)
+static int format_number(const struct answer_item *item, double value, bool plus, char *text,
+                         size_t size)
 {
     if (!isfinite(value))
         return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
@@ -302,46 +303,46 @@ static int number(const struct answer_item *item, double value, bool plus, char 
         /* + 0.0: no "-0" */
         return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0);
     return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals,
-                    unit_tidy(value, pow(10.0, -item->decimals)));
+                    unit_round_to_zero(value, pow(10.0, -item->decimals)));
 }
 
-static void answer_cell(const struct answer_item *item, const char *plus_minus,
-                        char text[static ANSWER_CELL])
+static void format_cell(const struct answer_item *item, const char *plus_minus,
+                        char text[static CELL_SIZE])
 {
     int length = 0;
     text[0] = '\0';
     switch (item->kind) {
     case ANSWER_VALUE:
     case ANSWER_ESTIMATE:
-        length = number(item, item->value, item->fact.plus, text, ANSWER_CELL);
+        length = format_number(item, item->value, item->fact.plus, text, CELL_SIZE);
         break;
     case ANSWER_COUNT:
         if (item->count == ANSWER_UNKNOWN)
-            snprintf(text, ANSWER_CELL, "-");
+            snprintf(text, CELL_SIZE, "-");
         else
-            snprintf(text, ANSWER_CELL, "%lld", (long long)item->count);
+            snprintf(text, CELL_SIZE, "%lld", (long long)item->count);
         break;
-    case ANSWER_FLAG: snprintf(text, ANSWER_CELL, "%s", item->count ? "yes" : "no"); break;
-    default: snprintf(text, ANSWER_CELL, "%s", item->words ? item->words : "");
+    case ANSWER_FLAG: snprintf(text, CELL_SIZE, "%s", item->count ? "yes" : "no"); break;
+    default: snprintf(text, CELL_SIZE, "%s", item->words ? item->words : "");
     }
     if (item->kind == ANSWER_ESTIMATE && isfinite(item->value) && !isnan(item->error)) {
-        length += snprintf(text + length, (size_t)(ANSWER_CELL - length), "%s", plus_minus);
-        number(item, item->error, false, text + length, (size_t)(ANSWER_CELL - length));
+        length += snprintf(text + length, (size_t)(CELL_SIZE - length), "%s", plus_minus);
+        format_number(item, item->error, false, text + length, (size_t)(CELL_SIZE - length));
     }
 }
 
-static void answer_line(const struct answer_item *item, const char *plus_minus,
-                        char text[static ANSWER_CELL])
+static void format_line(const struct answer_item *item, const char *plus_minus,
+                        char text[static CELL_SIZE])
 {
     const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
     char interval[80] = "";
-    answer_cell(item, plus_minus, text);
+    format_cell(item, plus_minus, text);
     if (item->fact.interval && isfinite(item->error))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
                  item->value - NORMAL_95 * item->error, item->decimals,
                  item->value + NORMAL_95 * item->error);
     size_t length = strlen(text);
-    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
+    snprintf(text + length, CELL_SIZE - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
              item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
 }
 
@@ -349,15 +350,15 @@ static void answer_line(const struct answer_item *item, const char *plus_minus,
 
 static bool is_cell(const struct answer_item *item)
 {
-    return !answer_is_group(item->kind) && item->label && item->label[0];
+    return !is_group(item->kind) && item->label && item->label[0];
 }
 
-static size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
+static size_t find_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
 {
-    size_t count = 0, end = answer_after(answer, table);
-    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+    size_t count = 0, end = index_after(answer, table);
+    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
         /* a new column goes behind the previous column of the same row */
-        size_t place = 0, to = answer_after(answer, row);
+        size_t place = 0, to = index_after(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
             if (!is_cell(&answer->item[i]))
@@ -375,10 +376,10 @@ static size_t answer_columns(const struct answer *answer, size_t table, size_t *
     return count;
 }
 
-static const struct answer_item *answer_in_row(const struct answer *answer, size_t row,
-                                               const char *label)
+static const struct answer_item *find_in_row(const struct answer *answer, size_t row,
+                                             const char *label)
 {
-    size_t end = answer_after(answer, row);
+    size_t end = index_after(answer, row);
     for (size_t i = row + 1; i < end; i++) {
         if (is_cell(&answer->item[i]) && (!label || strcmp(answer->item[i].label, label) == 0))
             return &answer->item[i];
@@ -387,8 +388,8 @@ static const struct answer_item *answer_in_row(const struct answer *answer, size
 }
 
 /* Text of line `line` of a column head: the parts of its label, then its unit. False: no text. */
-static bool head_line(const struct answer_item *column, size_t line, size_t lines,
-                      char text[static ANSWER_CELL])
+static bool format_head_line(const struct answer_item *column, size_t line, size_t lines,
+                             char text[static CELL_SIZE])
 {
     const char *part = column->label;
     size_t parts = 1, unit = column->unit && column->unit->text[0];
@@ -399,14 +400,14 @@ static bool head_line(const struct answer_item *column, size_t line, size_t line
         return false;
     line -= lines - parts - unit;
     if (line >= parts)
-        return snprintf(text, ANSWER_CELL, "%s", column->unit->text) > 0;
+        return snprintf(text, CELL_SIZE, "%s", column->unit->text) > 0;
     for (; line > 0; line--)
         part = strchr(part, '|') + 1;
-    snprintf(text, ANSWER_CELL, "%.*s", (int)strcspn(part, "|"), part);
+    snprintf(text, CELL_SIZE, "%.*s", (int)strcspn(part, "|"), part);
     return true;
 }
 
-static size_t head_lines(const struct answer_item *column)
+static size_t count_head_lines(const struct answer_item *column)
 {
     size_t lines = column->unit && column->unit->text[0] ? 2 : 1;
     for (const char *at = column->label; (at = strchr(at, '|')); at++)
@@ -417,18 +418,18 @@ static size_t head_lines(const struct answer_item *column)
 static size_t column_width(const struct answer *answer, size_t table,
                            const struct answer_item *column)
 {
-    char text[ANSWER_CELL];
-    size_t width = 1, lines = head_lines(column), end = answer_after(answer, table);
+    char text[CELL_SIZE];
+    size_t width = 1, lines = count_head_lines(column), end = index_after(answer, table);
     for (size_t line = 0; line < lines; line++) {
-        head_line(column, line, lines, text);
+        format_head_line(column, line, lines, text);
         size_t head = wrap_width(text, strlen(text));
         width = head > width ? head : width;
     }
-    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        const struct answer_item *item = answer_in_row(answer, row, column->label);
+    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
+        const struct answer_item *item = find_in_row(answer, row, column->label);
         if (!item)
             continue;
-        answer_cell(item, " +- ", text);
+        format_cell(item, " +- ", text);
         size_t cell = wrap_width(text, strlen(text));
         width = cell > width ? cell : width;
     }
@@ -436,24 +437,24 @@ static size_t column_width(const struct answer *answer, size_t table,
 }
 
 /* Spaces are printed only when text follows, so that no line ends in spaces. */
-static void print_padded(const char *text, size_t width, bool left, size_t *owed, FILE *out)
+static void print_padded(const char *text, size_t width, bool left, size_t *pending, FILE *out)
 {
     size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
-    *owed += 2 + (left ? 0 : gap);
+    *pending += 2 + (left ? 0 : gap);
     if (own > 0) {
-        fprintf(out, "%*s%s", (int)*owed, "", text);
-        *owed = 0;
+        fprintf(out, "%*s%s", (int)*pending, "", text);
+        *pending = 0;
     }
-    *owed += left ? gap : 0;
+    *pending += left ? gap : 0;
 }
 
 struct block {
-    const struct answer_item *column[ANSWER_COLUMNS];
-    size_t width[ANSWER_COLUMNS];
+    const struct answer_item *column[COLUMNS_MAX];
+    size_t width[COLUMNS_MAX];
     size_t count;
 };
 
-static bool is_left(const struct answer_item *column)
+static bool is_left_aligned(const struct answer_item *column)
 {
     return !column->fact.number && (column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
                                     column->kind == ANSWER_SENTENCE);
@@ -467,30 +468,30 @@ static bool shows_number(const struct answer_item *item)
 static void print_block(const struct answer *answer, size_t table, const struct block *block,
                         size_t indent, FILE *out)
 {
-    char text[ANSWER_CELL];
-    size_t lines = 0, end = answer_after(answer, table);
+    char text[CELL_SIZE];
+    size_t lines = 0, end = index_after(answer, table);
     for (size_t c = 0; c < block->count; c++) {
-        size_t own = head_lines(block->column[c]);
+        size_t own = count_head_lines(block->column[c]);
         lines = own > lines ? own : lines;
     }
     for (size_t line = 0; line < lines; line++) {
         size_t owed = indent;
         for (size_t c = 0; c < block->count; c++) {
-            head_line(block->column[c], line, lines, text);
-            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+            format_head_line(block->column[c], line, lines, text);
+            print_padded(text, block->width[c], is_left_aligned(block->column[c]), &owed, out);
         }
         fputc('\n', out);
     }
-    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
         size_t owed = indent;
-        if (!answer_in_row(answer, row, NULL))
+        if (!find_in_row(answer, row, NULL))
             continue;
         for (size_t c = 0; c < block->count; c++) {
-            const struct answer_item *item = answer_in_row(answer, row, block->column[c]->label);
+            const struct answer_item *item = find_in_row(answer, row, block->column[c]->label);
             text[0] = '\0';
             if (item)
-                answer_cell(item, " +- ", text);
-            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+                format_cell(item, " +- ", text);
+            print_padded(text, block->width[c], is_left_aligned(block->column[c]), &owed, out);
         }
         fputc('\n', out);
     }
@@ -498,14 +499,13 @@ static void print_block(const struct answer *answer, size_t table, const struct 
 
 static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
 {
-    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
-                                  done = 0;
+    size_t index[COLUMNS_MAX], columns = find_columns(answer, table, index, COLUMNS_MAX), done = 0;
     struct block block = {0};
     size_t used = indent;
     while (done < columns) {
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
-        if (block.count > 1 && used + 2 + width > WIDTH) {
+        if (block.count > 1 && used + 2 + width > TERMINAL_COLUMNS) {
             /* remaining columns go below, with the first column repeated */
             print_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
@@ -525,27 +525,27 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
 static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels,
                        FILE *out)
 {
-    char text[ANSWER_CELL];
+    char text[CELL_SIZE];
     if (item->kind == ANSWER_SENTENCE) {
-        wrap_print(item->words ? item->words : "", 0, (size_t)indent, WIDTH, out);
+        wrap_print(item->words ? item->words : "", 0, (size_t)indent, TERMINAL_COLUMNS, out);
         return;
     }
-    answer_line(item, " +- ", text);
+    format_line(item, " +- ", text);
     fprintf(out, "%*s%s%*s %s\n", indent, "", label,
             (int)(labels - wrap_width(label, strlen(label))), "", text);
 }
 
 /* Width of the label column, shared with groups that have no heading. */
-static size_t labels_width(const struct answer *answer, size_t from, size_t to)
+static size_t label_width(const struct answer *answer, size_t from, size_t to)
 {
-    size_t labels = LABEL;
-    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+    size_t labels = LABEL_WIDTH_MIN;
+    for (size_t i = from; i < to; i = index_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
         size_t width = 0;
-        if (item->label && !answer_is_group(item->kind))
+        if (item->label && !is_group(item->kind))
             width = wrap_width(item->label, strlen(item->label));
         else if (item->label && item->kind != ANSWER_TABLE && !item->label[0])
-            width = labels_width(answer, i + 1, answer_after(answer, i));
+            width = label_width(answer, i + 1, index_after(answer, i));
         labels = width > labels ? width : labels;
     }
     return labels;
@@ -555,18 +555,18 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
                         size_t labels, FILE *out)
 {
     const char *before = "";
-    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+    for (size_t i = from; i < to; i = index_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = answer_is_group(item->kind);
-        size_t end = answer_after(answer, i);
-        if (!item->label || answer_is_empty(answer, i))
+        bool group = is_group(item->kind);
+        size_t end = index_after(answer, i);
+        if (!item->label || group_is_empty(answer, i))
             continue;
         if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);
         if (group && item->kind == ANSWER_TABLE)
             print_table(answer, i, (size_t)indent, out);
         else if (group && item->label[0])
-            print_items(answer, i + 1, end, indent + 2, labels_width(answer, i + 1, end), out);
+            print_items(answer, i + 1, end, indent + 2, label_width(answer, i + 1, end), out);
         else if (group)
             print_items(answer, i + 1, end, indent, labels, out);
         else
@@ -578,7 +578,7 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
 
 bool answer_text(const struct answer *answer, FILE *out)
 {
-    print_items(answer, 0, answer->count, 0, labels_width(answer, 0, answer->count), out);
+    print_items(answer, 0, answer->count, 0, label_width(answer, 0, answer->count), out);
     return !ferror(out);
 }
 
@@ -611,11 +611,11 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
         /* a heading for print only: its facts belong to the outer object */
-        put_items(answer, i + 1, answer_after(answer, i), group);
+        put_items(answer, i + 1, index_after(answer, i), group);
         return;
     }
     json_t *inner = item->kind == ANSWER_OPEN ? json_object() : json_array();
-    put_items(answer, i + 1, answer_after(answer, i), inner);
+    put_items(answer, i + 1, index_after(answer, i), inner);
     put(group, item->name, inner);
 }
 
@@ -644,8 +644,8 @@ static void put_item(const struct answer_item *item, json_t *group)
 
 static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group)
 {
-    for (size_t i = from; i < to; i = answer_after(answer, i)) {
-        if (answer_is_group(answer->item[i].kind))
+    for (size_t i = from; i < to; i = index_after(answer, i)) {
+        if (is_group(answer->item[i].kind))
             put_group(answer, i, group);
         else if (answer->item[i].kind == ANSWER_CLOSE)
             break;
@@ -662,18 +662,19 @@ json_t *answer_json(const struct answer *answer)
 }
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
-#define HTML_LONG 40 /* a column with a longer text is not made narrower than the style allows */
+#define HTML_LONG_TEXT \
+    40 /* a column with a longer text is not made narrower than the style allows */
 
 static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
 {
-    size_t end = answer_after(answer, table);
-    char text[ANSWER_CELL];
-    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        const struct answer_item *item = answer_in_row(answer, row, label);
+    size_t end = index_after(answer, table);
+    char text[CELL_SIZE];
+    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
+        const struct answer_item *item = find_in_row(answer, row, label);
         if (!item)
             continue;
-        answer_cell(item, " \xc2\xb1 ", text);
-        if (strlen(text) > HTML_LONG)
+        format_cell(item, " \xc2\xb1 ", text);
+        if (strlen(text) > HTML_LONG_TEXT)
             return true;
     }
     return false;
@@ -681,9 +682,9 @@ static bool html_has_long_text(const struct answer *answer, size_t table, const 
 
 static void html_print_table(const struct answer *answer, size_t table, FILE *out)
 {
-    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
-                                  end = answer_after(answer, table);
-    char text[ANSWER_CELL];
+    size_t index[COLUMNS_MAX], columns = find_columns(answer, table, index, COLUMNS_MAX),
+                               end = index_after(answer, table);
+    char text[CELL_SIZE];
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
@@ -701,17 +702,16 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
         fputs("</th>", out);
     }
     fputs("</tr></thead><tbody>\n", out);
-    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        if (!answer_in_row(answer, row, NULL))
+    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
+        if (!find_in_row(answer, row, NULL))
             continue;
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
-            const struct answer_item *item = answer_in_row(answer, row,
-                                                           answer->item[index[c]].label);
+            const struct answer_item *item = find_in_row(answer, row, answer->item[index[c]].label);
             bool is_number = item && shows_number(item), warns = item && item->fact.warn;
             text[0] = '\0';
             if (item)
-                answer_cell(item, " \xc2\xb1 ", text);
+                format_cell(item, " \xc2\xb1 ", text);
             fputs(is_number && warns ? "<td class=\"n warn\">"
                   : is_number        ? "<td class=\"n\">"
                   : warns            ? "<td class=\"warn\">"
@@ -730,8 +730,8 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
 
 static void html_print_fact(const struct answer_item *item, FILE *out)
 {
-    char text[ANSWER_CELL];
-    answer_line(item, " \xc2\xb1 ", text);
+    char text[CELL_SIZE];
+    format_line(item, " \xc2\xb1 ", text);
     fputs("<div><dt>", out);
     html_text(out, item->label);
     fputs(item->fact.warn ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
@@ -744,13 +744,13 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
 static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
                              FILE *out)
 {
-    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+    for (size_t i = from; i < to; i = index_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = answer_is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
-        if (!item->label || answer_is_empty(answer, i))
+        bool group = is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
+        if (!item->label || group_is_empty(answer, i))
             continue;
         if (group && !item->label[0] && item->kind != ANSWER_TABLE) {
-            in_list = html_print_items(answer, i + 1, answer_after(answer, i), in_list, out);
+            in_list = html_print_items(answer, i + 1, index_after(answer, i), in_list, out);
             continue;
         }
         if (in_list != !(group || sentence))
@@ -768,7 +768,7 @@ static bool html_print_items(const struct answer *answer, size_t from, size_t to
         } else if (group && item->kind == ANSWER_TABLE)
             html_print_table(answer, i, out);
         else if (group)
-            in_list = html_print_items(answer, i + 1, answer_after(answer, i), false, out);
+            in_list = html_print_items(answer, i + 1, index_after(answer, i), false, out);
         else
             html_print_fact(item, out);
     }

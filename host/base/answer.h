@@ -38,10 +38,10 @@ struct answer_fact {
 struct answer *answer_new(bool si);
 /* JSON values keep the unit in which they are passed, in SI answers too. Call before the first
  * value. */
-void answer_as_stored(struct answer *answer);
+void answer_keep_units(struct answer *answer);
 void answer_free(struct answer *answer);
 /* True for SI units; for texts that contain units. */
-bool answer_in_si(const struct answer *answer);
+bool answer_is_si(const struct answer *answer);
 
 /* Adds a number. Text shows it with `decimals` decimals in the report's unit; in SI the number of
  * decimals is adapted so that no digit is lost. Below 0: with -`decimals` significant digits. */

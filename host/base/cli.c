@@ -17,12 +17,12 @@
 #define PAGE_BYTES  4096u
 
 /* state of this process: --json given, JSON already printed, first error */
-static bool wants_json, has_json;
-static struct error failed;
+static bool json_requested, json_printed;
+static struct error first_error;
 
 /* Returns the text as a JSON string. In a text that is not UTF-8 (a file name need not be), '?'
  * stands for each byte that is not ASCII. */
-static json_t *text_json(const char *text)
+static json_t *text_to_json(const char *text)
 {
     char ascii[sizeof((struct error *)0)->text];
     json_t *json = json_string(text);
@@ -36,7 +36,7 @@ static json_t *text_json(const char *text)
     return json_string(ascii);
 }
 
-void cli_end_signals(sigset_t *set)
+void cli_fill_end_signals(sigset_t *set)
 {
     struct sigaction hangup;
     sigemptyset(set);
@@ -46,7 +46,7 @@ void cli_end_signals(sigset_t *set)
         sigaddset(set, SIGHUP);
 }
 
-__attribute__((noinline)) static void touch_stack(void)
+__attribute__((noinline)) static void touch_stack_pages(void)
 {
     volatile char stack[STACK_BYTES];
     for (size_t i = sizeof stack; i > 0; i -= PAGE_BYTES)
@@ -55,7 +55,7 @@ __attribute__((noinline)) static void touch_stack(void)
 
 /* Reserves the stack of the deepest command at the start: a stack that cannot grow later ends a
  * program without a message. */
-static void take_stack(void)
+static void reserve_stack(void)
 {
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
     getrlimit(RLIMIT_STACK, &limit);
@@ -68,29 +68,29 @@ static void take_stack(void)
         setrlimit(RLIMIT_STACK, &limit);
     }
     free(xmalloc(STACK_LIMIT)); /* exits with a message if memory is short */
-    touch_stack();
+    touch_stack_pages();
 }
 
 void cli_begin(const struct cli *cli)
 {
     signal(SIGXFSZ, SIG_IGN);
-    wants_json = cli->json;
-    take_stack();
+    json_requested = cli->json;
+    reserve_stack();
 }
 
-static bool cli_colour(void)
+static bool has_colour(void)
 {
     const char *no_colour = getenv("NO_COLOR");
-    return cli_terminal() && !(no_colour && no_colour[0]);
+    return cli_can_draw() && !(no_colour && no_colour[0]);
 }
 
 int cli_fail(const struct error *error)
 {
-    bool colour = cli_colour();
+    bool colour = has_colour();
     fprintf(stderr, "%smatrig:%s %s\n", colour ? "\033[31m" : "", colour ? "\033[0m" : "",
             error->text);
-    if (failed.status == MR_OK)
-        failed = *error;
+    if (first_error.status == MR_OK)
+        first_error = *error;
     return mr_status_exit_code(error->status);
 }
 
@@ -98,24 +98,24 @@ int cli_fail(const struct error *error)
 static void add_error(json_t *object)
 {
     char kind[ERROR_KIND];
-    if (failed.status == MR_OK)
+    if (first_error.status == MR_OK)
         return;
-    error_kind(failed.status, kind);
+    error_kind(first_error.status, kind);
     if (!json_is_string(json_object_get(object, "error")))
-        json_object_set_new(object, "error", text_json(failed.text));
+        json_object_set_new(object, "error", text_to_json(first_error.text));
     json_object_set_new(object, "kind", json_string(kind));
-    json_object_set_new(object, "exit", json_integer(mr_status_exit_code(failed.status)));
+    json_object_set_new(object, "exit", json_integer(mr_status_exit_code(first_error.status)));
 }
 
-static void end(const struct error *error)
+static void end_with_error(const struct error *error)
 {
     exit(cli_end(cli_fail(error)));
 }
-struct error *const fatal = &(struct error){.end = end};
+struct error *const fatal = &(struct error){.end = end_with_error};
 
 int cli_end(int exit_code)
 {
-    if (wants_json && !has_json && failed.status != MR_OK)
+    if (json_requested && !json_printed && first_error.status != MR_OK)
         return cli_print_json(json_object(), exit_code);
     return exit_code;
 }
@@ -160,7 +160,7 @@ bool cli_confirm(const char *format, ...)
     return fgets(line, sizeof line, stdin) && strcmp(line, "yes\n") == 0;
 }
 
-bool cli_terminal(void)
+bool cli_can_draw(void)
 {
     const char *terminal = getenv("TERM");
     return isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0;
@@ -174,7 +174,7 @@ unsigned cli_columns(void)
     return size.ws_col;
 }
 
-int cli_fail_output(void)
+int cli_report_output_failure(void)
 {
     fputs("matrig: cannot write the result: standard output; check the pipe, file or disk\n",
           stderr);
@@ -183,12 +183,12 @@ int cli_fail_output(void)
 
 int cli_print_json(json_t *object, int exit_code)
 {
-    has_json = true;
+    json_printed = true;
     add_error(object);
     bool bad = json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(15)) != 0;
     json_decref(object);
     if (bad || putchar('\n') == EOF || fflush(stdout) != 0)
-        return cli_fail_output();
+        return cli_report_output_failure();
     return exit_code;
 }
 

@@ -22,7 +22,7 @@ struct cli {
 
 /* Sets the signals that end a long command: Ctrl-C, kill, and hangup of the terminal unless hangup
  * is ignored, as under nohup. */
-void cli_end_signals(sigset_t *set);
+void cli_fill_end_signals(sigset_t *set);
 /* Applies the global options; call before anything can fail. From then on, a file that exceeds its
  * size limit is a write error and does not raise a signal. */
 void cli_begin(const struct cli *cli);
@@ -49,13 +49,13 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
  * any answer except `yes`. Returns true if standard input or stderr is not a terminal. */
 bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* True if stderr is a terminal on which progress may be drawn (TERM is not "dumb"). */
-bool cli_terminal(void);
+bool cli_can_draw(void);
 
 /* Width of a line on stdout in columns: that of the terminal, 100 if stdout is not a terminal. */
 unsigned cli_columns(void);
 
 /* Reports on stderr that writing to stdout failed. Returns the exit code. */
-int cli_fail_output(void);
+int cli_report_output_failure(void);
 /* Prints one JSON object and a newline on stdout and releases it. Returns exit_code, or 3 if stdout
  * failed. */
 int cli_print_json(json_t *object, int exit_code);

@@ -10,7 +10,7 @@
 #include "host/base/spell_suggest.h"
 #include "host/base/quantity.h"
 
-struct parsing {
+struct parser {
     const struct command *command;
     const char *name; /* as typed by the user */
     const struct cli *cli;
@@ -18,9 +18,9 @@ struct parsing {
     bool given[COMMAND_PARTS_MAX];
 };
 
-static void *place_of(const struct parsing *p, const struct command_option *option)
+static void *value_address(const struct parser *p, const struct command_option *option)
 {
-    return p->values + option->at;
+    return p->values + option->offset;
 }
 
 /* Index of the option, or `count`. */
@@ -48,7 +48,7 @@ static size_t find_option(const struct command *command, const char *word, const
 }
 
 /* The only long option that begins with this letter; NULL: none, or several. */
-static const char *only_option_with(const struct command *command, char letter)
+static const char *find_only_option(const struct command *command, char letter)
 {
     const char *only = NULL;
     for (size_t i = 0; i < command->count; i++) {
@@ -63,8 +63,8 @@ static const char *only_option_with(const struct command *command, char letter)
 }
 
 /* `name`: the command as typed; NULL: before any command. */
-static enum mr_status unknown_option(const struct command *command, const char *name,
-                                     const char *word, struct error *error)
+static enum mr_status refuse_unknown_option(const struct command *command, const char *name,
+                                            const char *word, struct error *error)
 {
     struct spell_suggest near;
     char text[SPELL_SUGGEST_TEXT], bare[40];
@@ -72,10 +72,10 @@ static enum mr_status unknown_option(const struct command *command, const char *
     spell_suggest_begin(&near, bare);
     for (size_t i = 0; i < command->count; i++) {
         if (command->parts[i].option.name)
-            spell_suggest_try(&near, command->parts[i].option.name);
+            spell_suggest_add(&near, command->parts[i].option.name);
     }
     if (!near.best && bare[0] == '-' && bare[1] && !bare[2])
-        near.best = only_option_with(command, bare[1]);
+        near.best = find_only_option(command, bare[1]);
     spell_suggest_text(&near, text);
     return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
                      name ? " of " : "", name ? name : "", text, text[0] ? "" : ";",
@@ -84,7 +84,7 @@ static enum mr_status unknown_option(const struct command *command, const char *
 
 /* ---- options before the command ---- */
 
-#define VALUES struct command_before
+#define VALUES struct global_options
 static const struct command_part parts[] = {
     OPTION_FLAG("--json", cli.json, "print the result as one JSON object"),
     OPTION_FLAG("--quiet", cli.quiet, "print no progress and no notes"),
@@ -101,23 +101,23 @@ const struct command command_matrig = {"matrig",
                                        COMMAND_PARTS(parts),
                                        {0, 0, ""}};
 
-int command_begin(int argc, char **argv, struct command_before *before, struct error *error)
+int command_begin(int argc, char **argv, struct global_options *before, struct error *error)
 {
     int i = 1;
     for (; i < argc && argv[i][0] == '-' && !before->help && !before->version; i++) {
         const char *attached, *word = strcmp(argv[i], "-h") == 0 ? "--help" : argv[i];
         size_t row = find_option(&command_matrig, word, &attached);
         if (row == command_matrig.count || attached)
-            unknown_option(&command_matrig, NULL, argv[i], error);
+            refuse_unknown_option(&command_matrig, NULL, argv[i], error);
         if (error->status != MR_OK)
             break;
-        *(bool *)((char *)before + parts[row].option.at) = true;
+        *(bool *)((char *)before + parts[row].option.offset) = true;
     }
     return i;
 }
 
-static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *word,
-                                           struct error *error)
+static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const char *word,
+                                                  struct error *error)
 {
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
@@ -130,13 +130,13 @@ static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *
         return error_set(error, MR_UNKNOWN,
                          "not a RUN: '%s' of %s; RUN counts from 1, matrig show DB lists them",
                          word, p->name);
-    return unknown_option(p->command, p->name, word, error);
+    return refuse_unknown_option(p->command, p->name, word, error);
 }
 
 /* ---- values ---- */
 
 /* "0.5", or with its own unit: "12mm". */
-static enum mr_status read_number(const struct parsing *p, const struct command_option *option,
+static enum mr_status read_number(const struct parser *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
     const char *unit = option->unit ? option->unit : "";
@@ -148,12 +148,12 @@ static enum mr_status read_number(const struct parsing *p, const struct command_
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text,
                          option->name, quantity_convert(option->low, unit, bare),
                          quantity_convert(option->high, unit, bare), *bare ? " " : "", bare);
-    *(double *)place_of(p, option) = number;
+    *(double *)value_address(p, option) = number;
     return MR_OK;
 }
 
-static enum mr_status read_whole(const struct parsing *p, const struct command_option *option,
-                                 const char *text, struct error *error)
+static enum mr_status read_integer(const struct parser *p, const struct command_option *option,
+                                   const char *text, struct error *error)
 {
     double number;
     enum mr_status status = cli_number(text, option->name, option->low, option->high, &number,
@@ -163,15 +163,15 @@ static enum mr_status read_whole(const struct parsing *p, const struct command_o
                            "not a whole number: '%s' for %s; write digits such as %g", text,
                            option->name, fmax(option->low, 4.0));
     if (status == MR_OK)
-        *(int64_t *)place_of(p, option) = (int64_t)number;
+        *(int64_t *)value_address(p, option) = (int64_t)number;
     return status;
 }
 
-static enum mr_status read_run(const struct parsing *p, const struct command_option *option,
+static enum mr_status read_run(const struct parser *p, const struct command_option *option,
                                const char *text, struct error *error)
 {
     struct error why = {0};
-    if (run_parse(text, place_of(p, option), &why) != MR_OK)
+    if (run_parse(text, value_address(p, option), &why) != MR_OK)
         return error_set(error, why.status,
                          "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
                          text, option->name);
@@ -192,7 +192,7 @@ static void choices_text(const char *choices, char *out, size_t size)
     out[used] = '\0';
 }
 
-static enum mr_status read_choice(const struct parsing *p, const struct command_option *option,
+static enum mr_status read_choice(const struct parser *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
     char all[160], copy[160], *rest = copy, suggestion[SPELL_SUGGEST_TEXT];
@@ -201,7 +201,7 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
     for (const char *choice = option->choices; choice;) {
         size_t length = strcspn(choice, "|");
         if (strlen(text) == length && memcmp(text, choice, length) == 0) {
-            *(const char **)place_of(p, option) = text;
+            *(const char **)value_address(p, option) = text;
             return MR_OK;
         }
         choice = choice[length] ? choice + length + 1 : NULL;
@@ -209,15 +209,15 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
     choices_text(option->choices, all, sizeof all);
     snprintf(copy, sizeof copy, "%s", option->choices);
     for (const char *choice; (choice = strsep(&rest, "|"));)
-        spell_suggest_try(&near, choice);
+        spell_suggest_add(&near, choice);
     spell_suggest_text(&near, suggestion);
     return error_set(error, MR_USAGE, "unknown %s: '%s' for %s%s%s give %s", option->noun, text,
                      option->name, suggestion, suggestion[0] ? "" : ";", all);
 }
 
 /* Refuses a wrong file extension: if the argument is F.html or F.csv, x.pdf is a mistake. */
-static enum mr_status check_ending(const struct command_option *option, const char *text,
-                                   struct error *error)
+static enum mr_status check_extension(const struct command_option *option, const char *text,
+                                      struct error *error)
 {
     static const char known[] = ".pdf.png.jpg.jpeg.gif.svg.html.htm.csv.tsv.json.mf4.mdf.dbc.xls."
                                 "xlsx.ods.doc.docx.zip.gz.cfg.";
@@ -237,47 +237,47 @@ static enum mr_status check_ending(const struct command_option *option, const ch
                      text, option->name, option->argument);
 }
 
-static enum mr_status take_value(const struct parsing *p, const struct command_option *option,
-                                 const char *text, struct error *error)
+static enum mr_status store_value(const struct parser *p, const struct command_option *option,
+                                  const char *text, struct error *error)
 {
     switch (option->kind) {
     case OPTION_IS_TEXT:
-        *(const char **)place_of(p, option) = text;
-        return check_ending(option, text, error);
+        *(const char **)value_address(p, option) = text;
+        return check_extension(option, text, error);
     case OPTION_IS_NUMBER: return read_number(p, option, text, error);
-    case OPTION_IS_WHOLE: return read_whole(p, option, text, error);
+    case OPTION_IS_WHOLE: return read_integer(p, option, text, error);
     case OPTION_IS_RUN: return read_run(p, option, text, error);
     case OPTION_IS_CHOICE: return read_choice(p, option, text, error);
     default: return MR_OK;
     }
 }
 
-static void set_standards(const struct parsing *p)
+static void set_defaults(const struct parser *p)
 {
     for (size_t i = 0; i < p->command->count; i++) {
         const struct command_option *option = &p->command->parts[i].option;
         if (option->kind == OPTION_IS_NUMBER)
-            *(double *)place_of(p, option) = option->standard;
+            *(double *)value_address(p, option) = option->standard;
         else if (option->kind == OPTION_IS_WHOLE || option->kind == OPTION_IS_RUN)
-            *(int64_t *)place_of(p, option) = (int64_t)option->standard;
+            *(int64_t *)value_address(p, option) = (int64_t)option->standard;
     }
 }
 
 /* Reads the option argv[*at] and its value. If the value is the next argument, *at advances. */
-static enum mr_status take_option(struct parsing *p, int argc, char **argv, int *at,
+static enum mr_status read_option(struct parser *p, int argc, char **argv, int *at,
                                   struct error *error)
 {
     const char *attached;
     size_t i = find_option(p->command, argv[*at], &attached);
     if (i == p->command->count)
-        return unknown_or_misplaced(p, argv[*at], error);
+        return refuse_unknown_or_misplaced(p, argv[*at], error);
     const struct command_option *option = &p->command->parts[i].option;
     if (option->kind == OPTION_IS_FLAG) {
         if (attached)
             return error_set(error, MR_USAGE,
                              "option takes no value: '%s' of %s; leave the value out", argv[*at],
                              p->name);
-        *(bool *)place_of(p, option) = true;
+        *(bool *)value_address(p, option) = true;
         return MR_OK;
     }
     if (p->given[i])
@@ -292,11 +292,11 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
                          "option without its value: %s of %s; see matrig %s --help", option->name,
                          p->name, p->name);
     p->given[i] = true;
-    return take_value(p, option, attached ? attached : argv[++*at], error);
+    return store_value(p, option, attached ? attached : argv[++*at], error);
 }
 
 /* After an option with a text, an extra word probably belongs to an unquoted text. */
-static bool follows_text(const struct parsing *p, char **argv, int i)
+static bool follows_text(const struct parser *p, char **argv, int i)
 {
     const char *attached;
     size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
@@ -305,7 +305,7 @@ static bool follows_text(const struct parsing *p, char **argv, int i)
 }
 
 /* A second word that takes the place of the RUN: --runway as laid. */
-static bool is_second_word(const struct parsing *p, char **argv, int i, size_t count)
+static bool is_second_word(const struct parser *p, char **argv, int i, size_t count)
 {
     int64_t run;
     struct error ignored = {0};
@@ -313,14 +313,14 @@ static bool is_second_word(const struct parsing *p, char **argv, int i, size_t c
            run_parse(argv[i], &run, &ignored) != MR_OK;
 }
 
-static bool ends_in(const char *text, const char *ending)
+static bool has_ending(const char *text, const char *ending)
 {
     size_t length = strlen(text), last = strlen(ending);
     return length > last && strcmp(text + length - last, ending) == 0;
 }
 
 /* The option whose value this word is, if it was not given: a format, a file F.html or a DB. */
-static const char *option_of_value(const struct parsing *p, const char *word)
+static const char *find_option_of_value(const struct parser *p, const char *word)
 {
     const char *dot = strrchr(word, '.');
     for (size_t i = 0; i < p->command->count; i++) {
@@ -332,14 +332,14 @@ static const char *option_of_value(const struct parsing *p, const char *word)
         if ((option->kind == OPTION_IS_CHOICE && read_choice(p, option, word, &ignored) == MR_OK) ||
             (strcmp(option->name, "-o") == 0 && own && dot && strlen(dot) > 2 &&
              strstr(own, dot)) ||
-            (strcmp(option->name, "--db") == 0 && ends_in(word, ".db")))
+            (strcmp(option->name, "--db") == 0 && has_ending(word, ".db")))
             return option->name;
     }
     return NULL;
 }
 
 /* --speed 36 ft/s */
-static bool is_unit_of(const struct parsing *p, char **argv, int i)
+static bool is_unit_of(const struct parser *p, char **argv, int i)
 {
     const char *attached;
     char joined[80];
@@ -354,9 +354,10 @@ static bool is_unit_of(const struct parsing *p, char **argv, int i)
     return unit && quantity_read(joined, "", unit, unit, &number, &ignored) == MR_OK;
 }
 
-static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
+static enum mr_status refuse_extra_word(const struct parser *p, char **argv, int i,
+                                        struct error *error)
 {
-    const char *option = option_of_value(p, argv[i]), *takes = p->command->operands.names;
+    const char *option = find_option_of_value(p, argv[i]), *takes = p->command->operands.names;
     if (option)
         return error_set(error, MR_USAGE, "unexpected argument: '%s' of %s; write %s %s", argv[i],
                          p->name, option, argv[i]);
@@ -385,7 +386,7 @@ static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, 
 static enum mr_status check_typography(const char *word, struct error *error)
 {
     static const struct {
-        const char *begins, *kind, *right;
+        const char *prefix, *kind, *correct;
     } marks[] = {
         {"\xe2\x80\x93", "dash", "--"},  {"\xe2\x80\x94", "dash", "--"},
         {"\xe2\x88\x92", "minus", "-"},  {"\xe2\x80\x9c", "quote", "\""},
@@ -393,9 +394,9 @@ static enum mr_status check_typography(const char *word, struct error *error)
         {"\xe2\x80\x98", "quote", "'"},  {"\xe2\x80\x99", "quote", "'"},
     };
     for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++)
-        if (strncmp(word, marks[i].begins, 3) == 0)
+        if (strncmp(word, marks[i].prefix, 3) == 0)
             return error_set(error, MR_USAGE, "typographic %s: '%s'; type %s instead",
-                             marks[i].kind, word, marks[i].right);
+                             marks[i].kind, word, marks[i].correct);
     return MR_OK;
 }
 
@@ -403,24 +404,24 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
                              const struct cli *cli, void *values, const char **words,
                              struct error *error)
 {
-    struct parsing p = {.command = command, .name = argv[0], .cli = cli, .values = values};
+    struct parser p = {.command = command, .name = argv[0], .cli = cli, .values = values};
     const struct command_operands *operands = &command->operands;
     size_t count = 0;
-    set_standards(&p);
-    for (size_t i = 0; i < operands->most; i++)
+    set_defaults(&p);
+    for (size_t i = 0; i < operands->max; i++)
         words[i] = NULL;
     for (int i = 1; i < argc; i++) {
         bool is_option = argv[i][0] == '-' && argv[i][1] != '\0';
         if (check_typography(argv[i], error) != MR_OK)
             return error->status;
-        if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
+        if (is_option && read_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
-        if (!is_option && (count == operands->most || is_second_word(&p, argv, i, count)))
-            return one_too_many(&p, argv, i, error);
+        if (!is_option && (count == operands->max || is_second_word(&p, argv, i, count)))
+            return refuse_extra_word(&p, argv, i, error);
         if (!is_option)
             words[count++] = argv[i];
     }
-    if (count < operands->least)
+    if (count < operands->min)
         return error_set(error, MR_USAGE,
                          "argument missing: matrig %s needs %s; see matrig %s --help", p.name,
                          operands->names, p.name);

@@ -40,7 +40,7 @@ struct command_option {
     const char *name;     /* name with its dashes: "--for", "-o" */
     const char *argument; /* placeholder of its value in help: "S"; NULL: a flag */
     enum option_kind kind;
-    size_t at; /* offset of its value in VALUES */
+    size_t offset; /* offset of its value in VALUES */
     /* For a number: unit of the stored value, and unit of a plain number with --si. NULL: no unit;
      * NULL unit_si: same as `unit`. */
     const char *unit, *unit_si;
@@ -66,7 +66,7 @@ struct command_part {
 
 /* Words that are not options. */
 struct command_operands {
-    size_t least, most;
+    size_t min, max;
     const char *names; /* operand names for the error message: "DB RUN" */
 };
 
@@ -127,13 +127,13 @@ struct command_table {
 
 /* Offset of a member of VALUES. Does not compile if the member does not have the type of its
  * option. */
-#define OPTION_IS_OF(member, type) \
+#define OPTION_HAS_TYPE(member, type) \
     __builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type)
-#define OPTION_AT(member, type) \
-    (offsetof(VALUES, member) + 0 * sizeof(char[OPTION_IS_OF(member, type) ? 1 : -1]))
+#define OPTION_OFFSET(member, type) \
+    (offsetof(VALUES, member) + 0 * sizeof(char[OPTION_HAS_TYPE(member, type) ? 1 : -1]))
 #define OPTION(its_name, its_kind, member, type, help, ...)                       \
     {.text = (help), .option = {.name = (its_name), .kind = OPTION_IS_##its_kind, \
-                                .at = OPTION_AT(member, type), __VA_ARGS__}}
+                                .offset = OPTION_OFFSET(member, type), __VA_ARGS__}}
 #define OPTION_FLAG(its_name, member, help) \
     OPTION(its_name, FLAG, member, bool, help, .argument = NULL)
 #define OPTION_TEXT(its_name, of_value, member, help) \
@@ -155,12 +155,12 @@ struct command_table {
            .noun = (of_what), .choices = (values))
 /* clang-format on */
 
-/* For commands that write a file which people fill in (host/base/output.h, output_keep). */
+/* For commands that write a file which people fill in (host/base/output.h, output_check_new). */
 #define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
 
 /* Global options, which precede the command. The rows of command_matrig describe them as those of a
  * command do. */
-struct command_before {
+struct global_options {
     struct cli cli;
     bool version, help;
 };
@@ -169,7 +169,7 @@ extern const struct command command_matrig;
 /* Parses the global options; stops at the first one that asks for help or the version. Returns the
  * index of the command's name, or argc if there is none. Sets MR_USAGE in `error` for an unknown
  * option. */
-int command_begin(int argc, char **argv, struct command_before *before, struct error *error);
+int command_begin(int argc, char **argv, struct global_options *before, struct error *error);
 
 /* Sorts argv into options, whose values go to `values` (a VALUES), and other words (`words` has
  * room for operands.most; unused entries are NULL). Options are written `--name value` or

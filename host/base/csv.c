@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-void csv_write(FILE *out, const char *text)
+void csv_write_cell(FILE *out, const char *text)
 {
     bool quoted = strpbrk(text, ",\"\n\r") != NULL;
     fputs(quoted ? "\"" : "", out);

@@ -6,7 +6,7 @@
 #include <stdio.h>
 
 /* Writes a cell, quoted where it must be; the caller writes commas and ends of lines. */
-void csv_write(FILE *out, const char *text);
+void csv_write_cell(FILE *out, const char *text);
 
 /* Splits a line into cells in place, without its end; quoted cells lose their quotes. Returns the
  * number of cells, at most `most`. */

@@ -8,35 +8,35 @@
 #include <unistd.h>
 
 static const struct {
-    const char *built;  /* relative to the folder of the program */
-    const char *shared; /* below share/matrig; NULL: not installed */
+    const char *build_path; /* relative to the folder of the program */
+    const char *share_path; /* below share/matrig; NULL: not installed */
 } files[] = {
     [DATA_BOARD] = {"matrig-board", NULL},
     [DATA_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
     [DATA_RUNS] = {"../tests/runs", "runs"},
-    [PLACE_DEMO] = {"../host/demo.sh", "demo.sh"},
+    [DATA_DEMO] = {"../host/demo.sh", "demo.sh"},
     [DATA_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
-static const char *program; /* NULL: the running program */
+static const char *program_path; /* NULL: the running program */
 
 void data_dir_set_program(const char *path)
 {
-    program = path;
+    program_path = path;
 }
 
-void data_dir_program(char *path, size_t size)
+void data_dir_program_path(char *path, size_t size)
 {
-    ssize_t length = program ? -1 : readlink("/proc/self/exe", path, size - 1);
+    ssize_t length = program_path ? -1 : readlink("/proc/self/exe", path, size - 1);
     if (length > 0)
         path[length] = '\0';
     else
-        snprintf(path, size, "%s", program ? program : "matrig");
+        snprintf(path, size, "%s", program_path ? program_path : "matrig");
 }
 
 static void program_folder(char *folder, size_t size)
 {
-    data_dir_program(folder, size);
+    data_dir_program_path(folder, size);
     char *slash = strrchr(folder, '/');
     if (slash)
         *slash = '\0';
@@ -45,7 +45,8 @@ static void program_folder(char *folder, size_t size)
 }
 
 /* True: the file is readable; `path` is then its resolved path. */
-static bool try(char *path, size_t size, const char *folder, const char *below, const char *name)
+static bool is_readable_in(char *path, size_t size, const char *folder, const char *below,
+                           const char *name)
 {
     char candidate[PATH_MAX];
     int need = snprintf(candidate, sizeof candidate, "%s%s%s", folder, below, name);
@@ -57,19 +58,19 @@ static bool try(char *path, size_t size, const char *folder, const char *below, 
     return true;
 }
 
-static void find(const char *built, const char *shared, char *path, size_t size)
+static void find_in_folders(const char *built, const char *shared, char *path, size_t size)
 {
     char folder[PATH_MAX - 80];
     program_folder(folder, sizeof folder);
-    if (try(path, size, folder, "/", built) ||
-        (shared && try(path, size, folder, "/../share/matrig/", shared)))
+    if (is_readable_in(path, size, folder, "/", built) ||
+        (shared && is_readable_in(path, size, folder, "/../share/matrig/", shared)))
         return;
     snprintf(path, size, "%s/%s", folder, built);
 }
 
 void data_dir_find(enum data_file what, char *path, size_t size)
 {
-    find(files[what].built, files[what].shared, path, size);
+    find_in_folders(files[what].build_path, files[what].share_path, path, size);
 }
 
 void data_dir_find_firmware(const char *board, char *path, size_t size)
@@ -80,5 +81,5 @@ void data_dir_find_firmware(const char *board, char *path, size_t size)
     if (strcmp(board, "zg") == 0)
         data_dir_find(DATA_FIRMWARE, path, size);
     else
-        find(built, shared, path, size);
+        find_in_folders(built, shared, path, size);
 }

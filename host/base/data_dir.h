@@ -10,7 +10,7 @@ enum data_file {
     DATA_FIRMWARE, /* matrig.elf */
     DATA_RUNWAY,   /* scene of the model runway */
     DATA_RUNS,     /* folder of the recorded landings */
-    PLACE_DEMO     /* script of matrig demo */
+    DATA_DEMO      /* script of matrig demo */
 };
 
 /* Searches the folder of the program, then ../share/matrig relative to that folder. If the file is
@@ -23,7 +23,7 @@ void data_dir_find_firmware(const char *board, char *path, size_t size);
 
 /* The path of matrig: that of the running program, or the path passed to data_dir_set_program.
  * "matrig" if neither is known. */
-void data_dir_program(char *path, size_t size);
+void data_dir_program_path(char *path, size_t size);
 /* Sets the path of matrig for matrig-study, which matrig starts, so that it finds the data of
  * matrig. The caller keeps the text. */
 void data_dir_set_program(const char *path);

@@ -12,7 +12,7 @@
 #include "host/base/answer.h"
 
 #define LINE_WIDTH 100 /* as for the output of commands */
-#define TERM_MOST  14  /* longest term whose text begins on the same line */
+#define TERM_MAX   14  /* longest term whose text begins on the same line */
 
 const char *help_group_title(enum command_group group)
 {
@@ -100,24 +100,24 @@ const struct command *help_find(const struct command_table *table, const char *n
 /* ---- unknown command ---- */
 
 /* Copies of the first words of all terms; a suggestion points to one of them. */
-#define WORDS 40
+#define WORDS_MAX 40
 struct words {
-    char copy[WORDS][20];
+    char copy[WORDS_MAX][20];
     size_t count;
 };
 
-static void try_words(const struct command *command, struct words *words,
-                      struct spell_suggest *near)
+static void suggest_words(const struct command *command, struct words *words,
+                          struct spell_suggest *near)
 {
     for (size_t i = 0; i < command->count; i++) {
         const struct command_part *part = &command->parts[i];
         if (part->with)
-            try_words(part->with, words, near);
-        if (!part->word || words->count == WORDS)
+            suggest_words(part->with, words, near);
+        if (!part->word || words->count == WORDS_MAX)
             continue;
         char *copy = words->copy[words->count++];
         snprintf(copy, sizeof words->copy[0], "%.*s", (int)strcspn(part->term, " "), part->term);
-        spell_suggest_try(near, copy);
+        spell_suggest_add(near, copy);
     }
 }
 
@@ -127,18 +127,18 @@ void help_suggest_word(const struct command *command, const char *word,
     struct words words = {.count = 0};
     struct spell_suggest near;
     spell_suggest_begin(&near, word);
-    try_words(command, &words, &near);
+    suggest_words(command, &words, &near);
     spell_suggest_text(&near, out);
 }
 
-enum mr_status help_unknown(const struct command_table *table, const char *word,
-                            struct error *error)
+enum mr_status help_refuse_unknown(const struct command_table *table, const char *word,
+                                   struct error *error)
 {
     struct spell_suggest near;
     char text[SPELL_SUGGEST_TEXT];
     spell_suggest_begin(&near, word);
     for (size_t i = 0; i < table->count; i++)
-        spell_suggest_try(&near, table->commands[i].command->name);
+        spell_suggest_add(&near, table->commands[i].command->name);
     spell_suggest_text(&near, text);
     if (access(word, F_OK) == 0 && !near.best)
         return error_set(
@@ -165,20 +165,20 @@ static int print_json(const struct command_table *table, const struct command *o
     return cli_print_json(json_pack("{s:o}", "commands", list), 0);
 }
 
-static const struct command help_itself = {"help", NULL, "[COMMAND]", "what matrig can do",
-                                           NULL,   0,    {0, 1, ""}};
+static const struct command command_help = {"help", NULL, "[COMMAND]", "what matrig can do",
+                                            NULL,   0,    {0, 1, ""}};
 
-int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
+int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli)
 {
     struct error error = {0};
     const char *words[1] = {NULL};
     const struct command *command = NULL;
-    if (command_parse(&help_itself, argc, argv, cli, NULL, words, &error) != MR_OK)
+    if (command_parse(&command_help, argc, argv, cli, NULL, words, &error) != MR_OK)
         return cli_fail(&error);
     if (words[0])
         command = help_find(table, words[0]);
     if (words[0] && !command)
-        help_unknown(table, words[0], &error);
+        help_refuse_unknown(table, words[0], &error);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (cli->json)
@@ -190,12 +190,12 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     return 0;
 }
 
-void help_each_part(const struct command *command,
-                    void (*each)(void *context, const struct command_part *part), void *context)
+void help_for_each_part(const struct command *command,
+                        void (*each)(void *context, const struct command_part *part), void *context)
 {
     for (size_t i = 0; i < command->count; i++) {
         if (command->parts[i].with)
-            help_each_part(command->parts[i].with, each, context);
+            help_for_each_part(command->parts[i].with, each, context);
         else
             each(context, &command->parts[i]);
     }
@@ -235,7 +235,7 @@ static void put_unit(FILE *out, const struct command_option *option)
     fputc(')', out);
 }
 
-static char *made_text(const struct command_part *part, const char *before)
+static char *make_text(const struct command_part *part, const char *before)
 {
     char *text = NULL;
     size_t length = 0;
@@ -252,7 +252,7 @@ static char *made_text(const struct command_part *part, const char *before)
     return text;
 }
 
-static char *made_term(const struct command_part *part)
+static char *make_term(const struct command_part *part)
 {
     const char *argument = part->option.argument;
     if (part->term)
@@ -268,8 +268,8 @@ static void add_row(void *context, const struct command_part *part)
     struct help_page *page = context;
     if (!part->text)
         return;
-    char *term = made_term(part);
-    char *text = made_text(part, !part->example          ? ""
+    char *term = make_term(part);
+    char *text = make_text(part, !part->example          ? ""
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
@@ -288,7 +288,7 @@ static void add_row(void *context, const struct command_part *part)
 struct help_page help_page_make(const struct command *command)
 {
     struct help_page page = {NULL, 0};
-    help_each_part(command, add_row, &page);
+    help_for_each_part(command, add_row, &page);
     return page;
 }
 
@@ -324,11 +324,11 @@ static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
 
 static void put_item(FILE *out, const struct help_row *row)
 {
-    bool is_long = strlen(row->term) > TERM_MOST;
+    bool is_long = strlen(row->term) > TERM_MAX;
     if (is_long)
         fprintf(out, "  %s\n", row->term);
     else
-        fprintf(out, "  %-*s", TERM_MOST, row->term);
+        fprintf(out, "  %-*s", TERM_MAX, row->term);
     put_lines(out, row->text, is_long ? 0 : HELP_TEXT_COLUMN - 1, HELP_TEXT_COLUMN);
 }
 

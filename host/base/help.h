@@ -13,15 +13,15 @@ void help_command(const struct command *command);
 /* Finds a command; NULL if there is none with this name. */
 const struct command *help_find(const struct command_table *table, const char *name);
 /* Sets the error for an unknown command, with a suggestion if a similar name exists. */
-enum mr_status help_unknown(const struct command_table *table, const char *word,
-                            struct error *error);
+enum mr_status help_refuse_unknown(const struct command_table *table, const char *word,
+                                   struct error *error);
 /* Writes "; did you mean config?" with the nearest word of the command, or "". */
 void help_suggest_word(const struct command *command, const char *word,
                        char out[static SPELL_SUGGEST_TEXT]);
 void help_version(const struct cli *cli);
 
 /* Runs matrig help [COMMAND]. Returns the exit code. */
-int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli);
+int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli);
 
 /* The help page of a command as rows, as --help prints it. */
 
@@ -45,7 +45,8 @@ void help_page_free(struct help_page *page);
 char *help_page_text(const struct command *command);
 
 /* Calls `each` for the rows of the command and of the descriptors that it contains, in order. */
-void help_each_part(const struct command *command,
-                    void (*each)(void *context, const struct command_part *part), void *context);
+void help_for_each_part(const struct command *command,
+                        void (*each)(void *context, const struct command_part *part),
+                        void *context);
 
 #endif

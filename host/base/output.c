@@ -30,10 +30,10 @@ bool output_is_database(const char *path)
     return is;
 }
 
-enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error)
+enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error)
 {
     static const struct {
-        const char *begins, *kind, *advice;
+        const char *prefix, *kind, *advice;
     } kinds[] = {
         {"PK\003\004", "a spreadsheet or an archive", "save the sheet as CSV"},
         {"\320\317\021\340", "an old spreadsheet", "save the sheet as CSV"},
@@ -60,18 +60,18 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
         fclose(file);
     }
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
-        if (strncasecmp(begins, kinds[i].begins, strlen(kinds[i].begins)) == 0)
+        if (strncasecmp(begins, kinds[i].prefix, strlen(kinds[i].prefix)) == 0)
             return error_set(error, MR_MALFORMED, "%s, not a %s: %s; %s", kinds[i].kind, wanted,
                              path, kinds[i].advice);
     return MR_OK;
 }
 
-size_t output_mark(const char *text, size_t length)
+size_t utf8_mark_length(const char *text, size_t length)
 {
     return length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
 }
 
-static enum mr_status cannot(const char *path, struct error *error)
+static enum mr_status set_write_error(const char *path, struct error *error)
 {
     return error_set(error, MR_IO, "cannot write (%s): %s; check the path and the permissions",
                      strerror(errno), path);
@@ -93,15 +93,15 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
     folder_of(path, folder);
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
     if (errno != ENOENT || !realpath(folder, whole) || !*name)
-        return errno = *name ? errno : EISDIR, cannot(path, error);
+        return errno = *name ? errno : EISDIR, set_write_error(path, error);
     if (snprintf(target, PATH_MAX, "%s/%s", strcmp(whole, "/") == 0 ? "" : whole, name) >= PATH_MAX)
-        return errno = ENAMETOOLONG, cannot(path, error);
+        return errno = ENAMETOOLONG, set_write_error(path, error);
     return MR_OK;
 }
 
 /* ---- checks ---- */
 
-enum mr_status output_not_input(const char *path, const char *input, struct error *error)
+enum mr_status output_check_not_input(const char *path, const char *input, struct error *error)
 {
     struct stat a, b;
     if (!path || !input || stat(path, &a) != 0 || stat(input, &b) != 0 || !S_ISREG(a.st_mode) ||
@@ -111,7 +111,7 @@ enum mr_status output_not_input(const char *path, const char *input, struct erro
                      "would overwrite the input: %s; give a different file for the output", path);
 }
 
-enum mr_status output_keep(const char *path, bool force, struct error *error)
+enum mr_status output_check_new(const char *path, bool force, struct error *error)
 {
     struct stat info;
     if (!path || force || stat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0)
@@ -122,7 +122,7 @@ enum mr_status output_keep(const char *path, bool force, struct error *error)
 }
 
 /* Checks that the regular file `target`, given by the user as `path`, may be replaced. */
-static enum mr_status may_replace(const char *path, const char *target, struct error *error)
+static enum mr_status check_replaceable(const char *path, const char *target, struct error *error)
 {
     if (!output_is_database(target))
         return MR_OK;
@@ -130,7 +130,7 @@ static enum mr_status may_replace(const char *path, const char *target, struct e
                      "would overwrite a database: %s; give a different file for the output", path);
 }
 
-static enum mr_status check(const char *path, struct error *error)
+static enum mr_status check_path(const char *path, struct error *error)
 {
     char target[PATH_MAX], folder[PATH_MAX];
     struct stat info;
@@ -139,25 +139,25 @@ static enum mr_status check(const char *path, struct error *error)
                          "not a file: -; give a path (/dev/stdout is standard output)");
     bool exists = stat(path, &info) == 0;
     if (exists && S_ISDIR(info.st_mode))
-        return errno = EISDIR, cannot(path, error);
+        return errno = EISDIR, set_write_error(path, error);
     if (exists && access(path, W_OK) != 0)
-        return cannot(path, error);
+        return set_write_error(path, error);
     if (exists && !S_ISREG(info.st_mode))
         return MR_OK;
     if (find_target(path, target, error) != MR_OK)
         return error->status;
     folder_of(target, folder);
-    if (exists && may_replace(path, target, error) != MR_OK)
+    if (exists && check_replaceable(path, target, error) != MR_OK)
         return error->status;
-    return access(folder, W_OK | X_OK) == 0 ? MR_OK : cannot(path, error);
+    return access(folder, W_OK | X_OK) == 0 ? MR_OK : set_write_error(path, error);
 }
 
 enum mr_status output_check(const char *path, const char *input, struct error *error)
 {
     if (!path)
         return MR_OK;
-    bool read = !output_is_database(path) && output_not_input(path, input, error) != MR_OK;
-    return read ? error->status : check(path, error);
+    bool read = !output_is_database(path) && output_check_not_input(path, input, error) != MR_OK;
+    return read ? error->status : check_path(path, error);
 }
 
 /* ---- writing ---- */
@@ -177,8 +177,8 @@ static bool write_all(int fd, const char *bytes, size_t length)
 }
 
 /* Syncs the draft to disk and renames it to the target. */
-static enum mr_status finish(int fd, const char *draft, const char *target, const char *path,
-                             struct error *error)
+static enum mr_status commit_draft(int fd, const char *draft, const char *target, const char *path,
+                                   struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
@@ -188,10 +188,10 @@ static enum mr_status finish(int fd, const char *draft, const char *target, cons
         (void)failed;
     }
     if (fsync(fd) != 0 && errno != EINVAL)
-        return cannot(path, error);
-    if (may_replace(path, target, error) != MR_OK)
+        return set_write_error(path, error);
+    if (check_replaceable(path, target, error) != MR_OK)
         return error->status;
-    return rename(draft, target) == 0 ? MR_OK : cannot(path, error);
+    return rename(draft, target) == 0 ? MR_OK : set_write_error(path, error);
 }
 
 /* Creates a draft beside the target; -1: failed. */
@@ -210,7 +210,7 @@ static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64]
 }
 
 /* Setting `error` may end the program, so the draft is removed first. */
-static enum mr_status replace(const struct output *output, struct error *error)
+static enum mr_status replace_target(const struct output *output, struct error *error)
 {
     char target[PATH_MAX], draft[PATH_MAX + 64];
     struct error failed = {0};
@@ -218,13 +218,13 @@ static enum mr_status replace(const struct output *output, struct error *error)
         return error->status;
     int fd = make_draft(target, output->executable ? 0777 : 0666, draft);
     if (fd < 0)
-        return cannot(output->path, error);
+        return set_write_error(output->path, error);
     if (!write_all(fd, output->text, output->length))
-        cannot(output->path, &failed);
+        set_write_error(output->path, &failed);
     else
-        finish(fd, draft, target, output->path, &failed);
+        commit_draft(fd, draft, target, output->path, &failed);
     if (close(fd) != 0)
-        cannot(output->path, &failed);
+        set_write_error(output->path, &failed);
     if (failed.status == MR_OK)
         return MR_OK;
     unlink(draft);
@@ -232,16 +232,16 @@ static enum mr_status replace(const struct output *output, struct error *error)
 }
 
 /* Writes directly to a pipe, a terminal or a device. */
-static enum mr_status write_through(const struct output *output, struct error *error)
+static enum mr_status write_directly(const struct output *output, struct error *error)
 {
     int fd = open(output->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
     if (fd < 0)
-        return cannot(output->path, error);
+        return set_write_error(output->path, error);
     bool done = write_all(fd, output->text, output->length);
     if (!done)
-        cannot(output->path, error);
+        set_write_error(output->path, error);
     if (close(fd) != 0 && done)
-        cannot(output->path, error);
+        set_write_error(output->path, error);
     return error->status;
 }
 
@@ -255,7 +255,7 @@ enum mr_status output_begin(struct output *output, const char *path, struct erro
     if (!path)
         return MR_OK;
     output->file = NULL;
-    if (check(path, error) != MR_OK)
+    if (check_path(path, error) != MR_OK)
         return error->status;
     output->file = xopen_memstream(&output->text, &output->length);
     return MR_OK;
@@ -277,15 +277,16 @@ enum mr_status output_end(struct output *output, struct error *error)
         error_set(error, MR_FULL, "no memory for the output: %s; close other programs",
                   output->path);
     if (error->status == MR_OK && stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))
-        write_through(output, error);
+        write_directly(output, error);
     else if (error->status == MR_OK)
-        replace(output, error);
+        replace_target(output, error);
     free(output->text);
     output->text = NULL;
     return error->status;
 }
 
-enum mr_status output_bytes(const char *path, const void *bytes, size_t length, struct error *error)
+enum mr_status output_write_bytes(const char *path, const void *bytes, size_t length,
+                                  struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, error) != MR_OK)
@@ -294,7 +295,7 @@ enum mr_status output_bytes(const char *path, const void *bytes, size_t length, 
     return output_end(&output, error);
 }
 
-FILE *output_temporary(const char *what, struct error *error)
+FILE *output_open_temporary(const char *what, struct error *error)
 {
     FILE *file = tmpfile();
     if (!file)
@@ -304,7 +305,7 @@ FILE *output_temporary(const char *what, struct error *error)
     return file;
 }
 
-void output_copy(FILE *temporary, FILE *to)
+void output_copy_temporary(FILE *temporary, FILE *to)
 {
     char bytes[65536];
     size_t count;
@@ -313,8 +314,8 @@ void output_copy(FILE *temporary, FILE *to)
         fwrite(bytes, 1, count, to);
 }
 
-enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
-                           struct error *error)
+enum mr_status output_write_json(const char *path, const json_t *json, unsigned digits,
+                                 struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, error) != MR_OK)

@@ -1,10 +1,9 @@
-/* A file that a command writes: `-o F`, or standard output.
- *
- * A page, a table or a picture, which matrig can make again, replaces an existing file. A file that
- * people fill in (a sheet, a configuration, a scene), or that cannot be made again, replaces an
- * existing file only with --force: output_keep. A database and the input of the command are never
- * overwritten. The new file is written in the same folder and then renamed, so that a command that
- * fails leaves the old file unchanged. A pipe, a terminal or a device is written directly. */
+/* A file that a command writes: `-o F`, or standard output.  * A page, a table or a picture, which
+ * matrig can make again, replaces an existing file. A file that people fill in (a sheet, a
+ * configuration, a scene), or that cannot be made again, replaces an existing file only with
+ * --force: output_check_new. A database and the input of the command are never overwritten. The new
+ * file is written in the same folder and then renamed, so that a command that fails leaves the old
+ * file unchanged. A pipe, a terminal or a device is written directly. */
 #ifndef MATRIG_HOST_BASE_OUTPUT_H
 #define MATRIG_HOST_BASE_OUTPUT_H
 
@@ -30,18 +29,18 @@ enum mr_status output_begin(struct output *output, const char *path, struct erro
  * a write failed. Returns the error's status. */
 enum mr_status output_end(struct output *output, struct error *error);
 /* Writes `length` bytes to a file: output_begin and output_end in one call. */
-enum mr_status output_bytes(const char *path, const void *bytes, size_t length,
-                            struct error *error);
+enum mr_status output_write_bytes(const char *path, const void *bytes, size_t length,
+                                  struct error *error);
 
 /* A temporary file for `what` ("the plot"), to be written and read; fclose removes it. NULL: it
  * cannot be created, and `error` is set (MR_IO). */
-FILE *output_temporary(const char *what, struct error *error);
+FILE *output_open_temporary(const char *what, struct error *error);
 /* Copies all of a temporary file. */
-void output_copy(FILE *temporary, FILE *to);
+void output_copy_temporary(FILE *temporary, FILE *to);
 
 /* Writes a JSON value to a file, indented; numbers have `digits` digits. */
-enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
-                           struct error *error);
+enum mr_status output_write_json(const char *path, const json_t *json, unsigned digits,
+                                 struct error *error);
 
 /* Checks, before work that takes long, that output_begin would accept `path` (NULL: nothing is
  * written), that it can be written, and that it is not the input file (`input`; NULL: none), which
@@ -49,17 +48,17 @@ enum mr_status output_json(const char *path, const json_t *json, unsigned digits
 enum mr_status output_check(const char *path, const char *input, struct error *error);
 /* For files that people fill in. Fails with MR_USAGE if a file with content exists at `path` (NULL:
  * none) and --force was not given. */
-enum mr_status output_keep(const char *path, bool force, struct error *error);
+enum mr_status output_check_new(const char *path, bool force, struct error *error);
 /* Fails with MR_USAGE if `path` is the same file as `input`, which the command reads, under any
  * name. Either may be NULL. */
-enum mr_status output_not_input(const char *path, const char *input, struct error *error);
+enum mr_status output_check_not_input(const char *path, const char *input, struct error *error);
 
 bool output_is_database(const char *path);
 /* Fails with MR_MALFORMED if the first bytes show that the file is not a `wanted` ("survey sheet")
  * but a file of another known kind, such as a spreadsheet. The message names the kind. */
-enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error);
+enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error);
 /* Length in bytes of a UTF-8 byte order mark at the start of a text, as spreadsheets write it: 0 or
  * 3. */
-size_t output_mark(const char *text, size_t length);
+size_t utf8_mark_length(const char *text, size_t length);
 
 #endif

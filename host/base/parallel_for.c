@@ -7,28 +7,28 @@ struct worker {
     pthread_t thread;
     parallel_work *work;
     void *context;
-    size_t from, every;
+    size_t from, stride;
 };
 
-static void *begin(void *context)
+static void *run_worker(void *context)
 {
     const struct worker *w = context;
-    w->work(w->context, w->from, w->every);
+    w->work(w->context, w->from, w->stride);
     return NULL;
 }
 
 void parallel_for(unsigned threads, parallel_work *work, void *context)
 {
-    struct worker worker[PARALLEL_MOST];
-    bool started[PARALLEL_MOST] = {false};
-    unsigned count = threads < 1u ? 1u : threads < PARALLEL_MOST ? threads : PARALLEL_MOST;
+    struct worker worker[PARALLEL_MAX];
+    bool started[PARALLEL_MAX] = {false};
+    unsigned count = threads < 1u ? 1u : threads < PARALLEL_MAX ? threads : PARALLEL_MAX;
     for (unsigned t = 0; t < count; t++) {
-        worker[t] = (struct worker){.work = work, .context = context, .from = t, .every = count};
-        started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, begin, &worker[t]) == 0;
+        worker[t] = (struct worker){.work = work, .context = context, .from = t, .stride = count};
+        started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, run_worker, &worker[t]) == 0;
     }
     for (unsigned t = 0; t < count; t++) {
         if (!started[t])
-            begin(&worker[t]);
+            run_worker(&worker[t]);
     }
     for (unsigned t = 0; t < count; t++) {
         if (started[t])

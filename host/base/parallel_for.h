@@ -5,12 +5,12 @@
 
 #include <stddef.h>
 
-#define PARALLEL_MOST 256u
+#define PARALLEL_MAX 256u
 
 /* Does the pieces `from`, `from + every`, ... of the context. */
 typedef void parallel_work(void *context, size_t from, size_t every);
 
-/* Runs 1 to PARALLEL_MOST threads and returns when all pieces are done. The caller does the pieces
+/* Runs 1 to PARALLEL_MAX threads and returns when all pieces are done. The caller does the pieces
  * of a thread that cannot be started. */
 void parallel_for(unsigned threads, parallel_work *work, void *context);
 

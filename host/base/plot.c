@@ -10,9 +10,10 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 
-#define LIMIT_S 120.0
-#define WHAT    "the plot" /* purpose of a temporary file, for errors */
-#define COLUMNS 1000 /* a longer line is reduced to the smallest and largest value of each column */
+#define LIMIT_S        120.0
+#define TEMPORARY_NAME "the plot" /* purpose of a temporary file, for errors */
+#define THINNING_COLUMNS \
+    1000 /* a longer line is reduced to the smallest and largest value of each column */
 
 struct plot {
     char *title, *text;
@@ -26,7 +27,7 @@ struct plot {
 };
 
 /* gnuplot substitutes nothing within single quotes. */
-static void quote(FILE *out, const char *text)
+static void put_quoted(FILE *out, const char *text)
 {
     fputc('\'', out);
     for (; *text; text++) {
@@ -37,10 +38,10 @@ static void quote(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-static void set_text(FILE *out, const char *what, const char *text)
+static void put_set_text(FILE *out, const char *what, const char *text)
 {
     fprintf(out, "set %s ", what);
-    quote(out, text ? text : "");
+    put_quoted(out, text ? text : "");
     fputs(" noenhanced\n", out);
 }
 
@@ -66,11 +67,11 @@ static void end_panel(struct plot *plot)
     plot->list = NULL;
 }
 
-static void set_axis(FILE *out, char name, const struct plot_axis *axis)
+static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
 {
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
-    set_text(out, what, axis->label);
+    put_set_text(out, what, axis->label);
     fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps clear of the key */
     fprintf(out,
             axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
@@ -89,12 +90,12 @@ void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct
     plot->panels++;
     plot->drawn = 0;
     fputs("unset label\nunset arrow\n", plot->script);
-    set_text(plot->script, "title", title);
-    set_axis(plot->script, 'x', &x);
-    set_axis(plot->script, 'y', &y);
+    put_set_text(plot->script, "title", title);
+    put_set_axis(plot->script, 'x', &x);
+    put_set_axis(plot->script, 'y', &y);
 }
 
-static void number(FILE *out, double value, char end)
+static void put_number(FILE *out, double value, char end)
 {
     if (isfinite(value))
         fprintf(out, "%.9g%c", value, end);
@@ -102,53 +103,54 @@ static void number(FILE *out, double value, char end)
         fprintf(out, "NaN%c", end);
 }
 
-static void row(FILE *out, const struct plot_series *series, size_t i)
+static void put_row(FILE *out, const struct plot_series *series, size_t i)
 {
-    number(out, series->x[i], ' ');
-    number(out, series->y[i], series->high ? ' ' : '\n');
+    put_number(out, series->x[i], ' ');
+    put_number(out, series->y[i], series->high ? ' ' : '\n');
     if (series->high)
-        number(out, series->high[i], '\n');
+        put_number(out, series->high[i], '\n');
 }
 
 /* Reduces samples [from, to): the smallest and the largest value in order of time, or the
  * outline of a band. A NaN replaces all of them. */
-static void thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
+static void put_thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
 {
     const double *high = series->high ? series->high : series->y;
     size_t least = from, most = from;
     for (size_t i = from; i < to; i++) {
         if (isnan(series->y[i])) {
-            row(out, series, i);
+            put_row(out, series, i);
             return;
         }
         least = series->y[i] < series->y[least] ? i : least;
         most = high[i] > high[most] ? i : most;
     }
     if (series->high) {
-        number(out, series->x[from], ' ');
-        number(out, series->y[least], ' ');
-        number(out, high[most], '\n');
+        put_number(out, series->x[from], ' ');
+        put_number(out, series->y[least], ' ');
+        put_number(out, high[most], '\n');
         return;
     }
-    row(out, series, least < most ? least : most);
-    row(out, series, least < most ? most : least);
+    put_row(out, series, least < most ? least : most);
+    put_row(out, series, least < most ? most : least);
 }
 
-static void data(struct plot *plot, const struct plot_series *series)
+static void put_data(struct plot *plot, const struct plot_series *series)
 {
     bool may_thin = series->kind == PLOT_LINE || series->kind == PLOT_BAND;
-    size_t step = may_thin ? series->count / COLUMNS : 0;
+    size_t step = may_thin ? series->count / THINNING_COLUMNS : 0;
     fprintf(plot->script, "$d%u << EOD\n", plot->blocks);
     for (size_t i = 0; i < series->count && step <= 2; i++)
-        row(plot->script, series, i);
+        put_row(plot->script, series, i);
     for (size_t i = 0; i < series->count && step > 2; i += step)
-        thinned_rows(plot->script, series, i, i + step < series->count ? i + step : series->count);
+        put_thinned_rows(plot->script, series, i,
+                         i + step < series->count ? i + step : series->count);
     if (step > 2)
-        row(plot->script, series, series->count - 1);
+        put_row(plot->script, series, series->count - 1);
     fputs("EOD\n", plot->script);
 }
 
-static void rules(struct plot *plot, const struct plot_series *series, const char *look)
+static void add_rules(struct plot *plot, const struct plot_series *series, const char *look)
 {
     for (size_t i = 0; i < series->count; i++)
         fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
@@ -157,7 +159,7 @@ static void rules(struct plot *plot, const struct plot_series *series, const cha
 }
 
 /* A constant is plotted as a function: an axis without limits then includes it. */
-static void levels(struct plot *plot, const struct plot_series *series, const char *look)
+static void add_levels(struct plot *plot, const struct plot_series *series, const char *look)
 {
     for (size_t i = 1; i < series->count; i++)
         fprintf(plot->list, "%.9g with lines %s notitle, ", series->y[i], look);
@@ -169,7 +171,7 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
     static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
                                                       "#a67c00", "#222222", "#56b4e9", "#8a9099"};
     static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* filled; one less is open */
-    int shape = shapes[series->shape % PLOT_SHAPES] - series->open;
+    int shape = shapes[series->shape % PLOT_SHAPES] - series->hollow;
     char look[48];
     if (series->count == 0)
         return;
@@ -178,11 +180,11 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
     if (plot->drawn++ > 0)
         fputs(", ", plot->list);
     if (series->kind == PLOT_RULES)
-        rules(plot, series, look);
+        add_rules(plot, series, look);
     else if (series->kind == PLOT_LEVELS)
-        levels(plot, series, look);
+        add_levels(plot, series, look);
     else {
-        data(plot, series);
+        put_data(plot, series);
         fprintf(plot->list, "$d%u ", plot->blocks++);
     }
     if (series->kind == PLOT_LINE || series->kind == PLOT_RULES || series->kind == PLOT_LEVELS)
@@ -195,11 +197,11 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
         fprintf(plot->list, "using 1:2:3 with filledcurves %s fs transparent solid 0.22 noborder",
                 look);
     fputs(" title ", plot->list);
-    quote(plot->list, series->key ? series->key : "");
+    put_quoted(plot->list, series->key ? series->key : "");
 }
 
 /* The gnuplot terminal for a file extension; NULL: unsupported. */
-static const char *terminal_of(const char *path)
+static const char *find_terminal(const char *path)
 {
     static const char *const endings[][2] = {
         {".svg", "set terminal svg size %u,%u font 'Helvetica,12' background 'white'\n"},
@@ -223,17 +225,17 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
     fprintf(out, "set multiplot layout %u,%u ",
             columns > 0 ? (plot->panels + columns - 1) / columns : 1, columns > 0 ? columns : 1);
     fputs("title ", out);
-    quote(out, plot->title);
+    put_quoted(out, plot->title);
     fputs(" noenhanced\n", out);
     fwrite(plot->text, 1, plot->length, out);
     fputs("unset multiplot\n", out);
 }
 
 /* Runs gnuplot on the script and writes its output to `picture`. */
-static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
+static enum mr_status run_gnuplot(FILE *script, FILE *picture, struct error *error)
 {
     static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};
-    FILE *errors = output_temporary(WHAT, error);
+    FILE *errors = output_open_temporary(TEMPORARY_NAME, error);
     char line[200] = "", next[200];
     pid_t child;
     int status = 0;
@@ -269,28 +271,28 @@ static void plot_free(struct plot *plot)
     free(plot);
 }
 
-static enum mr_status check_ending(const char *path, struct error *error)
+static enum mr_status check_extension(const char *path, struct error *error)
 {
-    return terminal_of(path) ? MR_OK
-                             : error_set(error, MR_USAGE,
-                                         "cannot write this type of plot: %s; use a file name "
-                                         "ending in .svg, .png or .pdf",
-                                         path);
+    return find_terminal(path) ? MR_OK
+                               : error_set(error, MR_USAGE,
+                                           "cannot write this type of plot: %s; use a file name "
+                                           "ending in .svg, .png or .pdf",
+                                           path);
 }
 
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
 {
     struct output output;
-    FILE *script = output_temporary(WHAT, error),
-         *picture = script ? output_temporary(WHAT, error) : NULL;
+    FILE *script = output_open_temporary(TEMPORARY_NAME, error),
+         *picture = script ? output_open_temporary(TEMPORARY_NAME, error) : NULL;
     end_panel(plot);
     fclose(plot->script);
-    if (picture && check_ending(path, error) == MR_OK) {
-        print_script(script, plot, terminal_of(path));
+    if (picture && check_extension(path, error) == MR_OK) {
+        print_script(script, plot, find_terminal(path));
         rewind(script);
-        if (gnuplot(script, picture, error) == MR_OK &&
+        if (run_gnuplot(script, picture, error) == MR_OK &&
             output_begin(&output, path, error) == MR_OK) {
-            output_copy(picture, output.file);
+            output_copy_temporary(picture, output.file);
             output_end(&output, error);
         }
     }
@@ -306,11 +308,11 @@ enum mr_status plot_check(const char *path, const char *input, struct error *err
 {
     if (!path)
         return MR_OK;
-    if (check_ending(path, error) == MR_OK && output_check(path, input, error) == MR_OK) {
-        FILE *nothing = output_temporary(WHAT, error),
-             *picture = nothing ? output_temporary(WHAT, error) : NULL;
+    if (check_extension(path, error) == MR_OK && output_check(path, input, error) == MR_OK) {
+        FILE *nothing = output_open_temporary(TEMPORARY_NAME, error),
+             *picture = nothing ? output_open_temporary(TEMPORARY_NAME, error) : NULL;
         if (picture)
-            gnuplot(nothing, picture, error);
+            run_gnuplot(nothing, picture, error);
         if (nothing)
             fclose(nothing);
         if (picture)

@@ -39,7 +39,7 @@ struct plot_series {
     enum plot_kind kind;
     const char *key;        /* NULL: the series is not in the key */
     unsigned colour, shape; /* modulo PLOT_COLOURS and PLOT_SHAPES */
-    bool dashed, open;      /* a dashed line; a shape that is not filled */
+    bool dashed, hollow;    /* a dashed line; a shape that is not filled */
     const double *x, *y, *high;
     size_t count;
 };

@@ -71,8 +71,8 @@ void shell_quote(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-enum mr_status temporary_folder_make(char path[TEMPORARY_FOLDER], const char *name,
-                                     struct error *error)
+enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *name,
+                                       struct error *error)
 {
     const char *base = getenv("TMPDIR");
     snprintf(path, TEMPORARY_FOLDER, "%s/matrig-%s.XXXXXX",

@@ -31,8 +31,8 @@ void shell_quote(FILE *out, const char *text);
 #define TEMPORARY_FOLDER 200
 
 /* Makes matrig-NAME.XXXXXX; the caller removes it. MR_IO: it cannot be made, and `path` is "". */
-enum mr_status temporary_folder_make(char path[TEMPORARY_FOLDER], const char *name,
-                                     struct error *error);
+enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *name,
+                                       struct error *error);
 /* Removes the named files that exist, and the folder. Does nothing if `path` is "". */
 void temporary_folder_remove(const char *path, const char *const names[], size_t count);
 

@@ -7,19 +7,19 @@
 
 #include "host/base/monotonic_clock.h"
 
-#define LOOK_MS 200
+#define POLL_MS 200
 
-static void *run_watch(void *context)
+static void *print_lines(void *context)
 {
     struct progress *u = context;
-    struct pollfd end = {.fd = u->wake[0], .events = POLLIN};
-    while (poll(&end, 1, LOOK_MS) == 0) {
+    struct pollfd end = {.fd = u->stop_pipe[0], .events = POLLIN};
+    while (poll(&end, 1, POLL_MS) == 0) {
         double now_s = monotonic_s();
         pthread_mutex_lock(&u->lock);
         if (now_s >= u->next_s) {
-            fprintf(stderr, "matrig: %s: running for %.0f s: %s%s%s%s\n", u->who,
-                    now_s - u->begin_s, u->at, *u->quicker ? "; " : "", u->quicker,
-                    *u->quicker ? " is quicker" : "");
+            fprintf(stderr, "matrig: %s: running for %.0f s: %s%s%s%s\n", u->command,
+                    now_s - u->begin_s, u->text, *u->advice ? "; " : "", u->advice,
+                    *u->advice ? " is quicker" : "");
             u->next_s = now_s + PROGRESS_EVERY_S;
         }
         pthread_mutex_unlock(&u->lock);
@@ -29,25 +29,25 @@ static void *run_watch(void *context)
 
 void progress_begin(struct progress *u, const char *who, const char *quicker, bool quiet)
 {
-    *u = (struct progress){.who = who, .quicker = quicker, .at = "started"};
+    *u = (struct progress){.command = who, .advice = quicker, .text = "started"};
     u->begin_s = monotonic_s();
     u->next_s = u->begin_s + PROGRESS_EVERY_S;
     pthread_mutex_init(&u->lock, NULL);
-    if (quiet || pipe(u->wake) != 0)
+    if (quiet || pipe(u->stop_pipe) != 0)
         return;
-    u->runs = pthread_create(&u->thread, NULL, run_watch, u) == 0;
+    u->runs = pthread_create(&u->thread, NULL, print_lines, u) == 0;
     if (!u->runs) {
-        close(u->wake[0]);
-        close(u->wake[1]);
+        close(u->stop_pipe[0]);
+        close(u->stop_pipe[1]);
     }
 }
 
-void progress_at(struct progress *u, const char *format, ...)
+void progress_set(struct progress *u, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     pthread_mutex_lock(&u->lock);
-    vsnprintf(u->at, sizeof u->at, format, arguments);
+    vsnprintf(u->text, sizeof u->text, format, arguments);
     pthread_mutex_unlock(&u->lock);
     va_end(arguments);
 }
@@ -55,9 +55,9 @@ void progress_at(struct progress *u, const char *format, ...)
 void progress_end(struct progress *u)
 {
     if (u->runs) {
-        close(u->wake[1]); /* the thread sees the end of the pipe and ends */
+        close(u->stop_pipe[1]); /* the thread sees the end of the pipe and ends */
         pthread_join(u->thread, NULL);
-        close(u->wake[0]);
+        close(u->stop_pipe[0]);
         u->runs = false;
     }
     pthread_mutex_destroy(&u->lock);

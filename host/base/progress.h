@@ -10,20 +10,20 @@
 #define PROGRESS_EVERY_S 30.0
 
 struct progress {
-    const char *who;     /* name of the command: "study"; not copied */
-    const char *quicker; /* advice for a faster run: "fewer --draws"; not copied */
+    const char *command; /* name of the command: "study"; not copied */
+    const char *advice;  /* advice for a faster run: "fewer --draws"; not copied */
     pthread_t thread;
     pthread_mutex_t lock;
-    char at[120]; /* progress text: how far the work has got */
+    char text[120]; /* progress text: how far the work has got */
     double begin_s, next_s;
-    int wake[2]; /* a pipe; closing it ends the thread */
+    int stop_pipe[2]; /* a pipe; closing it ends the thread */
     bool runs;
 };
 
 /* Starts the timer. With `quiet`, or if no thread can be started, nothing is printed. */
 void progress_begin(struct progress *progress, const char *who, const char *quicker, bool quiet);
 /* Sets the progress text; may be called from any thread. */
-void progress_at(struct progress *progress, const char *format, ...)
+void progress_set(struct progress *progress, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Stops the thread; nothing is printed after this call. */
 void progress_end(struct progress *progress);

@@ -10,52 +10,52 @@
 #include "common/decimal.h"
 
 /* Dimensions of units. Mass is force time2 / length. */
-enum base { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, BASES };
+enum dimension { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, DIMENSIONS };
 
 #define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
 #define FEET  3048.0           /* 1 ft = 0.3048 m */
 #define MILES 1609344.0        /* 5280 ft, in mm */
 
 /* clang-format off */
-#define OF_LENGTH       {1}
-#define OF_AREA         {2}
-#define OF_FORCE        {0, 1}
-#define OF_TIME         {0, 0, 1}
-#define OF_SPEED        {1, 0, -1}
-#define OF_ACCELERATION {1, 0, -2}
-#define OF_MASS         {-1, 1, 2}
-#define OF_STRESS       {-2, 1}
-#define OF_ANGLE        {0, 0, 0, 1}
-#define OF_TEMPERATURE  {0, 0, 0, 0, 1}
+#define DIM_LENGTH       {1}
+#define DIM_AREA         {2}
+#define DIM_FORCE        {0, 1}
+#define DIM_TIME         {0, 0, 1}
+#define DIM_SPEED        {1, 0, -1}
+#define DIM_ACCELERATION {1, 0, -2}
+#define DIM_MASS         {-1, 1, 2}
+#define DIM_STRESS       {-2, 1}
+#define DIM_ANGLE        {0, 0, 0, 1}
+#define DIM_TEMPERATURE  {0, 0, 0, 0, 1}
 /* clang-format on */
 
-/* The unit equals times / over * 10^ten in SI units of its dimensions. `times` and `over` are
- * integers, except for pi. */
+/* The unit equals numerator / denominator * 10^exponent10 in SI units of its dimensions.
+ * `numerator` and `denominator` are integers, except for pi. */
 struct word {
     const char *text;
-    signed char power[BASES];
-    double times, over;
-    int ten;
-    bool any_case; /* case is ignored */
+    signed char power[DIMENSIONS];
+    double numerator, denominator;
+    int exponent10;
+    bool ignores_case; /* case is ignored */
 };
 
 static const struct word words[] = {
-    {"ft", OF_LENGTH, FEET, 1, -4, true},     {"in", OF_LENGTH, 254, 1, -4, true},
-    {"mm", OF_LENGTH, 1, 1, -3, true},        {"cm", OF_LENGTH, 1, 1, -2, true},
-    {"m", OF_LENGTH, 1, 1, 0, true},          {"km", OF_LENGTH, 1, 1, 3, false},
-    {"lb", OF_FORCE, LB, 1, -13, true},       {"kip", OF_FORCE, LB, 1, -10, false},
-    {"N", OF_FORCE, 1, 1, 0, true},           {"kN", OF_FORCE, 1, 1, 3, true},
-    {"kgf", OF_FORCE, 980665, 1, -5, true},   {"kg", OF_MASS, 1, 1, 0, true},
-    {"slug", OF_MASS, LB, FEET, -9, false},   {"s", OF_TIME, 1, 1, 0, false},
-    {"ms", OF_TIME, 1, 1, -3, false},         {"us", OF_TIME, 1, 1, -6, false},
-    {"min", OF_TIME, 60, 1, 0, false},        {"h", OF_TIME, 3600, 1, 0, false},
-    {"d", OF_TIME, 86400, 1, 0, false},       {"mph", OF_SPEED, MILES, 3600, -3, false},
-    {"kn", OF_SPEED, 1852, 3600, 0, false},   {"g", OF_ACCELERATION, 980665, 1, -5, false},
-    {"psi", OF_STRESS, LB, 64516, -5, false}, {"ksi", OF_STRESS, LB, 64516, -2, false},
-    {"Pa", OF_STRESS, 1, 1, 0, false},        {"kPa", OF_STRESS, 1, 1, 3, false},
-    {"MPa", OF_STRESS, 1, 1, 6, false},       {"GPa", OF_STRESS, 1, 1, 9, false},
-    {"rad", OF_ANGLE, 1, 1, 0, false},        {"deg", OF_ANGLE, M_PI, 180, 0, false},
-    {"K", OF_TEMPERATURE, 1, 1, 0, false},    {"F", OF_TEMPERATURE, 5, 9, 0, false},
+    {"ft", DIM_LENGTH, FEET, 1, -4, true},     {"in", DIM_LENGTH, 254, 1, -4, true},
+    {"mm", DIM_LENGTH, 1, 1, -3, true},        {"cm", DIM_LENGTH, 1, 1, -2, true},
+    {"m", DIM_LENGTH, 1, 1, 0, true},          {"km", DIM_LENGTH, 1, 1, 3, false},
+    {"lb", DIM_FORCE, LB, 1, -13, true},       {"kip", DIM_FORCE, LB, 1, -10, false},
+    {"N", DIM_FORCE, 1, 1, 0, true},           {"kN", DIM_FORCE, 1, 1, 3, true},
+    {"kgf", DIM_FORCE, 980665, 1, -5, true},   {"kg", DIM_MASS, 1, 1, 0, true},
+    {"slug", DIM_MASS, LB, FEET, -9, false},   {"s", DIM_TIME, 1, 1, 0, false},
+    {"ms", DIM_TIME, 1, 1, -3, false},         {"us", DIM_TIME, 1, 1, -6, false},
+    {"min", DIM_TIME, 60, 1, 0, false},        {"h", DIM_TIME, 3600, 1, 0, false},
+    {"d", DIM_TIME, 86400, 1, 0, false},       {"mph", DIM_SPEED, MILES, 3600, -3, false},
+    {"kn", DIM_SPEED, 1852, 3600, 0, false},   {"g", DIM_ACCELERATION, 980665, 1, -5, false},
+    {"psi", DIM_STRESS, LB, 64516, -5, false}, {"ksi", DIM_STRESS, LB, 64516, -2, false},
+    {"Pa", DIM_STRESS, 1, 1, 0, false},        {"kPa", DIM_STRESS, 1, 1, 3, false},
+    {"MPa", DIM_STRESS, 1, 1, 6, false},       {"GPa", DIM_STRESS, 1, 1, 9, false},
+    {"rad", DIM_ANGLE, 1, 1, 0, false},        {"deg", DIM_ANGLE, M_PI, 180, 0, false},
+    {"K", DIM_TEMPERATURE, 1, 1, 0, false},    {"F", DIM_TEMPERATURE, 5, 9, 0, false},
 };
 
 /* quantity_kind_of finds a kind by its first unit. */
@@ -127,9 +127,9 @@ static const struct {
 /* ---- units: products of words ---- */
 
 struct unit {
-    int power[BASES];
-    long double times, over; /* exact for all units in `kinds` */
-    int ten;
+    int power[DIMENSIONS];
+    long double numerator, denominator; /* exact for all units in `kinds` */
+    int exponent10;
     bool is_kg; /* the unit is plain kg */
 };
 
@@ -139,7 +139,7 @@ static bool is_mega(const char *text, size_t length)
     return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
 }
 
-static bool is_any_case(const char *text, size_t length, const char *known)
+static bool equals_ignoring_case(const char *text, size_t length, const char *known)
 {
     return strlen(known) == length && strncasecmp(text, known, length) == 0 &&
            !is_mega(text, length);
@@ -153,12 +153,12 @@ static const struct word *find_word(const char *text, size_t length)
     }
     size_t singular = length - (length > 2 && (text[length - 1] | 32) == 's');
     for (size_t i = 0; i < COUNT(spellings); i++) {
-        if (is_any_case(text, length, spellings[i].spelling) ||
-            is_any_case(text, singular, spellings[i].spelling))
+        if (equals_ignoring_case(text, length, spellings[i].spelling) ||
+            equals_ignoring_case(text, singular, spellings[i].spelling))
             return find_word(spellings[i].word, strlen(spellings[i].word));
     }
     for (size_t i = 0; i < COUNT(words); i++) {
-        if (words[i].any_case && is_any_case(text, length, words[i].text))
+        if (words[i].ignores_case && equals_ignoring_case(text, length, words[i].text))
             return &words[i];
     }
     return NULL;
@@ -170,7 +170,7 @@ const char *quantity_word(const char *text, size_t length)
     return word ? word->text : "";
 }
 
-static const char *skip(const char *text)
+static const char *skip_blanks(const char *text)
 {
     return text + strspn(text, " \t\r\n");
 }
@@ -178,11 +178,11 @@ static const char *skip(const char *text)
 static void multiply(struct unit *unit, const struct word *word, int power)
 {
     for (int i = 0; i < abs(power); i++) {
-        unit->times *= (long double)(power > 0 ? word->times : word->over);
-        unit->over *= (long double)(power > 0 ? word->over : word->times);
+        unit->numerator *= (long double)(power > 0 ? word->numerator : word->denominator);
+        unit->denominator *= (long double)(power > 0 ? word->denominator : word->numerator);
     }
-    unit->ten += power * word->ten;
-    for (size_t b = 0; b < BASES; b++)
+    unit->exponent10 += power * word->exponent10;
+    for (size_t b = 0; b < DIMENSIONS; b++)
         unit->power[b] += power * word->power[b];
 }
 
@@ -209,30 +209,30 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
 /* False: not a unit. "": no unit, all powers are 0. */
 static bool read_unit(const char *text, struct unit *unit)
 {
-    *unit = (struct unit){.times = 1.0L, .over = 1.0L};
-    text = skip(text);
-    unit->is_kg = strncasecmp(text, "kg", 2) == 0 && *skip(text + 2) == '\0';
-    if (*text == '1' && *skip(text + 1) == '/')
-        text = skip(text + 1);
+    *unit = (struct unit){.numerator = 1.0L, .denominator = 1.0L};
+    text = skip_blanks(text);
+    unit->is_kg = strncasecmp(text, "kg", 2) == 0 && *skip_blanks(text + 2) == '\0';
+    if (*text == '1' && *skip_blanks(text + 1) == '/')
+        text = skip_blanks(text + 1);
     while (text && *text && *text != '/') {
         text = read_power(text, 1, unit);
-        text = text ? skip(text) : NULL;
+        text = text ? skip_blanks(text) : NULL;
     }
     if (text && *text == '/')
-        text = read_power(skip(text + 1), -1, unit);
-    return text && *skip(text) == '\0';
+        text = read_power(skip_blanks(text + 1), -1, unit);
+    return text && *skip_blanks(text) == '\0';
 }
 
-static bool is_alike(const struct unit *a, const struct unit *b)
+static bool has_same_dimension(const struct unit *a, const struct unit *b)
 {
     return memcmp(a->power, b->power, sizeof a->power) == 0;
 }
 
 /* Replaces a bare kg by kgf if `wanted` is a force. */
-static void take_kg_as_force(struct unit *unit, const struct unit *wanted)
+static void convert_kg_to_force(struct unit *unit, const struct unit *wanted)
 {
     struct unit force;
-    if (unit->is_kg && read_unit("kgf", &force) && is_alike(wanted, &force))
+    if (unit->is_kg && read_unit("kgf", &force) && has_same_dimension(wanted, &force))
         *unit = force;
 }
 
@@ -246,16 +246,17 @@ static long double power_of_ten(int power)
     return value;
 }
 
-static double converted(long double value, const struct unit *from, const struct unit *to)
+static double convert(long double value, const struct unit *from, const struct unit *to)
 {
-    int ten = from->ten - to->ten;
-    return (double)(value * (from->times * to->over * power_of_ten(ten > 0 ? ten : 0)) /
-                    (from->over * to->times * power_of_ten(ten < 0 ? -ten : 0)));
+    int ten = from->exponent10 - to->exponent10;
+    return (double)(value * (from->numerator * to->denominator * power_of_ten(ten > 0 ? ten : 0)) /
+                    (from->denominator * to->numerator * power_of_ten(ten < 0 ? -ten : 0)));
 }
 
-static bool is_same(const struct unit *a, const struct unit *b)
+static bool is_same_unit(const struct unit *a, const struct unit *b)
 {
-    return a->times == b->times && a->over == b->over && a->ten == b->ten;
+    return a->numerator == b->numerator && a->denominator == b->denominator &&
+           a->exponent10 == b->exponent10;
 }
 
 double quantity_convert(double value, const char *from, const char *to)
@@ -265,17 +266,17 @@ double quantity_convert(double value, const char *from, const char *to)
         return value;
     if (!read_unit(from, &a) || !read_unit(to, &b))
         return (double)NAN;
-    take_kg_as_force(&a, &b);
-    take_kg_as_force(&b, &a);
-    if (!is_alike(&a, &b))
+    convert_kg_to_force(&a, &b);
+    convert_kg_to_force(&b, &a);
+    if (!has_same_dimension(&a, &b))
         return (double)NAN;
-    return is_same(&a, &b) ? value : converted((long double)value, &a, &b);
+    return is_same_unit(&a, &b) ? value : convert((long double)value, &a, &b);
 }
 
 /* ---- error messages ---- */
 
 /* "write ft, in, mm, cm or m after the number, or no unit for ft" */
-static void advise(const char *unit, const char *bare, struct quantity_wrong *wrong)
+static void write_advice(const char *unit, const char *bare, struct quantity_error *wrong)
 {
     const struct quantity_kind *kind = quantity_kind_of(unit);
     char units[120];
@@ -292,26 +293,26 @@ static void advise(const char *unit, const char *bare, struct quantity_wrong *wr
                  bare);
 }
 
-static bool is_wrong(struct quantity_wrong *wrong, const char *what, const char *unit,
-                     const char *bare)
+static bool refuse(struct quantity_error *wrong, const char *what, const char *unit,
+                   const char *bare)
 {
     snprintf(wrong->what, sizeof wrong->what, "%s", what);
-    advise(unit, bare, wrong);
+    write_advice(unit, bare, wrong);
     return false;
 }
 
-static bool is_no_number(const char *text, const char *unit, const char *bare,
-                         struct quantity_wrong *wrong)
+static bool refuse_no_number(const char *text, const char *unit, const char *bare,
+                             struct quantity_error *wrong)
 {
-    is_wrong(wrong, *text ? "not a number" : "no number", unit, bare);
+    refuse(wrong, *text ? "not a number" : "no number", unit, bare);
     snprintf(wrong->advice, sizeof wrong->advice,
              *unit ? "write digits such as 4, or 4 %s" : "write digits such as 4",
              *bare ? bare : unit);
     return false;
 }
 
-static bool is_of_another_kind(const char *came, const char *unit, const char *bare,
-                               struct quantity_wrong *wrong)
+static bool refuse_other_kind(const char *came, const char *unit, const char *bare,
+                              struct quantity_error *wrong)
 {
     const struct quantity_kind *is = quantity_kind_of(came), *wanted = quantity_kind_of(unit);
     char what[sizeof wrong->what];
@@ -321,11 +322,11 @@ static bool is_of_another_kind(const char *came, const char *unit, const char *b
         snprintf(what, sizeof what, "not in %s", unit);
     else
         snprintf(what, sizeof what, "%s instead of %s", is->name, wanted->name);
-    return is_wrong(wrong, what, unit, bare);
+    return refuse(wrong, what, unit, bare);
 }
 
 /* Three digits after a comma are ambiguous: thousands or decimals. */
-static bool is_with_comma(const char *text, const char *comma, struct quantity_wrong *wrong)
+static bool refuse_comma(const char *text, const char *comma, struct quantity_error *wrong)
 {
     snprintf(wrong->what, sizeof wrong->what, "a comma");
     if (strspn(comma + 1, "0123456789") == 3)
@@ -345,53 +346,53 @@ static bool is_comma(const char *text)
 }
 
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
-                    struct quantity_wrong *wrong)
+                    struct quantity_error *wrong)
 {
     struct unit from, to;
-    const char *end, *start = skip(text);
+    const char *end, *start = skip_blanks(text);
     unit = unit ? unit : "";
     bare = bare ? bare : unit;
     *value = mr_decimal_read(start, &end);
-    const char *own = skip(end);
+    const char *own = skip_blanks(end);
     if (is_comma(end))
-        return is_with_comma(start, end, wrong);
+        return refuse_comma(start, end, wrong);
     if (end == start || !isfinite(*value))
-        return is_no_number(start, unit, bare, wrong);
+        return refuse_no_number(start, unit, bare, wrong);
     if (!*own && !*bare && *unit)
-        return is_wrong(wrong, "a number without a unit", unit, bare);
+        return refuse(wrong, "a number without a unit", unit, bare);
     const char *came = *own ? own : bare;
     if (strcmp(came, unit) == 0) /* also accepts units that are not in the table */
         return true;
     if (!read_unit(came, &from))
-        return is_wrong(wrong, *unit ? "unknown unit" : "a unit after a plain number", unit, bare);
+        return refuse(wrong, *unit ? "unknown unit" : "a unit after a plain number", unit, bare);
     if (!*unit || !read_unit(unit, &to))
-        return is_of_another_kind(came, unit, bare, wrong);
-    take_kg_as_force(&from, &to);
-    if (!is_alike(&from, &to))
-        return is_of_another_kind(came, unit, bare, wrong);
-    if (!is_same(&from, &to) && *value != 0.0)
-        *value = converted(strtold(start, NULL), &from, &to);
-    return isfinite(*value) || is_no_number(start, unit, bare, wrong);
+        return refuse_other_kind(came, unit, bare, wrong);
+    convert_kg_to_force(&from, &to);
+    if (!has_same_dimension(&from, &to))
+        return refuse_other_kind(came, unit, bare, wrong);
+    if (!is_same_unit(&from, &to) && *value != 0.0)
+        *value = convert(strtold(start, NULL), &from, &to);
+    return isfinite(*value) || refuse_no_number(start, unit, bare, wrong);
 }
 
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error)
 {
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (quantity_parse(text, unit, bare, value, &wrong))
         return MR_OK;
     return error_set(error, MR_USAGE, "%s: '%s' for %s; %s", wrong.what, text, name, wrong.advice);
 }
 
 bool quantity_json(const json_t *json, const char *unit, double *value,
-                   struct quantity_wrong *wrong)
+                   struct quantity_error *wrong)
 {
     *value = json_number_value(json);
     if (json_is_number(json))
         return true;
     if (json_is_string(json) && unit && *unit)
         return quantity_parse(json_string_value(json), unit, "", value, wrong);
-    is_wrong(wrong, "not a number", unit ? unit : "", unit ? unit : "");
+    refuse(wrong, "not a number", unit ? unit : "", unit ? unit : "");
     snprintf(wrong->advice, sizeof wrong->advice,
              unit && *unit ? "give a number in %s, or text with its unit, as in \"4 %s\""
                            : "give a number",
@@ -416,7 +417,7 @@ const struct quantity_kind *quantity_kind_of(const char *text)
         size_t length = strcspn(kinds[i].units, ",");
         memcpy(name, kinds[i].units, length); /* static text of a few letters */
         name[length] = '\0';
-        if (read_unit(name, &first) && is_alike(&unit, &first))
+        if (read_unit(name, &first) && has_same_dimension(&unit, &first))
             return &kinds[i];
     }
     return NULL;

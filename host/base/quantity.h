@@ -23,7 +23,7 @@
 #include "host/base/error.h"
 
 /* Reason why a text is not a quantity, for a message "WHAT: where it stands; ADVICE". */
-struct quantity_wrong {
+struct quantity_error {
     char what[80];    /* "a force instead of a length" */
     char advice[200]; /* "write ft, in, mm, cm or m behind the number, or no unit for ft" */
 };
@@ -32,13 +32,13 @@ struct quantity_wrong {
  * number without dimension. `bare` is the unit of a text without a unit; NULL: `unit`; "": a unit
  * is required. A unit of another dimension is refused. */
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
-                    struct quantity_wrong *wrong);
+                    struct quantity_error *wrong);
 /* As quantity_parse; fails with MR_USAGE and "WHAT: 'TEXT' for NAME; ADVICE". */
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error);
 /* Reads a JSON value: a number in `unit`, or a text with its unit. */
 bool quantity_json(const json_t *json, const char *unit, double *value,
-                   struct quantity_wrong *wrong);
+                   struct quantity_error *wrong);
 /* Converts a value from unit `from` to unit `to`. NaN: the units have different dimensions. */
 double quantity_convert(double value, const char *from, const char *to);
 

@@ -5,77 +5,78 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LONGEST   32u /* longest word that is compared */
-#define BEGINNING 5u  /* this many equal first letters: another form of the word */
+#define WORD_MAX       32u /* longest word that is compared */
+#define PREFIX_LETTERS 5u  /* this many equal first letters: another form of the word */
 
-static const char *bare(const char *word)
+static const char *skip_dashes(const char *word)
 {
     return word + strspn(word, "-");
 }
 
-static int letter(const char *word, size_t i)
+static int lower_letter(const char *word, size_t i)
 {
     return tolower((unsigned char)word[i]);
 }
 
-static size_t least(size_t a, size_t b)
+static size_t smaller_of(size_t a, size_t b)
 {
     return a < b ? a : b;
 }
 
 /* Number of letters to change, insert, delete, or swap with the next. */
-static size_t edits(const char *a, size_t a_length, const char *b, size_t b_length)
+static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length)
 {
-    size_t row[LONGEST + 1][LONGEST + 1];
+    size_t row[WORD_MAX + 1][WORD_MAX + 1];
     for (size_t i = 0; i <= a_length; i++)
         row[i][0] = i;
     for (size_t k = 0; k <= b_length; k++)
         row[0][k] = k;
     for (size_t i = 1; i <= a_length; i++) {
         for (size_t k = 1; k <= b_length; k++) {
-            bool same = letter(a, i - 1) == letter(b, k - 1);
-            row[i][k] = least(row[i - 1][k - 1] + !same, least(row[i - 1][k], row[i][k - 1]) + 1);
-            if (i > 1 && k > 1 && letter(a, i - 1) == letter(b, k - 2) &&
-                letter(a, i - 2) == letter(b, k - 1))
-                row[i][k] = least(row[i][k], row[i - 2][k - 2] + 1);
+            bool same = lower_letter(a, i - 1) == lower_letter(b, k - 1);
+            row[i][k] = smaller_of(row[i - 1][k - 1] + !same,
+                                   smaller_of(row[i - 1][k], row[i][k - 1]) + 1);
+            if (i > 1 && k > 1 && lower_letter(a, i - 1) == lower_letter(b, k - 2) &&
+                lower_letter(a, i - 2) == lower_letter(b, k - 1))
+                row[i][k] = smaller_of(row[i][k], row[i - 2][k - 2] + 1);
         }
     }
     return row[a_length][b_length];
 }
 
-static size_t in_common(const char *a, const char *b)
+static size_t common_prefix(const char *a, const char *b)
 {
     size_t n = 0;
-    while (a[n] && letter(a, n) == letter(b, n))
+    while (a[n] && lower_letter(a, n) == lower_letter(b, n))
         n++;
     return n;
 }
 
-void spell_suggest_begin(struct spell_suggest *near, const char *word)
+void spell_suggest_begin(struct spell_suggest *suggest, const char *word)
 {
-    *near = (struct spell_suggest){.word = word};
+    *suggest = (struct spell_suggest){.word = word};
 }
 
-void spell_suggest_try(struct spell_suggest *near, const char *candidate)
+void spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
 {
-    const char *a = bare(near->word), *b = bare(candidate);
-    size_t a_length = strlen(a), b_length = strlen(b), shorter = least(a_length, b_length);
-    if (a_length > LONGEST || b_length > LONGEST || shorter == 0)
+    const char *a = skip_dashes(suggest->word), *b = skip_dashes(candidate);
+    size_t a_length = strlen(a), b_length = strlen(b), shorter = smaller_of(a_length, b_length);
+    if (a_length > WORD_MAX || b_length > WORD_MAX || shorter == 0)
         return;
     size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
-    size_t distance = edits(a, a_length, b, b_length), beginning = in_common(a, b);
+    size_t distance = edit_distance(a, a_length, b, b_length), beginning = common_prefix(a, b);
     if (distance > allowed) {
-        if (beginning < BEGINNING && !(beginning == shorter && shorter >= 3))
+        if (beginning < PREFIX_LETTERS && !(beginning == shorter && shorter >= 3))
             return;
         distance = 3; /* ranks below a misspelling */
     }
-    if (near->best && near->distance <= distance)
+    if (suggest->best && suggest->distance <= distance)
         return;
-    near->best = candidate;
-    near->distance = distance;
+    suggest->best = candidate;
+    suggest->distance = distance;
 }
 
-void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT])
+void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT])
 {
     static const struct {
         const char *words, *answer;
@@ -97,10 +98,10 @@ void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_
     };
     char word[40];
     out[0] = '\0';
-    snprintf(word, sizeof word, " %.30s ", bare(near->word));
-    if (near->best)
-        snprintf(out, SPELL_SUGGEST_TEXT, "; did you mean %.90s?", near->best);
-    for (size_t i = 0; i < sizeof otherwise / sizeof otherwise[0] && !near->best; i++)
+    snprintf(word, sizeof word, " %.30s ", skip_dashes(suggest->word));
+    if (suggest->best)
+        snprintf(out, SPELL_SUGGEST_TEXT, "; did you mean %.90s?", suggest->best);
+    for (size_t i = 0; i < sizeof otherwise / sizeof otherwise[0] && !suggest->best; i++)
         if (strstr(otherwise[i].words, word))
             snprintf(out, SPELL_SUGGEST_TEXT, "; %s;", otherwise[i].answer);
 }

@@ -12,14 +12,14 @@ struct spell_suggest {
     size_t distance;         /* distance of `best` */
 };
 
-void spell_suggest_begin(struct spell_suggest *near, const char *word);
+void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
 /* Compares a candidate. Among equally near candidates the first is kept. The caller keeps the
  * text. */
-void spell_suggest_try(struct spell_suggest *near, const char *candidate);
+void spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
 
 /* Writes "; did you mean BEST?". For some words that matrig handles differently (delete, undo),
  * writes advice between "; " and ";". Writes "" if no word is near. */
 #define SPELL_SUGGEST_TEXT 200
-void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT]);
+void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT]);
 
 #endif

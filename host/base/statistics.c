@@ -60,7 +60,7 @@ struct estimate line_predict(const struct line_fit *line, size_t count, double x
                              sqrt(fmax(variance, 0.0)) * mr_gates_student((unsigned)count - 2u)};
 }
 
-static int ascending(const void *a, const void *b)
+static int compare_numbers(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -69,10 +69,10 @@ static int ascending(const void *a, const void *b)
 void sort_numbers(double *values, size_t count)
 {
     if (count > 1)
-        qsort(values, count, sizeof *values, ascending);
+        qsort(values, count, sizeof *values, compare_numbers);
 }
 
-struct wilson wilson_of(size_t count, size_t of)
+struct wilson wilson_interval(size_t count, size_t of)
 {
     const double z = 1.959963984540054; /* normal distribution: 2.5 % above */
     if (of == 0)

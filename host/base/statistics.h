@@ -45,6 +45,6 @@ struct wilson {
 };
 
 /* Interval for `count` events in `of` trials; 0 to 1 if `of` is 0. */
-struct wilson wilson_of(size_t count, size_t of);
+struct wilson wilson_interval(size_t count, size_t of);
 
 #endif

@@ -35,24 +35,25 @@ const struct unit *unit_of(enum unit_kind kind, bool si)
     return &units[si][kind];
 }
 
-const struct unit *unit_given(enum unit_kind kind)
+const struct unit *unit_as_passed(enum unit_kind kind)
 {
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
 /* Units of calibration points, a subset of quantity.h. kg: a weight on a scale. */
-static const struct unit_word written[] = {
+static const struct unit_word unit_word_table[] = {
     {"in", UNIT_DISPLACEMENT}, {"mm", UNIT_DISPLACEMENT}, {"cm", UNIT_DISPLACEMENT},
     {"m", UNIT_DISPLACEMENT},  {"ft", UNIT_DISPLACEMENT}, {"lb", UNIT_TENSION},
     {"N", UNIT_TENSION},       {"kN", UNIT_TENSION},      {"kg", UNIT_TENSION},
 };
 
-const struct unit_word *unit_words(size_t index)
+const struct unit_word *unit_word_at(size_t index)
 {
-    return index < sizeof written / sizeof written[0] ? &written[index] : NULL;
+    return index < sizeof unit_word_table / sizeof unit_word_table[0] ? &unit_word_table[index]
+                                                                      : NULL;
 }
 
-const struct unit_word *unit_read(const char *word, size_t length)
+const struct unit_word *unit_word_find(const char *word, size_t length)
 {
     /* "kn" in a column of forces is kN, not knots */
     const char *known = length == 2 && strncasecmp(word, "kn", 2) == 0
@@ -60,14 +61,14 @@ const struct unit_word *unit_read(const char *word, size_t length)
                           : quantity_word(word, length);
     if (strcmp(known, "kgf") == 0)
         known = "kg";
-    for (size_t i = 0; i < sizeof written / sizeof written[0]; i++) {
-        if (strcmp(known, written[i].word) == 0)
-            return &written[i];
+    for (size_t i = 0; i < sizeof unit_word_table / sizeof unit_word_table[0]; i++) {
+        if (strcmp(known, unit_word_table[i].word) == 0)
+            return &unit_word_table[i];
     }
     return NULL;
 }
 
-double unit_tidy(double value, double least)
+double unit_round_to_zero(double value, double least)
 {
     return fabs(value) < 0.5 * least ? 0.0 : value;
 }
@@ -79,12 +80,12 @@ int unit_decimals(enum unit_kind kind, bool si, int decimals)
     return kept > 0 ? kept : 0;
 }
 
-static const char *text_of(enum unit_kind kind, bool si, double value, int decimals, bool plus,
-                           char out[UNIT_TEXT])
+static const char *format_value(enum unit_kind kind, bool si, double value, int decimals, bool plus,
+                                char out[UNIT_TEXT])
 {
     const struct unit *unit = unit_of(kind, si);
     const int kept = unit_decimals(kind, si, decimals);
-    const double shown = unit_tidy(value * unit->factor, pow(10.0, -kept));
+    const double shown = unit_round_to_zero(value * unit->factor, pow(10.0, -kept));
     if (isfinite(value))
         snprintf(out, UNIT_TEXT, plus ? "%+.*f %s" : "%.*f %s", kept, shown, unit->text);
     else
@@ -95,11 +96,11 @@ static const char *text_of(enum unit_kind kind, bool si, double value, int decim
 const char *unit_value_text(enum unit_kind kind, bool si, double value, int decimals,
                             char out[UNIT_TEXT])
 {
-    return text_of(kind, si, value, decimals, false, out);
+    return format_value(kind, si, value, decimals, false, out);
 }
 
 const char *unit_signed_text(enum unit_kind kind, bool si, double value, int decimals,
                              char out[UNIT_TEXT])
 {
-    return text_of(kind, si, value, decimals, true, out);
+    return format_value(kind, si, value, decimals, true, out);
 }

@@ -28,7 +28,7 @@ struct unit {
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
 /* The unit in which values of this kind are passed. */
-const struct unit *unit_given(enum unit_kind kind);
+const struct unit *unit_as_passed(enum unit_kind kind);
 /* A unit that people write after a displacement or a tension. */
 struct unit_word {
     const char *word; /* spelling for output: "mm", "kN" */
@@ -36,12 +36,12 @@ struct unit_word {
 };
 /* Finds a unit: in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in any
  * case except "M" and "Mm", where M is mega. NULL: unknown. Static storage. */
-const struct unit_word *unit_read(const char *word, size_t length);
+const struct unit_word *unit_word_find(const char *word, size_t length);
 /* Returns each unit once, in order: index 0 is the first; NULL after the last. Static storage. */
-const struct unit_word *unit_words(size_t index);
+const struct unit_word *unit_word_at(size_t index);
 /* Returns 0 without a sign for a value that rounds to 0 at the digit `least`, otherwise the
  * value. */
-double unit_tidy(double value, double least);
+double unit_round_to_zero(double value, double least);
 /* Number of decimals to print for a value that has `decimals` decimals in the report's unit; in SI,
  * adapted so that no digit is lost. */
 int unit_decimals(enum unit_kind kind, bool si, int decimals);

@@ -12,7 +12,7 @@ _Noreturn void xmalloc_failed(size_t bytes)
     exit(mr_status_exit_code(MR_FULL));
 }
 
-static void *must_have(void *memory, size_t bytes)
+static void *check_allocated(void *memory, size_t bytes)
 {
     if (!memory)
         xmalloc_failed(bytes);
@@ -21,22 +21,22 @@ static void *must_have(void *memory, size_t bytes)
 
 void *xmalloc(size_t bytes)
 {
-    return must_have(malloc(bytes ? bytes : 1), bytes);
+    return check_allocated(malloc(bytes ? bytes : 1), bytes);
 }
 
 void *xcalloc(size_t count, size_t bytes)
 {
-    return must_have(calloc(count ? count : 1, bytes ? bytes : 1), count * bytes);
+    return check_allocated(calloc(count ? count : 1, bytes ? bytes : 1), count * bytes);
 }
 
 void *xrealloc(void *old, size_t bytes)
 {
-    return must_have(realloc(old, bytes ? bytes : 1), bytes);
+    return check_allocated(realloc(old, bytes ? bytes : 1), bytes);
 }
 
 void *xaligned_alloc(size_t alignment, size_t bytes)
 {
-    return must_have(aligned_alloc(alignment, bytes), bytes);
+    return check_allocated(aligned_alloc(alignment, bytes), bytes);
 }
 
 void *xmemdup(const void *from, size_t bytes)
@@ -46,12 +46,12 @@ void *xmemdup(const void *from, size_t bytes)
 
 char *xstrdup(const char *text)
 {
-    return must_have(strdup(text), strlen(text) + 1);
+    return check_allocated(strdup(text), strlen(text) + 1);
 }
 
 FILE *xopen_memstream(char **text, size_t *length)
 {
-    return must_have(open_memstream(text, length), BUFSIZ);
+    return check_allocated(open_memstream(text, length), BUFSIZ);
 }
 
 char *xasprintf(const char *format, ...)
@@ -62,7 +62,7 @@ char *xasprintf(const char *format, ...)
     if (vasprintf(&text, format, arguments) < 0)
         text = NULL;
     va_end(arguments);
-    return must_have(text, BUFSIZ);
+    return check_allocated(text, BUFSIZ);
 }
 
 bool list_grow(void *list, size_t count, size_t size)

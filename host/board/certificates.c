@@ -48,14 +48,14 @@ static bool parse_uncertainty(const char *text, struct store_certificate *row)
     size_t length = strlen(text);
     char bare[40];
     double value;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     bool relative = length > 1 && text[length - 1] == '%';
     if (length >= sizeof bare)
         return false;
     snprintf(bare, sizeof bare, "%.*s", (int)(length - relative), text);
     if (!(relative ? quantity_parse(bare, NULL, NULL, &value, &wrong)
                    : calibrate_value(bare, movement ? UNIT_DISPLACEMENT : UNIT_TENSION,
-                                     unit_read(unit, 2), &value, &wrong)) ||
+                                     unit_word_find(unit, 2), &value, &wrong)) ||
         !(value > 0.0 && value <= (relative ? 50.0 : 1000.0)))
         return false;
     row->expanded = relative ? (double)NAN : value;
@@ -65,7 +65,7 @@ static bool parse_uncertainty(const char *text, struct store_certificate *row)
 
 static bool parse_coverage(const char *text, struct store_certificate *row)
 {
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     return quantity_parse(text, NULL, NULL, &row->coverage_factor, &wrong) &&
            row->coverage_factor >= 0.5 && row->coverage_factor <= 5.0;
 }

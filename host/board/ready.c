@@ -334,8 +334,8 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                   "time of day", limit,
                   "stop programs that set the clock of this computer; if the result stays, the "
                   "crystal of the board is off frequency",
-                  "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
-                  t->fast_ppm.half, t->pairs);
+                  "board %+.0f +- %.0f ppm, from %zu messages",
+                  unit_round_to_zero(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
     else
         ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                   timemap_refusal_text((unsigned)t->refusal));
@@ -527,7 +527,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     float level = f->channel[i].mean - f->config.channel[i].zero_code;
     unsigned one = mr_staircase_name(level, steps, MR_CONFIG_SWITCHES, 0);
     bool closed = fabsf(level) < READY_LATCH_CODES;
-    const double codes = unit_tidy((double)level, 0.1);
+    const double codes = unit_round_to_zero((double)level, 0.1);
     if (closed)
         snprintf(text, sizeof text, "all closed: staircase %.1f codes from its zero", codes);
     else if (one)
@@ -633,7 +633,7 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
         ready_add(report, READY_NOT_DONE, "thermometer", NULL, NULL, "none in the configuration");
     else if (f->temperature_known && !isnan(f->temperature.temperature_c))
         ready_add(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
-                  unit_tidy((double)f->temperature.temperature_c, 0.01),
+                  unit_round_to_zero((double)f->temperature.temperature_c, 0.01),
                   (double)f->temperature.error_c);
     else
         ready_add(report, READY_NO_GO, "thermometer", NULL,

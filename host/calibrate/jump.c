@@ -75,7 +75,7 @@ void gain_mistake_hint(const struct mr_channel_config *channel, char *out, size_
     out[0] = '\0';
     if (distance(&limits, gain) < HUGE_VAL)
         return;
-    for (size_t i = 0; (unit = unit_words(i)); i++) {
+    for (size_t i = 0; (unit = unit_word_at(i)); i++) {
         if (unit->kind != kind)
             continue;
         double other = distance(&limits, quantity_convert(gain, unit->word, own));

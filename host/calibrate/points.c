@@ -73,7 +73,7 @@ struct calibrate_column calibrate_column(const char *name)
             return column;
     }
     unit_length = without_blanks(&unit, unit_length);
-    column.unit = unit_read(unit, unit_length);
+    column.unit = unit_word_find(unit, unit_length);
     column.codes = !bracketed && is_one_of(name, length, codes, sizeof codes / sizeof codes[0]);
     column.known = column.unit || column.codes ||
                    (!bracketed &&
@@ -99,7 +99,7 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
 }
 
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value, struct quantity_wrong *wrong)
+                     double *value, struct quantity_error *wrong)
 {
     return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value, wrong);
 }
@@ -117,7 +117,7 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
     struct calibrate_point point = {.spread = (double)NAN};
     const char *value = points->codes_first ? right : left,
                *code = points->codes_first ? left : right;
-    struct quantity_wrong wrong = {"", ""};
+    struct quantity_error wrong = {"", ""};
     if (strchr(left, ',') || strchr(right, ','))
         return refuse_points(r, MR_MALFORMED, "a comma in a number", "write points in numbers");
     bool coded = read_code(code, &point.code);
@@ -139,7 +139,7 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
 
 static enum mr_status read_line(struct reader *r, char *line)
 {
-    line += r->line == 1 ? output_mark(line, strlen(line)) : 0;
+    line += r->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
@@ -167,7 +167,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
     enum mr_status status = MR_OK;
     *points = (struct calibrate_points){.count = 0};
     struct reader r = {.path = path, .kind = kind, .points = points, .error = error};
-    if (output_other_kind(path, "file of points", error) != MR_OK)
+    if (output_check_kind(path, "file of points", error) != MR_OK)
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)

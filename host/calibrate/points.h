@@ -38,6 +38,6 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
 /* Reads a number, with or without a unit of that kind. `plain`: unit of a number without a unit;
  * NULL: a unit is required. Returns false if the text is invalid; `wrong` has the reason. */
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value, struct quantity_wrong *wrong);
+                     double *value, struct quantity_error *wrong);
 
 #endif

@@ -31,7 +31,7 @@ struct request {
 static bool part(const char *text, size_t length, const char *bare, const char *unit, double *value)
 {
     char word[40];
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (length >= sizeof word)
         return false;
     memcpy(word, text, length);

@@ -290,7 +290,7 @@ static struct answer *answer_of(const struct band_design *d, const struct findin
 {
     struct answer *answer = answer_new(f->si);
     bool placed = d->spacing_ft > 0.0;
-    answer_as_stored(answer);
+    answer_keep_units(answer);
     answer_open(answer, "design", "design by Appendix C, per band");
     figures_answer(d, answer);
     answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,

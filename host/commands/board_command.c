@@ -593,7 +593,7 @@ static bool take_line(const char *line, struct mr_predictor_state *state, bool *
         return state->landings = (uint16_t)number, true;
     if (sscanf(line, "resistance %lf %c", &value, &rest) == 1 && isfinite(value))
         return state->scale = (float)value, true;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     int used = 0;
     if (sscanf(line, "joint %u %n", &number, &used) != 1 || !used || number < 1 ||
         number > MR_RUNWAY_JOINTS || !quantity_parse(line + used, "in", NULL, &value, &wrong) ||
@@ -648,7 +648,7 @@ static void check_runway(struct request *r)
                   file);
     if (file)
         read_runway(file, &r->runway);
-    output_keep(r->out, r->force, fatal);
+    output_check_new(r->out, r->force, fatal);
     output_check(r->out, file, fatal);
 }
 

@@ -122,7 +122,7 @@ static void write_config(const struct request *r, const struct mr_config *config
     write_reasons(r, out);
     fputs(text, out);
     fclose(out);
-    output_bytes(r->output, all, length, fatal);
+    output_write_bytes(r->output, all, length, fatal);
     free(all);
     free(text);
 }
@@ -291,7 +291,7 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
     struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
     const char *unit = unit_text(r);
-    points->unit = unit_read(unit, 2);
+    points->unit = unit_word_find(unit, 2);
     dialogue_subscribe(dialogue, gather_readings, &g);
     cli_note(r->cli,
              "%s: set a known value, let it rest, type it (%s) and press Enter; u removes the last "
@@ -307,7 +307,7 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
             continue;
         }
         struct calibrate_point point;
-        struct quantity_wrong wrong;
+        struct quantity_error wrong;
         if (!calibrate_value(line, unit_kind(r), points->unit, &point.value, &wrong)) {
             cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
@@ -483,9 +483,9 @@ static unsigned parse_channel(const char *text)
  * written out: 0.05mm. */
 static void read_known(struct request *r)
 {
-    struct quantity_wrong wrong = {"", ""};
+    struct quantity_error wrong = {"", ""};
     double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
-    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known,
+    if (calibrate_value(r->known_text, unit_kind(r), unit_word_find(unit_text(r), 2), &r->known,
                         &wrong) &&
         r->known >= 0.0 && r->known <= most)
         return;
@@ -551,7 +551,7 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
     check(&r);
     /* checked first: the measurement can take half an hour */
-    output_keep(r.output, r.force, fatal);
+    output_check_new(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)
         return recompute(&r);

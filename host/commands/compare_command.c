@@ -72,7 +72,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     if (!isnan(request->limit_in))
         compare_limits_add(&request->limits, "channels.*.rms_in", request->limit_in);
     output_check(request->output, request->scene, fatal);
-    output_not_input(request->output, request->limits_path, fatal);
+    output_check_not_input(request->output, request->limits_path, fatal);
     if (request->limits_path)
         compare_limits_load(&request->limits, request->limits_path, fatal);
 }
@@ -123,7 +123,7 @@ static int compare_one(struct store *store, const struct request *request,
 static void progress(void *ctx, size_t done, size_t of)
 {
     const struct cli *cli = ctx;
-    if (!cli->quiet && cli_terminal())
+    if (!cli->quiet && cli_can_draw())
         fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 

@@ -69,13 +69,13 @@ static int get(const struct request *request)
 {
     static struct session session;
     int exit_code = 0;
-    output_keep(request->output, request->force, fatal);
+    output_check_new(request->output, request->force, fatal);
     output_check(request->output, NULL, fatal);
     open_session(request, &session);
     const struct mr_config_state *state = &session.talk.state;
     char *text = config_text_write(&session.config);
     if (request->output)
-        output_bytes(request->output, text, strlen(text), fatal);
+        output_write_bytes(request->output, text, strlen(text), fatal);
     note_damage(request->cli, state);
     note_unsound(request->cli, &session.config);
     if (request->cli->json)

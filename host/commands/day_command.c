@@ -489,7 +489,7 @@ static void add_option(struct line *line, const char *option, const char *value)
 static struct line line_of(const char *command, const char *word)
 {
     static char program[4096];
-    data_dir_program(program, sizeof program);
+    data_dir_program_path(program, sizeof program);
     return (struct line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 

@@ -204,7 +204,7 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
     else
         export_csv(store, run, made, cli, rows);
     fclose(made);
-    output_bytes(r->path, text, length, fatal);
+    output_write_bytes(r->path, text, length, fatal);
     free(text);
 }
 

@@ -78,7 +78,7 @@ static void show(const struct session *to, const char *part, const char *said)
     const char *percent = strrchr(said, '(');
     char *end;
     double value = percent ? strtod(percent + 1, &end) : 0;
-    if (cli_terminal() && !to->cli->quiet && percent && *end == '%')
+    if (cli_can_draw() && !to->cli->quiet && percent && *end == '%')
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
@@ -205,7 +205,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
     struct part first = {"detour to the boot ROM", 0, detour, sizeof detour, false};
     struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
     char folder[TEMPORARY_FOLDER];
-    enum mr_status status = temporary_folder_make(folder, "flash", error);
+    enum mr_status status = temporary_folder_create(folder, "flash", error);
     if (status == MR_OK && extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
         status = write_part(to, folder, &first, error) ?: write_part(to, folder, &program, error);
     }
@@ -342,7 +342,7 @@ static enum mr_status program(struct session *session, const char *tty, struct e
                            chip, session->chip, session->spec);
     if (status == MR_OK)
         status = stm32flash_program(session, error);
-    if (cli_terminal() && !session->cli->quiet)
+    if (cli_can_draw() && !session->cli->quiet)
         fputs("\r\033[K", stderr);
     return status;
 }

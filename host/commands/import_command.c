@@ -186,7 +186,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
     if (error.status == MR_OK)
-        output_other_kind(request->path, "log", &error);
+        output_check_kind(request->path, "log", &error);
     (void)(error.status == MR_OK &&
            (!r.base || link_read_base(r.base, "--base", &request->base, &error) == MR_OK) &&
            textfile_open(request->path, &file, &error) == MR_OK &&

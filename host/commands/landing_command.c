@@ -169,7 +169,7 @@ static void refuse_field(const char *said)
     snprintf(word, sizeof word, "%.*s", (int)strcspn(said, "="), said);
     spell_suggest_begin(&near, word);
     for (size_t i = 0; i < FIELDS; i++)
-        spell_suggest_try(&near, fields[i].name);
+        spell_suggest_add(&near, fields[i].name);
     spell_suggest_text(&near, text);
     error_set(fatal, MR_USAGE,
               "cannot correct '%s'%s%s give FIELD=VALUE, where FIELD is touchdown_ft, weight_lb, "
@@ -182,7 +182,7 @@ static void refuse_field(const char *said)
 static void correct_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     const char *unit = quantity_unit_of_name(field->name);
     quantity_read(text, field->name, unit, NULL, &number, fatal);
     if (!(number >= field->low && number <= field->high))

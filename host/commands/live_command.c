@@ -84,7 +84,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 static enum mr_status run(struct watch *watch, struct error *error)
 {
     sigset_t set;
-    cli_end_signals(&set);
+    cli_fill_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};

@@ -370,7 +370,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
     /* signalfd: a signal between a check and a wait is not lost. */
     sigset_t set;
-    cli_end_signals(&set);
+    cli_fill_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN); /* logging continues when the reader of the summary exits */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);

@@ -190,7 +190,7 @@ static void push_plot(const struct params_request *request, const struct push *p
 static double number_of(const char *name, const json_t *value)
 {
     double number;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     return quantity_json(value, quantity_unit_of_name(name), &number, &wrong) ? number
                                                                               : (double)NAN;
 }
@@ -526,8 +526,8 @@ static void check_outputs(const struct params_request *r, const char *path)
                   "nothing to read: give READINGS, --push F.csv or both; see matrig params "
                   "--help");
     output_check(r->output_path, path, fatal);
-    output_keep(r->output_path, r->force, fatal);
-    output_not_input(r->output_path, r->push_path, fatal);
+    output_check_new(r->output_path, r->force, fatal);
+    output_check_not_input(r->output_path, r->push_path, fatal);
     plot_check(r->plot_path, path, fatal);
 }
 
@@ -545,7 +545,7 @@ static int params_command(int argc, char **argv, const struct cli *cli)
         read_push(&r, &reader, &push);
     json_t *scene = scene_of(&reader);
     if (r.output_path)
-        output_json(r.output_path, scene, 17, fatal);
+        output_write_json(r.output_path, scene, 17, fatal);
     if (r.plot_path)
         push_plot(&r, &push);
     struct answer *answer = answer_of(&reader, scene, r.push_path ? &push : NULL);

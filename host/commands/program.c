@@ -62,11 +62,11 @@ struct store *program_campaign_or_new(const struct cli *cli, const char *db)
 
 size_t program_options(const char *words[], const struct cli *cli)
 {
-    struct command_before before = {.cli = *cli};
+    struct global_options before = {.cli = *cli};
     size_t count = 0;
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_option *option = &command_matrig.parts[i].option;
-        if (option->name && *(const bool *)((const char *)&before + option->at))
+        if (option->name && *(const bool *)((const char *)&before + option->offset))
             words[count++] = option->name;
     }
     return count;

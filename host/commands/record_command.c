@@ -161,7 +161,7 @@ static enum mr_status add_one(const struct request *r, struct store *store,
 
 static void write_cell(FILE *out, const char *text, char behind)
 {
-    csv_write(out, text);
+    csv_write_cell(out, text);
     fputc(behind, out);
 }
 
@@ -207,7 +207,7 @@ static void read_csv(const struct request *r, struct store *store, const struct 
         struct request one = *r;
         line[strcspn(line, "\r\n")] = '\0';
         if (++number == 1) {
-            header = xstrdup(line + output_mark(line, strlen(line)));
+            header = xstrdup(line + utf8_mark_length(line, strlen(line)));
             columns = csv_split(header, head, WORDS_MAX);
         }
         if (number == 1 || !line[0])

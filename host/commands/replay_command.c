@@ -136,7 +136,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
 {
     struct diff_options options = {0};
     if (!(answers_load(store, replay->run, &replay->recorded, error) == MR_OK &&
-          temporary_folder_make(replay->directory, "replay", error) == MR_OK &&
+          temporary_folder_create(replay->directory, "replay", error) == MR_OK &&
           find_image(replay, store, error) == MR_OK &&
           replay_board_check(&replay->board, error) == MR_OK &&
           replay_image_check(replay->board.elf, &replay->recorded, error) == MR_OK &&

@@ -203,7 +203,7 @@ static int scale_values(const struct request *request, const struct cli *cli)
 static json_t *scaled(const struct request *request, const json_t *value, const char *unit)
 {
     double number;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (!quantity_kind_of(unit)) /* a plain number, a mat number or a name has no unit */
         return json_deep_copy(value);
     if (quantity_json(value, unit, &number, &wrong))
@@ -376,13 +376,13 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
 /* Scales a scene, or a study, which is a file with landings. */
 static int scale_file(const struct request *request, const struct cli *cli)
 {
-    output_not_input(request->output_path, request->words[0], fatal);
+    output_check_not_input(request->output_path, request->words[0], fatal);
     json_t *source = json_load_file(request->words[0], 0, NULL);
     bool is_study = json_object_get(source, "landings") != NULL;
     json_t *other = scaled_file(request, source, is_study);
     int code = 0;
     if (request->output_path || !cli->json)
-        output_json(request->output_path, other, 17, fatal);
+        output_write_json(request->output_path, other, 17, fatal);
     if (cli->json) {
         struct answer *answer = scale_answer(request);
         answer_json_value(answer, is_study ? "study" : "scene", json_incref(other));
@@ -405,7 +405,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
         error_set(fatal, MR_USAGE, "nothing to write: -o %s is only for a scene; leave it out",
                   request.output_path);
     output_check(request.output_path, file ? request.words[0] : NULL, fatal);
-    output_keep(request.output_path, request.force, fatal);
+    output_check_new(request.output_path, request.force, fatal);
     if (request.count == 0)
         return show_ratios(&request, cli);
     return file ? scale_file(&request, cli) : scale_values(&request, cli);

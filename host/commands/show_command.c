@@ -95,7 +95,7 @@ static void motion_answer(const struct measured *measured, struct answer *answer
 static void warning_answer(const struct preview *preview, struct answer *answer)
 {
     const struct zone_warning *w = &preview->zones.warning;
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     char doubt[ZONES_HEARD_TEXT], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
     bool all_heard = watched &&

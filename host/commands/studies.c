@@ -61,7 +61,7 @@ int study_exec(int argc, char **argv, const struct cli *cli)
     char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
     char **words = xcalloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
     size_t count = 0;
-    data_dir_program(matrig, sizeof matrig);
+    data_dir_program_path(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
         snprintf(why, sizeof why,

@@ -176,7 +176,7 @@ static json_t *moved_json(const struct survey_change *change, double factor)
 
 static void worst_bow_answer(const struct survey_found *found, struct answer *answer)
 {
-    const bool si = answer_in_si(answer);
+    const bool si = answer_is_si(answer);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
                       *station = unit_of(UNIT_STATION, si);
     double worst = found->worst_bow_in * length->factor,
@@ -221,7 +221,7 @@ static void matrices(const struct survey *survey, const struct survey_found *fou
 static void survey_answer(const struct survey *survey, const struct survey_found *found,
                           struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
     put_head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous)
@@ -308,12 +308,12 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
-                cli_terminal() ? "\a" : "", shown(r, entry->value_in), unit->text,
+                cli_can_draw() ? "\a" : "", shown(r, entry->value_in), unit->text,
                 shown(r, away_in),
                 isnan(desk->previous_in[item]) ? "the design distance" : "the last reading",
                 shown(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
-        const char *bell = cli_terminal() ? "\a" : "";
+        const char *bell = cli_can_draw() ? "\a" : "";
         if (entry->wrong.what[0])
             fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->wrong.what,
                     entry->wrong.advice);
@@ -713,7 +713,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     }
     struct output output;
     const char *sheet = strcmp(request->sheet, "-") == 0 ? NULL : request->sheet;
-    output_keep(sheet, request->force, fatal);
+    output_check_new(sheet, request->force, fatal);
     output_begin(&output, sheet, fatal);
     survey_sheet_write(output.file, &survey->desk, request->cli->si);
     output_end(&output, fatal);

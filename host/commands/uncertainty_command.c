@@ -274,8 +274,8 @@ static void check(struct request *r)
                   "uncertainty --help");
     enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
-    struct quantity_wrong wrong = {"", ""};
-    if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value, &wrong) ||
+    struct quantity_error wrong = {"", ""};
+    if (r->at && (!calibrate_value(r->at, kind, unit_word_find(unit, 2), &r->at_value, &wrong) ||
                   fabs(r->at_value) > 10000.0))
         error_set(fatal, MR_USAGE,
                   "not a reading: '%s' for --at; give a number in %s, or with its unit", r->at,

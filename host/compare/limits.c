@@ -48,7 +48,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
     json_object_foreach(root, path, value)
     {
         double number;
-        struct quantity_wrong no_number;
+        struct quantity_error no_number;
         if (path[0] == '_' || error->status != MR_OK)
             continue;
         if (json_is_object(value))

@@ -151,7 +151,7 @@ static void agreement_answer(const struct compare_agreement *a, struct answer *a
 {
     const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char sentence[COMPARE_SENTENCE];
-    compare_sentence(a, answer_in_si(answer), sentence);
+    compare_sentence(a, answer_is_si(answer), sentence);
     answer_open(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
     answer_count(answer, "judged", NULL, (int64_t)a->judged);
@@ -222,7 +222,7 @@ void compare_brief_answer(const struct compare_figures *figures,
     struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE];
     compare_agreement(figures, &agreement);
-    compare_sentence(&agreement, answer_in_si(answer), sentence);
+    compare_sentence(&agreement, answer_is_si(answer), sentence);
     answer_sentence(answer, NULL, "%s", sentence);
     answer_count(answer, NULL, "RUN", figures->run)->end = figures->marks;
     if (figures->torn[0])

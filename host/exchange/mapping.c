@@ -144,7 +144,7 @@ static void unpack(const struct reader *r, const char *where, json_t *object, co
 static double number(const struct reader *r, const char *where, const char *key, json_t *value,
                      const char *unit, double otherwise)
 {
-    struct quantity_wrong wrongly;
+    struct quantity_error wrongly;
     double v = otherwise;
     if (value && !quantity_json(value, unit, &v, &wrongly))
         refuse_value(r, where, key, wrongly.advice);
@@ -331,7 +331,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
     json_error_t where;
     const struct reader r = {path, error};
     *mapping = (struct mapping){0};
-    size_t mark = output_mark(json, length);
+    size_t mark = utf8_mark_length(json, length);
     json_t *root = json_loadb(json + mark, length - mark, JSON_REJECT_DUPLICATES, &where);
     if (!root)
         return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d, column %d: %s", path,

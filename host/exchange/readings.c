@@ -237,7 +237,7 @@ static enum mr_status take_header(struct table *t, struct error *error)
     const char *line;
     size_t length;
     bool whole;
-    t->at += output_mark(t->at, (size_t)(t->end - t->at));
+    t->at += utf8_mark_length(t->at, (size_t)(t->end - t->at));
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!next_line(t, true, &line, &length, &whole))
             return error_set(

@@ -38,7 +38,7 @@ static void refuse_key(const struct keys *keys, const char *where, const char *k
  * matching unit. */
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     return quantity_json(entry, quantity_unit_of_name(key), value, &wrong);
 }
 
@@ -233,7 +233,7 @@ static void read_seeds(const struct keys *r, const json_t *root, struct landing_
 static void read_stations(const struct keys *r, const json_t *root, struct landing_series *c)
 {
     const json_t *list = json_object_get(root, "stations_ft");
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
     if (!list) { /* eleven stations, every 10 ft of the rig's 120 ft */
         for (c->station_count = 0; c->station_count < 11; c->station_count++)
@@ -262,7 +262,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
         const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
                      *a = json_array_get(row, 1);
         struct series_knot *knot = &landing->profile[i];
-        struct quantity_wrong wrong;
+        struct quantity_error wrong;
         if (json_array_size(row) != 2 || !quantity_json(x, "ft", &knot->station_ft, &wrong) ||
             !quantity_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
             !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||

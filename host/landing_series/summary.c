@@ -297,15 +297,15 @@ static int decimals_of(const struct series_spread *s, double factor, int most)
 static void add_spread(struct answer *answer, const char *name, const char *label,
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
-    const struct unit *unit = unit_of(kind, answer_in_si(answer));
-    const char *suffix = unit_given(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    const struct unit *unit = unit_of(kind, answer_is_si(answer));
+    const char *suffix = unit_as_passed(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
     char key[40], head[60];
     snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
     answer_json_value(answer, key, spread_json(s));
     if (!label)
         return;
     snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
-    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_in_si(answer), decimals));
+    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_is_si(answer), decimals));
     answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
                  unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
                  unit->factor * s->high);
@@ -375,8 +375,8 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
 static void add_stations(struct answer *answer, const struct landing_series *c,
                          const struct series_landing_summary *s)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
-                      *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer)),
+                      *movement = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
     char label[80];
     snprintf(label, sizeof label, "total movement, %s, median, at station, %s", movement->text,
              station->text);
@@ -388,7 +388,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
             answer_value(answer, NULL, label, UNIT_NUMBER,
                          movement->factor * s[i].total_in[k].middle,
-                         unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
+                         unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
         }
     }
     answer_close(answer);
@@ -492,7 +492,7 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
 static void add_buckled(struct answer *answer, const struct landing_series *c,
                         const struct series_summary *s)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     char in[200] = "";
     for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
         if (s->landing[i].buckled > 0)
@@ -566,7 +566,7 @@ struct answer *series_answer(const struct landing_series *c, const struct series
                              const struct series_summary *s, bool si)
 {
     struct answer *answer = answer_new(si);
-    answer_as_stored(answer);
+    answer_keep_units(answer);
     series_answer_outcome(answer, c, runs, s);
     series_answer_landings(answer, c, runs, s);
     return answer;

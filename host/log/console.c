@@ -33,7 +33,7 @@ static bool logger_has_received_hello(const struct logger *logger)
 
 void logger_clear_progress(const struct logger *logger)
 {
-    if (!logger->cli->quiet && cli_terminal())
+    if (!logger->cli->quiet && cli_can_draw())
         fputs("\r\033[K", stderr);
 }
 
@@ -347,7 +347,7 @@ void logger_note_orders(struct logger *logger)
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_terminal() || monotonic_us() < logger->typed.hold_us ||
+    if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.hold_us ||
         (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
         return;
     char queue[40] = "";

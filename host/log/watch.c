@@ -117,7 +117,7 @@ static void note(const struct watch *watch, const char *line)
     if (watch->cli->quiet || !line[0])
         return;
     /* overwrite the progress line */
-    fprintf(stderr, "%smatrig: %s\n", cli_terminal() ? "\r\033[K" : "", line);
+    fprintf(stderr, "%smatrig: %s\n", cli_can_draw() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
 
@@ -171,7 +171,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
     sigemptyset(&pending);
     /* signals of the process: the writing thread, which handles them, is inside a call */
     sigpending(&pending);
-    cli_end_signals(&ends);
+    cli_fill_end_signals(&ends);
     sigandset(&both, &pending, &ends);
     if (watch->end_us == 0 && watch->call_us && !sigisemptyset(&both))
         watch->end_us = at_us;
@@ -185,7 +185,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
     fprintf(stderr,
             "%smatrig: the disk has accepted no data for %.0f s: %s; not saved: the newest %s; "
             "check the disk\n",
-            cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
+            cli_can_draw() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
             what);
     fflush(stderr);
     _exit(3); /* exit directly: closing the campaign would wait for the same disk */

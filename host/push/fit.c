@@ -127,7 +127,7 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
 
 static enum mr_status take_value(struct table *t, enum role role, const char *text, double *value)
 {
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (calibrate_value(text, roles[role].kind, t->unit[role], value, &wrong)) {
         if (fabs(*value) <= roles[role].most && (role != LOAD || *value > 0.0))
             return MR_OK;
@@ -201,7 +201,7 @@ static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
 static enum mr_status take_line(struct table *t, char *line)
 {
     char *cell[CELLS_MAX];
-    line += t->line == 1 ? output_mark(line, strlen(line)) : 0;
+    line += t->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;

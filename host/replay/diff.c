@@ -117,7 +117,7 @@ static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
         const char *unit = tolerances[i].unit;
         for (int kind = 0; si && kind < UNIT_KINDS; kind++) {
             const struct unit *shown = unit_of((enum unit_kind)kind, true);
-            if (strcmp(unit_given((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+            if (strcmp(unit_as_passed((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
                 continue;
             value *= shown->factor;
             unit = shown->text;
@@ -609,7 +609,7 @@ static void uncompared(struct answer *answer, const char *name, int64_t messages
 void diff_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300], within[FIELD_TOLERANCES_TEXT];
-    field_tolerances_text(answer_in_si(answer), within);
+    field_tolerances_text(answer_is_si(answer), within);
     answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : within);
     difference_answer(diff->found ? &diff->first : NULL, answer);
     if (diff->found) {

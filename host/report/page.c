@@ -807,7 +807,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     char *front = NULL;
     size_t length = 0;
     /* written first, because the front, which precedes them, shows facts of the landings */
-    FILE *landings = output_temporary("the report", error);
+    FILE *landings = output_open_temporary("the report", error);
     if (!landings)
         return error->status;
     report->error = error;
@@ -820,7 +820,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK) {
         page_head(out, report);
         fwrite(front, 1, length, out);
-        output_copy(landings, out);
+        output_copy_temporary(landings, out);
         fprintf(out,
                 "<p>Plots are thinned: each pixel column shows its smallest and its largest "
                 "reading. &plusmn; is one standard error (coverage factor k = 1); 95 %% intervals "

@@ -170,7 +170,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
 
 bool sim_progress(void *progress, int pass, double part)
 {
-    progress_at(progress, "run %d is at %.0f %%", pass, 100.0 * part);
+    progress_set(progress, "run %d is at %.0f %%", pass, 100.0 * part);
     return true;
 }
 
@@ -446,7 +446,7 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
 {
     struct answer *answer = answer_new(si);
     int twelve = sim_time_digits(result->start_s, 12), six = sim_time_digits(result->start_s, 6);
-    answer_as_stored(answer);
+    answer_keep_units(answer);
     answer_words(answer, "scene", "scene", "%s", scene->name);
     answer_words(answer, "model", "model", "%s", sim_model_name(scene->model));
     answer_words(answer, "solver", "solver", "%s", result->solver);

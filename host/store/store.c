@@ -289,7 +289,7 @@ static enum mr_status no_such(const char *path, struct error *error)
         if (!ending || strcmp(ending, ".db") != 0)
             continue;
         bool known = near.best;
-        spell_suggest_try(&near, entry->d_name);
+        spell_suggest_add(&near, entry->d_name);
         if (near.best == entry->d_name || (!known && !best[0]))
             snprintf(best, sizeof best, "%s", entry->d_name);
         if (near.best)
@@ -310,7 +310,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     const bool create = mode == STORE_CREATE || mode == STORE_LOG;
     if (!create && stat(path, &info) != 0)
         return no_such(path, error);
-    if (!output_is_database(path) && output_other_kind(path, "campaign database", error) != MR_OK)
+    if (!output_is_database(path) && output_check_kind(path, "campaign database", error) != MR_OK)
         return error->status;
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);

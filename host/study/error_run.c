@@ -200,7 +200,7 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
                                           .key = beyond ? NULL : solver,
                                           .colour = index,
                                           .shape = index,
-                                          .open = beyond,
+                                          .hollow = beyond,
                                           .x = ms,
                                           .y = error,
                                           .count = count});
@@ -240,9 +240,9 @@ static enum mr_status write_plot(const char *path, const char *name,
 static void report(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
-        progress_at(ctx, "refining two methods until they agree, as reference");
+        progress_set(ctx, "refining two methods until they agree, as reference");
     else
-        progress_at(ctx, "run %zu of solvers against the reference", runs_begun);
+        progress_set(ctx, "run %zu of solvers against the reference", runs_begun);
 }
 
 int error_command(int argc, char **argv, const struct cli *cli)

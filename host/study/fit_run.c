@@ -30,7 +30,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
         error_set(fatal, MR_USAGE, "same file for --plot and -o: %s; give two different files",
                   request->plot);
-    output_keep(request->out_scene, request->force, fatal);
+    output_check_new(request->out_scene, request->force, fatal);
     output_check(request->out_scene, request->scene, fatal);
 }
 
@@ -62,7 +62,7 @@ static bool read_prior(const char *text, size_t length, const char *unit, double
                        double *spread)
 {
     char word[80];
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (*text != '=' || length >= sizeof word)
         return false;
     snprintf(word, sizeof word, "%.*s", (int)length - 1, text + 1);
@@ -202,7 +202,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
         const struct fit_name *name = &fit_names[key[i]];
-        const struct unit *unit = unit_of(name->unit, answer_in_si(answer));
+        const struct unit *unit = unit_of(name->unit, answer_is_si(answer));
         const struct {
             const char *name, *label;
             double z;
@@ -402,7 +402,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     fit_landings_values(list, answer->z, value);
     fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share);
     set_scene(scene, list, value, &joints, share);
-    output_json(path, scene, 9, error);
+    output_write_json(path, scene, 9, error);
     sim_scene_free(&joints);
     json_decref(scene);
     return error->status;
@@ -445,7 +445,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
                                                   .key = key,
                                                   .colour = (unsigned)l,
                                                   .shape = (unsigned)l,
-                                                  .open = sums,
+                                                  .hollow = sums,
                                                   .x = station_ft,
                                                   .y = residual,
                                                   .count = count});
@@ -464,7 +464,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
 
 static void show_progress(void *progress, unsigned round, size_t done, size_t of)
 {
-    progress_at(progress, "round %u is at %zu of %zu data sets", round + 1, done, of);
+    progress_set(progress, "round %u is at %zu of %zu data sets", round + 1, done, of);
 }
 
 int fit_command(int argc, char **argv, const struct cli *cli)

@@ -42,7 +42,7 @@ static enum mr_status check_version(const char *version, const char *matrig, str
 
 static int run_study(int argc, char **argv)
 {
-    struct command_before before = {.help = false};
+    struct global_options before = {.help = false};
     struct error error = {0};
     if (argc > 3 && strcmp(argv[1], STUDY_STARTED_BY) == 0) {
         if (check_version(argv[2], argv[3], &error) != MR_OK)

@@ -12,7 +12,7 @@
 
 static void show_progress(void *ctx, size_t done, size_t of)
 {
-    progress_at(ctx, "%zu of %zu runways done", done, of);
+    progress_set(ctx, "%zu of %zu runways done", done, of);
 }
 
 #define LINES 8 /* most landings drawn: all, or every n-th */
@@ -109,7 +109,7 @@ int study_command(int argc, char **argv, const struct cli *cli)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
-    progress_at(&progress, "0 of %zu runways done", series.seeds);
+    progress_set(&progress, "0 of %zu runways done", series.seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     series_ensemble(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
     progress_end(&progress);

@@ -173,7 +173,7 @@ static bool is_end(const char *text)
     return *skip_space(text) == '\0';
 }
 
-static bool parse_number(const char *text, bool si, double *value_in, struct quantity_wrong *wrong)
+static bool parse_number(const char *text, bool si, double *value_in, struct quantity_error *wrong)
 {
     /* only digits: a caliper does not write powers of ten */
     size_t digits = strspn(text, "+-.,0123456789");
@@ -424,7 +424,7 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
         return error_set(error, MR_MALFORMED, "%s %s %s appears twice: %s, line %zu; leave one out",
                          text[KIND], text[LINE], text[PLACE], path, line);
     double value;
-    struct quantity_wrong wrong = {"", ""};
+    struct quantity_error wrong = {"", ""};
     if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
         !(fabs(value) <= READING_IN))
         return error_set(error, MR_MALFORMED,
@@ -453,7 +453,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
     memset(sheet, 0, sizeof *sheet);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         sheet->value_in[i] = (double)NAN;
-    if (output_other_kind(path, "survey sheet", error) != MR_OK)
+    if (output_check_kind(path, "survey sheet", error) != MR_OK)
         return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
@@ -466,7 +466,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
         else if (number == 1)
             status = find_columns(
                 path, cell,
-                names = csv_split(line + output_mark(line, strlen(line)), cell, COLUMNS_MAX),
+                names = csv_split(line + utf8_mark_length(line, strlen(line)), cell, COLUMNS_MAX),
                 column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
             status = take_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), names, column,

@@ -110,7 +110,7 @@ struct survey_entry {
     enum survey_word word;
     double value_in;             /* SURVEY_NUMBER */
     const char *note;            /* SURVEY_NOTE: points into the parsed line */
-    struct quantity_wrong wrong; /* SURVEY_NONSENSE: why a number is invalid; empty: not a number */
+    struct quantity_error wrong; /* SURVEY_NONSENSE: why a number is invalid; empty: not a number */
 };
 
 /* A number without a unit is in inches, or in millimetres with `si`. */

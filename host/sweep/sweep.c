@@ -122,7 +122,7 @@ static enum mr_status read_number(const json_t *object, const char *key, const c
                                   const char *where, double *number, struct error *error)
 {
     const json_t *value = json_object_get(object, key);
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (quantity_json(value, unit, number, &wrong))
         return MR_OK;
     bool text = json_is_string(value) && *unit;

@@ -660,7 +660,7 @@ static void csv_cell(void *ctx, const char *head, const json_t *value)
     struct csv *csv = ctx;
     char *text = csv->heads ? xstrdup(head) : cell_text(value);
     fputs(csv->begun ? "," : "", csv->out);
-    csv_write(csv->out, text);
+    csv_write_cell(csv->out, text);
     csv->begun = true;
     free(text);
 }

@@ -81,7 +81,7 @@ int main(int argc, char **argv)
         fit_free(&answer);
         fit_landings_free(&list);
     }
-    struct wilson wilson = wilson_of(cannot, checked);
+    struct wilson wilson = wilson_interval(cannot, checked);
     printf(
         "the runway is 30 mats long and fitted by its own model: %u of %u checked are said to be "
         "impossible, %.1f to %.1f %% (5 wanted)\n",

@@ -146,7 +146,7 @@ static double percent(unsigned part, unsigned of)
 
 static void print(enum runway_kind kind, const struct tally *tally)
 {
-    struct wilson wilson = wilson_of(tally->cannot, tally->cases);
+    struct wilson wilson = wilson_interval(tally->cannot, tally->cases);
     printf("%-8s %4u %6u %6.1f %%  %5.1f to %5.1f %%  ", runway_names[kind], tally->cases,
            tally->cannot, percent(tally->cannot, tally->cases), 100.0 * wilson.low,
            100.0 * wilson.high);

@@ -109,7 +109,7 @@ TEST(programs_get_values_as_they_are_given)
 {
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
-        answer_as_stored(answer);
+        answer_keep_units(answer);
         answer_estimate(answer, "lift", "lift", UNIT_MOVEMENT, 0.1, 0.001, 3);
         answer_remark(answer, ", of mat %d", 4);
         answer_value(answer, "spring", "spring", UNIT_STIFFNESS, 2.0, -4);

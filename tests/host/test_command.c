@@ -137,7 +137,7 @@ TEST(nonsense_is_refused_in_a_line)
 TEST(options_stand_before_the_command)
 {
     const char *const line[] = {"matrig", "--json", "--si", "log", "--quiet"};
-    struct command_before before = {.help = false};
+    struct global_options before = {.help = false};
     error = (struct error){0};
     assert_int_equal(command_begin(5, (char **)line, &before, &error), 3);
     assert_true(before.cli.json && before.cli.si && !before.cli.quiet && !before.help);
@@ -196,7 +196,7 @@ static void same_option(void *context, const struct command_part *part)
 static bool takes(const struct command *c, const char *name, size_t length)
 {
     struct search search = {name, length, false};
-    help_each_part(c, same_option, &search);
+    help_for_each_part(c, same_option, &search);
     return search.found;
 }
 
@@ -282,7 +282,7 @@ TEST(rows_are_sound)
         const struct command *c = command_table.commands[i].command;
         char example[60], *page = help_page_text(c);
         sound_rows(c);
-        assert_true(c->operands.least <= c->operands.most);
+        assert_true(c->operands.min <= c->operands.max);
         snprintf(example, sizeof example, "matrig %s ", c->name);
         const char *at = strstr(page, "Example:");
         if (!at || !strstr(at, example))

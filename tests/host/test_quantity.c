@@ -9,7 +9,7 @@
 #include "host/base/quantity.h"
 #include "tests/cmocka_all.h"
 
-static struct quantity_wrong wrong;
+static struct quantity_error wrong;
 
 static double read_in(const char *text, const char *unit, const char *bare)
 {

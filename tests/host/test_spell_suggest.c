@@ -9,7 +9,7 @@ static const char *nearest(const char *word, const char *const *candidates)
     struct spell_suggest near;
     spell_suggest_begin(&near, word);
     while (*candidates)
-        spell_suggest_try(&near, *candidates++);
+        spell_suggest_add(&near, *candidates++);
     return near.best ? near.best : "";
 }
 
@@ -57,7 +57,7 @@ TEST(it_is_said_as_a_question)
     spell_suggest_begin(&near, "lgo");
     spell_suggest_text(&near, text);
     assert_string_equal(text, "");
-    spell_suggest_try(&near, "log");
+    spell_suggest_add(&near, "log");
     spell_suggest_text(&near, text);
     assert_string_equal(text, "; did you mean log?");
 }

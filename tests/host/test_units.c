@@ -53,7 +53,7 @@ TEST(as_the_library_reads_them)
 
 static const char *word_of(const char *word)
 {
-    const struct unit_word *unit = unit_read(word, strlen(word));
+    const struct unit_word *unit = unit_word_find(word, strlen(word));
     return unit ? unit->word : "none";
 }
 

@@ -355,7 +355,7 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 /* Read a number, or text "NUMBER UNIT", converted to the key's unit. False: the value is neither.
  * Text without a unit is invalid; so is text for a key without a unit. */
 static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
-                          struct quantity_wrong *wrong)
+                          struct quantity_error *wrong)
 {
     return quantity_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
 }
@@ -384,7 +384,7 @@ static enum mr_status wrong_type(const char *path, const char *key, const json_t
 
 /* Report a value that is not a number. `at`: index in a list; -1: the value is not in a list. */
 static enum mr_status wrong_number(const char *path, const struct sim_key *key, const json_t *value,
-                                   int at, const struct quantity_wrong *wrong, struct error *error)
+                                   int at, const struct quantity_error *wrong, struct error *error)
 {
     char place[60] = "";
     if (at >= 0)
@@ -422,7 +422,7 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
 {
     size_t count = json_array_size(value);
     double *values = xcalloc(count + 1, sizeof *values);
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     for (size_t i = 0; i < count; i++) {
         const json_t *entry = json_array_get(value, i);
         if (!sim_unit_read(key, entry, &values[i], &wrong)) {
@@ -441,7 +441,7 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
     long long first = json_integer_value(json_array_get(row, 0)),
               last = json_integer_value(json_array_get(row, 1));
     double value;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (json_array_size(row) != 3 || first < 1 || last < first || last > (long long)count)
         return error_set(error, MR_MALFORMED,
                          "not a range: %s: %s[%zu]; give a number, then rows [first, last, value] "
@@ -459,7 +459,7 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
                                  const char *path, const json_t *value, struct error *error)
 {
     double number;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (!json_is_array(json_array_get(value, 1)))
         return read_list(list, key, path, value, error);
     if (!sim_unit_read(key, json_array_get(value, 0), &number, &wrong))
@@ -489,7 +489,7 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     for (size_t i = 0; i < count; i++) {
         const json_t *row = json_array_get(value, i);
         static const char *const units[] = {"s", "ft", "lb"};
-        struct quantity_wrong wrong;
+        struct quantity_error wrong;
         double number[3];
         for (size_t k = 0; k < 3; k++) {
             const json_t *entry = json_array_get(row, k);
@@ -517,7 +517,7 @@ static enum mr_status read_real(double *field, const struct sim_key *key, const 
                                 const json_t *value, struct error *error)
 {
     double number;
-    struct quantity_wrong wrong;
+    struct quantity_error wrong;
     if (!sim_unit_read(key, value, &number, &wrong))
         return wrong_number(path, key, value, -1, &wrong, error);
     if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
@@ -633,7 +633,7 @@ static enum mr_status take(struct sim_scene *scene, const char *path, json_t *ro
                            const json_error_t *where, struct error *error)
 {
     if (!root) {
-        if (output_other_kind(path, "scene", error) != MR_OK)
+        if (output_check_kind(path, "scene", error) != MR_OK)
             return error->status;
         bool cut = json_error_code(where) == json_error_premature_end_of_input;
         return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,
