@@ -27,48 +27,114 @@ static double taut_lb(double raw_lb)
 
 #define RADIANS (3.14159265358979323846 / 180.0)
 
+/* --- restraints --- */
+
+/* Load of an elastic-plastic element stretched by `stretch`; `*zero` is its unloaded stretch, which
+ * yielding moves. */
+static double carried(double stiffness, double cap, double stretch, double *zero)
+{
+    double load = stiffness * (stretch - *zero);
+    if (!(fabs(load) > cap))
+        return load;
+    load = copysign(cap, load);
+    *zero = stretch - load / stiffness;
+    return load;
+}
+
+/* How kinds of restraints differ. Beyond its grip a restraint that pulls out gives way: zero follows
+ * x. `ends`: entries of a mat's row, as of a spring to the ground or to two neighbours. */
+static const struct restraint_kind {
+    bool pulls_out, only_pulls;
+    double ends;
+} restraint_kinds[SIM_RESTRAINTS] = {
+    [SIM_ANCHORS] = {true, false, 1.0},
+    [SIM_TIES] = {true, true, 1.0},
+    [SIM_ABSORBERS] = {false, false, 4.0},
+};
+
+static void reset_restraints(struct restraints *r, const struct sim_scene *scene)
+{
+    const struct sim_list *zero = &r->made->zero_ft;
+    for (int i = 0; i < r->count; i++) {
+        int at = mods_restraint_at(scene, r->kind, i);
+        double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
+        r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
+        r->at[i] = at;
+        r->load_lb[i] = 0.0;
+        r->stretch_ft[i] = start_ft - r->zero_ft[i];
+    }
+}
+
+/* Force of the i-th restraint at x, with rate x'. */
+static double restraint_lb(struct restraints *r, int i, double x_ft, double rate_ft_s)
+{
+    const struct sim_restraint *s = r->made;
+    const struct restraint_kind *kind = &restraint_kinds[r->kind];
+    double spring_lb = s->k_lb_ft * (x_ft - r->zero_ft[i]);
+    r->stretch_ft[i] = 0.0;
+    if (kind->only_pulls && !(spring_lb > 0.0))
+        return 0.0;
+    if (kind->pulls_out)
+        spring_lb = carried(s->k_lb_ft, s->grip_lb, x_ft, &r->zero_ft[i]);
+    double lb = spring_lb + s->c_lb_s_ft * rate_ft_s;
+    lb = fmax(kind->only_pulls ? 0.0 : -s->grip_lb, fmin(lb, s->grip_lb));
+    r->load_lb[i] = fmax(r->load_lb[i], fabs(lb));
+    r->stretch_ft[i] = x_ft - r->zero_ft[i];
+    return lb;
+}
+
+static double restraints_energy_lb_ft(const struct restraints *r)
+{
+    const struct sim_restraint *s = r->made;
+    double energy = 0.0;
+    for (int i = 0; i < r->count; i++) {
+        double stretch_ft = fabs(r->stretch_ft[i]),
+               elastic_ft = fmin(stretch_ft, s->grip_lb / s->k_lb_ft);
+        energy += s->k_lb_ft * elastic_ft * (stretch_ft - 0.5 * elastic_ft);
+    }
+    return energy;
+}
+
+/* Row sums of stiffness and damping that a kind adds to a mat, for the longest stable step. */
+static double row_stiffness_lb_ft(const struct restraints *r)
+{
+    return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->k_lb_ft : 0.0;
+}
+
+static double row_damping_lb_s_ft(const struct restraints *r)
+{
+    return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->c_lb_s_ft : 0.0;
+}
+
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
 
 /* limit of passes over all connections of a group until nothing slips */
 #define SWEEPS  200
 #define SETTLED 1e-12 /* times a mat's length: a smaller slip counts as none */
 
-/* List the riveted mats of all groups in order. A mat that both groups are riveted to has one
- * brace, with the sum of their forces. */
+/* Lists the mats with rivets or anchors in order. Each has one brace: the sum of the forces. */
 static void find_braces(struct mods *m)
 {
-    int at[SIM_BAND_GROUPS] = {0}, anchor = 0, anchors = mods_restraints(m->scene, SIM_ANCHORS);
-    for (;;) {
-        int next = m->mats + 1;
-        for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-            if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] < next)
-                next = m->band[g].mat[at[g]];
-        }
-        if (anchor < anchors && mods_restraint_at(m->scene, SIM_ANCHORS, anchor) < next)
-            next = mods_restraint_at(m->scene, SIM_ANCHORS, anchor);
-        if (next > m->mats)
-            return;
-        for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-            if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] == next)
-                m->band[g].brace[at[g]++] = m->braces;
-        }
-        if (anchor < anchors && mods_restraint_at(m->scene, SIM_ANCHORS, anchor) == next)
-            m->anchor_brace[anchor++] = m->braces;
-        m->brace_mat[m->braces++] = next;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        for (int c = 0; c < m->band[g].segments - 1; c++)
+            m->carried_lb[m->band[g].mat[c]] = 1.0;
+    }
+    for (int i = 0; i < mods_restraints(m->scene, SIM_ANCHORS); i++)
+        m->carried_lb[mods_restraint_at(m->scene, SIM_ANCHORS, i)] = 1.0;
+    for (int mat = 1; mat <= m->mats; mat++) {
+        if (m->carried_lb[mat] > 0.0)
+            m->brace_mat[m->braces++] = mat;
     }
 }
 
 static void mods_place_bands(struct mods *m, double *at)
 {
     size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
-           connection = 0, most = connections + m->state->restraints[SIM_ANCHORS];
+           connection = 0;
     double *k = at, *stretch = k + segments;
     m->band_lb = stretch + segments;
-    m->carried_lb = m->band_lb + segments;
-    m->saved_lb = m->carried_lb + most;
-    m->brace_mat = (int *)(m->saved_lb + most);
-    m->anchor_brace = m->brace_mat + most;
-    int *mat = m->anchor_brace + m->state->restraints[SIM_ANCHORS], *brace = mat + connections;
+    int *mat = (int *)(m->band_lb + segments);
+    m->brace_mat = mat + connections;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         int count = mods_connections(m->scene, g);
         if (count == 0)
@@ -77,7 +143,6 @@ static void mods_place_bands(struct mods *m, double *at)
             .made = &m->scene->mods.band[g],
             .segments = count + 1,
             .mat = mat + connection,
-            .brace = brace + connection,
             .k_lb_ft = k + segment,
             .stretch_ft = stretch + segment,
             .lb = m->band_lb + segment,
@@ -178,7 +243,7 @@ static void note(struct mods *m, const struct mods_bands *b)
         double carried_lb = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
         if (fabs(carried_lb) > b->load_lb[c])
             b->load_lb[c] = fabs(carried_lb);
-        m->carried_lb[b->brace[c]] += b->made->count * carried_lb;
+        m->carried_lb[b->mat[c]] += b->made->count * carried_lb;
     }
 }
 
@@ -219,7 +284,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
                      int count)
 {
     for (int i = 0; i < m->braces; i++)
-        m->carried_lb[i] = 0.0;
+        m->carried_lb[m->brace_mat[i]] = 0.0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         struct mods_bands *b = &m->band[g];
         if (b->segments == 0)
@@ -238,7 +303,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
         int mat = (int)anchors->at[i];
         double u_ft = view ? view_u_ft(view, m->mats, mat) : 0.0,
                v_ft_s = view ? view_v_ft_s(view, m->mats, mat) : 0.0;
-        m->carried_lb[m->anchor_brace[i]] -= restraint_lb(anchors, i, u_ft, v_ft_s);
+        m->carried_lb[mat] -= restraint_lb(anchors, i, u_ft, v_ft_s);
     }
 }
 
@@ -335,8 +400,9 @@ static void assign_places(struct mods *m)
     size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
     double **per_joint[] = {&m->spring_lb_ft,     &m->spring_gap_ft, &m->cap_lb, &m->turn_lb_ft_rad,
-                            &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
-    for (size_t i = 0; i < 8; i++, at += joints)
+                            &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft,
+                            &m->carried_lb,       &m->saved_lb};
+    for (size_t i = 0; i < 10; i++, at += joints)
         *per_joint[i] = at;
     m->restraint_ft = at;
     at += m->state->restraint_count;
@@ -379,9 +445,9 @@ struct mods *mods_make(const struct sim_scene *scene)
     m->jointed = m->stiffened || m->laid || m->tears || sprung ||
                  m->state->restraints[SIM_ABSORBERS] > 0;
     m->heaves = m->banded || m->stiffened || m->state->restraints[SIM_TIES] > 0;
-    size_t bands = 3 * m->state->segments + 5 * m->state->connections +
-                   4 * m->state->restraint_count;
-    m->storage = xcalloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
+    size_t bands = 3 * m->state->segments + 2 * m->state->connections +
+                   2 * m->state->restraint_count;
+    m->storage = xcalloc(bands + 10 * ((size_t)m->mats + 2), sizeof(double));
     assign_places(m);
     mods_reset(m);
     return m;
@@ -459,7 +525,7 @@ void mods_reset(struct mods *m)
         m->raised_ft[i] = 0.0;
     }
     for (int k = 0; k < SIM_RESTRAINTS; k++)
-        restraints_reset(&m->restraint[k], m->scene);
+        reset_restraints(&m->restraint[k], m->scene);
     if (m->jointed)
         reset_joints(m);
     if (m->banded)
@@ -497,29 +563,21 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
 
 /* --- joints --- */
 
-/* Load of an elastic-plastic element stretched by `stretch`; `*zero` is its unloaded stretch, which
- * yielding moves. */
-static double carried(double stiffness, double cap, double stretch, double *zero)
+static double joint_opening_ft(const struct mods *m, const struct mods_view *view, int j)
 {
-    double load = stiffness * (stretch - *zero);
-    if (!(fabs(load) > cap))
-        return load;
-    load = copysign(cap, load);
-    *zero = stretch - load / stiffness;
-    return load;
+    return sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
+           view_u_ft(view, m->mats, j - 1);
 }
 
 static void pull_absorbers(struct mods *m, const struct mods_view *view, int first, int last)
 {
     struct restraints *r = &m->restraint[SIM_ABSORBERS];
-    for (int j = first < 1 ? 1 : first; j <= last && j <= m->mats; j++) {
-        int i = restraint_of(r, j);
-        if (i < 0)
-            continue;
-        double g_ft = sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
-                      view_u_ft(view, m->mats, j - 1);
+    for (int i = 0; i < r->count; i++) {
+        int j = (int)r->at[i];
         double rate_ft_s = view_v_ft_s(view, m->mats, j) - view_v_ft_s(view, m->mats, j - 1);
-        view->tension_lb[j - view->joint_offset] += restraint_lb(r, i, g_ft, rate_ft_s);
+        if (j >= first && j <= last)
+            view->tension_lb[j - view->joint_offset] +=
+                restraint_lb(r, i, joint_opening_ft(m, view, j), rate_ft_s);
     }
 }
 
@@ -535,14 +593,12 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
         if (m->tears && m->state->torn[j] != 0.0 && own_lb > 0.0)
             *tension_lb = own_lb = 0.0;
         if (m->spring_lb_ft[j] > 0.0) {
-            double g_ft = sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
-                          view_u_ft(view, m->mats, j - 1);
             double cap_lb = m->cap_lb[j] + s->lay_mu * tangent * fabs(own_lb);
-            *tension_lb += carried(m->spring_lb_ft[j], cap_lb, g_ft, &m->spring_gap_ft[j]);
+            *tension_lb += carried(m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j),
+                                   &m->spring_gap_ft[j]);
         }
     }
-    if (m->restraint[SIM_ABSORBERS].count > 0)
-        pull_absorbers(m, view, first, last);
+    pull_absorbers(m, view, first, last);
 }
 
 bool mods_is_torn(const struct mods *m, int joint)
@@ -567,8 +623,7 @@ double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
     for (int k = 0; k < SIM_RESTRAINTS; k++)
         energy += restraints_energy_lb_ft(&m->restraint[k]);
     for (int j = 1; m->jointed && j <= m->mats + 1; j++) {
-        double g_ft = sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
-                      view_u_ft(view, m->mats, j - 1) - m->spring_gap_ft[j];
+        double g_ft = joint_opening_ft(m, view, j) - m->spring_gap_ft[j];
         energy += 0.5 * m->spring_lb_ft[j] * g_ft * g_ft;
     }
     return energy;
@@ -586,14 +641,14 @@ double mods_stiffness_lb_ft(const struct mods *m)
             most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
         bands += most > 0.0 ? 2.0 * b->made->count * most : 0.0;
     }
-    return 4.0 * spring + bands + restraints_stiffness_lb_ft(&m->restraint[SIM_ANCHORS]) +
-           restraints_stiffness_lb_ft(&m->restraint[SIM_ABSORBERS]);
+    return 4.0 * spring + bands + row_stiffness_lb_ft(&m->restraint[SIM_ANCHORS]) +
+           row_stiffness_lb_ft(&m->restraint[SIM_ABSORBERS]);
 }
 
 double mods_damping_lb_s_ft(const struct mods *m)
 {
-    return restraints_damping_lb_s_ft(&m->restraint[SIM_ANCHORS]) +
-           restraints_damping_lb_s_ft(&m->restraint[SIM_ABSORBERS]);
+    return row_damping_lb_s_ft(&m->restraint[SIM_ANCHORS]) +
+           row_damping_lb_s_ft(&m->restraint[SIM_ABSORBERS]);
 }
 
 void mods_describe(const struct mods *m, struct sim_result *result)
@@ -756,8 +811,7 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
         for (int i = 0; i < b->segments && b->made->over == SIM_OVER_RIVETS; i++)
             press_hull(m, b, h, i);
     }
-    if (m->restraint[SIM_TIES].count > 0)
-        tie_down(&m->restraint[SIM_TIES], h);
+    tie_down(&m->restraint[SIM_TIES], h);
 }
 
 double mods_rate2(const struct mods *m, double mass_slug, double inertia)
@@ -773,10 +827,10 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
         pull_lb += most_lb;
     }
     double damping = 2.0 * mods_damping_lb_s_ft(m) / mass_slug +
-                     2.0 * restraints_damping_lb_s_ft(&m->restraint[SIM_TIES]) / lightest;
+                     2.0 * row_damping_lb_s_ft(&m->restraint[SIM_TIES]) / lightest;
     return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
            2.0 * pull_lb * 4.0 / (length_ft * lightest) + damping * damping +
-           restraints_stiffness_lb_ft(&m->restraint[SIM_TIES]) / lightest;
+           row_stiffness_lb_ft(&m->restraint[SIM_TIES]) / lightest;
 }
 
 /* Share of a cleat's hold that remains after the wheel presses it back when a part `out` of its

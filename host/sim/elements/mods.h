@@ -15,7 +15,6 @@
 #include <stddef.h>
 
 #include "host/base/error.h"
-#include "host/sim/elements/restraint.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"
 
@@ -61,12 +60,23 @@ struct mods_state {
 struct mods_bands {
     const struct sim_bands *made; /* the group in the scene */
     int segments;                 /* connections + 1; 0: no bands */
-    /* Of each connection: its mat, and the index of that mat among the braced mats. */
-    int *mat, *brace;
+    int *mat;                     /* per connection */
     double *k_lb_ft, *stretch_ft; /* per segment: stiffness; stretch at u = 0 */
     double *lb;                   /* present tension; negative: slack */
     double *least_lb, *most_lb;
     double *slip_ft, *load_lb, *out, *riveted; /* per connection, as in mods_state */
+};
+
+/* The restraints of one kind: pointers into the arrays of the state. A restraint exerts
+ * k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor), the rise of its middle
+ * above the settled mat (tie-down), or the opening of a joint (absorber), ft. MODIFICATIONS.md,
+ * "Restraints". */
+struct restraints {
+    int kind;                         /* enum sim_restraint_kind */
+    const struct sim_restraint *made; /* in the scene */
+    int count;
+    double *zero_ft, *load_lb, *at; /* load_lb: largest load so far; at: mat or joint */
+    double *stretch_ft;             /* present x - zero */
 };
 
 struct mods {
@@ -77,13 +87,12 @@ struct mods {
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];
-    int *anchor_brace;    /* per anchor: index of its mat among the braced mats */
     double *restraint_ft; /* work space: present stretch of all restraints */
     double *band_lb;      /* tensions of all groups */
     int braces;           /* number of mats to which bands are riveted, or that have anchors */
     int *brace_mat;       /* numbers of these mats, in order */
-    double *carried_lb;   /* force of all bands and anchors on each of them */
-    double *saved_lb;     /* work space of the engine */
+    double *carried_lb;   /* per mat: force of all bands and anchors */
+    double *saved_lb;     /* per mat: work space of the engine */
     int cleats;
     double *spring_lb_ft, *spring_gap_ft, *cap_lb; /* per joint: elastic-plastic spring across it */
     double *raised_ft; /* per cleat: largest rise since the wheel was on it; planar model only */

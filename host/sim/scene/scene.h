@@ -79,7 +79,7 @@ struct sim_bands {
     struct sim_list pulled;     /* mats whose rivets are pulled out */
 };
 
-/* Springs with dampers at every n-th mat or joint (elements/restraint.h). Anchors hold mats along
+/* Springs with dampers at every n-th mat or joint (elements/mods.h). Anchors hold mats along
  * the runway, tie-downs hold them on the ground, shock absorbers act across joints. */
 enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINTS };
 

@@ -217,8 +217,8 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
         int mat = mods->brace_mat[c];
-        mods->saved_lb[c] = chain->thrust_lb[mat];
-        chain->thrust_lb[mat] += mods->carried_lb[c];
+        mods->saved_lb[mat] = chain->thrust_lb[mat];
+        chain->thrust_lb[mat] += mods->carried_lb[mat];
         if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
             *first = mat - 1 < *first ? (mat > 1 ? mat - 1 : 1) : *first;
             *last = mat + 1 > *last ? (mat < chain->mats ? mat + 1 : mat) : *last;
@@ -230,7 +230,7 @@ static void chain_unbrace(struct chain *chain)
 {
     struct mods *mods = chain->mods;
     for (int c = 0; mods->banded && c < mods->braces; c++)
-        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[c];
+        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[mods->brace_mat[c]];
 }
 
 static double chain_opening_ft(const struct chain *chain, int joint)

@@ -247,7 +247,7 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
         int n = mods->brace_mat[c] - 1;
-        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[n + 1];
         double limit_lb = m->law == SIM_NONE ? 0.0 : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
             take_in(&l->slides, m, n - 1, n + 1);
@@ -336,7 +336,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->braces; c++)
         /* braces on mats outside the part have no effect: the loop below skips those mats */
-        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
+        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[l->mods->brace_mat[c]];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
@@ -470,6 +470,49 @@ static void load_heaves(struct planar_engine *l)
 
 /* ---- memory ---- */
 
+static void lay_tilt(struct planar_engine *l)
+{
+    struct model *m = &l->model;
+    const double *ground = l->scene->ground_ft.values;
+    for (int n = 0; n < m->mats; n++) {
+        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
+        /* nodes on soft soil settle deeper */
+        l->rest_tilt_ft[n] = l->tilt_ft[n] + l->rest_ft[n + 1] - l->rest_ft[n];
+        double s = l->rest_tilt_ft[n] / m->length_ft;
+        l->rest_cos[n] = sqrt(1.0 - s * s);
+    }
+    for (int n = 0; n < m->mats; n++)
+        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->rest_tilt_ft[n]));
+    if (m->tilt_most_ft > 0.0) {
+        m->tilt_ft = l->tilt_ft;
+        m->rest_tilt_ft = l->rest_tilt_ft;
+    }
+}
+
+/* Properties of each node, joint and mat; lists of the scene, or the same value everywhere. */
+static void lay_along(struct planar_engine *l)
+{
+    struct model *m = &l->model;
+    const struct sim_scene *s = l->scene;
+    for (int j = 0; j <= m->mats; j++) {
+        l->kv_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KV, m->kv, j + 1);
+        l->cv_lb_s_ft[j] = sim_scene_along(s, SIM_ALONG_CV, m->cv, j + 1);
+        l->kl_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KL, m->kl, j + 1);
+        l->kt_lb_ft_rad[j] = sim_scene_along(s, SIM_ALONG_KT, m->kt, j + 1);
+        l->rest_ft[j] = sim_scene_settled_ft(s, j + 1);
+    }
+    for (int n = 0; n < m->mats; n++) {
+        double weight_lb = sim_scene_weight_lb(s, n + 1);
+        l->mass_slug[n] = weight_lb / s->g_ft_s2;
+        l->mass_ratio[n] = l->mass_slug[n] / m->mass_slug;
+        l->limit_lb[n] = s->friction * weight_lb;
+    }
+    m->kv_at = l->kv_lb_ft;
+    m->cv_at = l->cv_lb_s_ft;
+    m->kt_at = l->kt_lb_ft_rad;
+    m->mass_ratio = l->mass_ratio;
+}
+
 /* Allocates the arrays of a landing. The model must be made before. */
 static void init_layout(struct planar_engine *l)
 {
@@ -501,7 +544,8 @@ static void init_layout(struct planar_engine *l)
                         &l->mass_slug, &l->rest_tilt_ft, &l->mass_ratio};
     for (size_t i = 0; i < 9; i++)
         *along[i] = l->brace_lb_ft + (i + 1) * joints;
-    engine_lay_ground(l);
+    lay_along(l);
+    lay_tilt(l);
     bool braced = l->mods && l->mods->heaves;
     if (braced || l->gear) {
         l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;

@@ -60,9 +60,6 @@ struct planar_engine {
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
                            struct sim_result *result, struct error *error);
 void engine_free(struct planar_engine *l);
-/* Part of engine_make: soil, stiffness, mass and tilt along the runway, in arrays that it
- * placed. */
-void engine_lay_ground(struct planar_engine *l);
 
 /* The view of a landing for the modifications. */
 static inline struct mods_view engine_view(const struct planar_engine *l)
