@@ -22,17 +22,8 @@
 #define NO_LIMIT (double)NAN
 /* clang-format off */
 #define KIND(kind, place, words, source) static const struct inspection_field fields_of_##kind[] = {
-#define LIMITED(kind, field, least, most, from, to, why, last, text) \
-    {.name = #field, .words = text, .type = INSPECTION_NUMBER, .from_last = last, .low = least, \
-     .high = most, .pass_low = from, .pass_high = to, .limit = why},
-#define CHOICE(kind, field, all, last, text) \
-    {.name = #field, .words = text, .type = INSPECTION_CHOICE, .from_last = last, .choices = all},
-#define WORDS(kind, field, last, text) \
-    {.name = #field, .words = text, .type = INSPECTION_WORDS, .from_last = last},
-#define PICTURE(kind, field, text) {.name = #field, .words = text, .type = INSPECTION_PICTURE},
-#define MARKED(kind, field, least, most, text) \
-    {.name = #field, .words = text, .type = INSPECTION_NUMBER, .low = least, .high = most, \
-     .marked = true},
+#define FIELD(kind, field, value, last, text, ...) \
+    {.name = #field, .words = text, .type = INSPECTION_##value, .from_last = last, __VA_ARGS__},
 #define KIND_END(kind) };
 #include "host/store/records.def"
 
