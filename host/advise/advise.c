@@ -8,19 +8,19 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define SPEED_SPREAD     0.01 /* standard error, as a fraction of the planned speed */
-#define TOUCHDOWN_SPREAD 0.5  /* standard error, ft */
+#define SPEED_ERROR_FRACTION 0.01 /* standard error, as a fraction of the planned speed */
+#define TOUCHDOWN_ERROR_FT   0.5  /* standard error, ft */
 /* a value further outside the range of earlier landings is unlike them (fraction) */
-#define OUTSIDE          0.15
-#define OUTSIDE_TIMES    1.5
-#define EVEN_ROWS        (ADVISE_ROWS - 1u)
-#define HARDEST_LEAST    2.2 /* the last row is at this multiple of the least braking, */
-#define HARDEST_PLAN     1.3 /* or of the planned braking, whichever is harder */
-#define HARDEST_TEXT     140
-#define SLOWEST          0.6 /* lowest touchdown speed tried, as a fraction of the planned one */
-#define FASTEST          1.3 /* highest touchdown speed tried, as a fraction of the planned one */
+#define OUTSIDE_FRACTION     0.15
+#define OUTSIDE_WIDENING     1.5
+#define EVEN_ROWS            (ADVISE_ROWS - 1u)
+#define HARDEST_PER_LEAST    2.2 /* the last row is at this multiple of the least braking, */
+#define HARDEST_PER_PLAN     1.3 /* or of the planned braking, whichever is harder */
+#define HARDEST_TEXT_SIZE    140
+#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed tried, as a fraction of the planned one */
+#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed tried, as a fraction of the planned one */
 /* resolution of the speed limit, as a fraction of the planned speed */
-#define SPEED_STEP       0.04
+#define SPEED_RESOLUTION     0.04
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -30,11 +30,11 @@ const char *advise_verdict_text(enum advise_verdict verdict)
 
 /* ---- learning ---- */
 
-static const struct history_landing *last_measured(const struct history *past)
+static const struct history_landing *find_last_measured(const struct history *history)
 {
-    for (size_t i = past->landings; i-- > 0;) {
-        if (past->landing[i].measured)
-            return &past->landing[i];
+    for (size_t i = history->landings; i-- > 0;) {
+        if (history->landing[i].is_measured)
+            return &history->landing[i];
     }
     return NULL;
 }
@@ -42,10 +42,10 @@ static const struct history_landing *last_measured(const struct history *past)
 /* Damage that was repaired after RUN `from` and before RUN `to`, as recorded before the advice. */
 static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
 {
-    const struct history *past = &advise->past;
-    const double mat_ft = (double)past->runway.chain.mat_length_ft, end = past->runway.chain.mats;
-    for (size_t i = 0; i < past->records.count; i++) {
-        const struct inspection *entry = &past->records.entry[i];
+    const struct history *history = &advise->history;
+    const double mat_ft = (double)history->runway.chain.mat_length_ft, end = history->runway.chain.mats;
+    for (size_t i = 0; i < history->inspections.count; i++) {
+        const struct inspection *entry = &history->inspections.entry[i];
         const char *how = json_string_value(json_object_get(entry->values, "repair"));
         double first = inspection_number(entry->values, "station_ft", "") / mat_ft,
                mats = fmax(inspection_number(entry->values, "length_ft", "") / mat_ft, 0.0),
@@ -54,87 +54,88 @@ static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
             run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0))
             continue;
-        advise_repair(&advise->members, (unsigned)lround(first),
-                      (unsigned)lround(fmin(first + mats, end)));
+        advise_redraw_joints(&advise->members, (unsigned)lround(first),
+                             (unsigned)lround(fmin(first + mats, end)));
         advise->repairs++;
     }
 }
 
-static enum mr_status learn(struct advise *advise, struct error *error)
+static enum mr_status update_ensemble(struct advise *advise, struct error *error)
 {
-    const struct history *past = &advise->past;
-    for (size_t i = 0; i < past->landings; i++) {
-        const struct history_landing *landing = &past->landing[i];
-        progress_set(advise->progress, "%zu of %zu landings processed", i, past->landings);
-        if (landing->relaid)
-            advise_relay(&advise->members);
+    const struct history *history = &advise->history;
+    for (size_t i = 0; i < history->landings; i++) {
+        const struct history_landing *landing = &history->landing[i];
+        progress_set(advise->progress, "%zu of %zu landings processed", i, history->landings);
+        if (landing->is_relaid)
+            advise_relay_mats(&advise->members);
         apply_repairs(advise, i ? landing[-1].run : 0, landing->run);
-        if (!landing->measured) {
-            advise->unlearned++;
+        if (!landing->is_measured) {
+            advise->skipped_landings++;
             continue;
         }
-        if (!advise_learn(&advise->members, &landing->seen))
+        if (!advise_update(&advise->members, &landing->observation))
             return error_set(error, MR_NUMERICS,
                              "cannot update the model from RUN %lld: a member of the ensemble "
                              "diverged; check the readings of that landing, or void it",
                              (long long)landing->run);
     }
-    if (past->relaid)
-        advise_relay(&advise->members);
-    apply_repairs(advise, past->landings ? past->landing[past->landings - 1].run : 0,
-                  advise->request.before ? advise->request.before : past->newest_run + 1);
-    advise_survey(&advise->members, past->sum_in, past->survey_error_in);
+    if (history->is_relaid)
+        advise_relay_mats(&advise->members);
+    apply_repairs(advise, history->landings ? history->landing[history->landings - 1].run : 0,
+                  advise->request.before_run ? advise->request.before_run : history->newest_run + 1);
+    advise_apply_survey(&advise->members, history->segment_sum_in, history->survey_error_in);
     return MR_OK;
 }
 
 /* ---- plan ---- */
 
-static bool is_unlike(double value, double low, double high)
+static bool is_outside_range(double value, double low, double high)
 {
-    return value > high * (1.0 + OUTSIDE) || value < low * (1.0 - OUTSIDE);
+    return value > high * (1.0 + OUTSIDE_FRACTION) || value < low * (1.0 - OUTSIDE_FRACTION);
 }
 
-static void find_outside(struct advise *advise)
+static void check_plan_range(struct advise *advise)
 {
-    const struct history *past = &advise->past;
+    const struct history *history = &advise->history;
     double braking[2] = {(double)INFINITY, 0.0}, speed[2] = {(double)INFINITY, 0.0};
-    for (size_t i = 0; i < past->landings; i++) {
-        const struct advise_braking *was = &past->landing[i].seen.braking;
-        if (!past->landing[i].measured)
+    for (size_t i = 0; i < history->landings; i++) {
+        const struct advise_braking *was = &history->landing[i].observation.braking;
+        if (!history->landing[i].is_measured)
             continue;
         braking[0] = fmin(braking[0], was->mean_ft_s2);
         braking[1] = fmax(braking[1], was->mean_ft_s2);
         speed[0] = fmin(speed[0], was->speed_ft_s);
         speed[1] = fmax(speed[1], was->speed_ft_s);
     }
-    advise->outside = advise->members.learned &&
-                      (is_unlike(advise->plan.mean_ft_s2, braking[0], braking[1]) ||
-                       is_unlike(advise->plan.speed_ft_s, speed[0], speed[1]));
+    advise->is_outside_range = advise->members.updates &&
+                               (is_outside_range(advise->plan.mean_ft_s2, braking[0], braking[1]) ||
+                                is_outside_range(advise->plan.speed_ft_s, speed[0], speed[1]));
 }
 
-static void take_plan_history(struct advise *advise)
+static void set_plan_deviation(struct advise *advise)
 {
-    const struct history *past = &advise->past;
-    double *log_ratio = xcalloc(past->landings + 1, sizeof *log_ratio);
+    const struct history *history = &advise->history;
+    double *log_ratio = xcalloc(history->landings + 1, sizeof *log_ratio);
     size_t count = 0;
-    for (size_t i = 0; i < past->landings; i++) {
-        const struct history_landing *landing = &past->landing[i];
-        if (landing->measured && landing->planned_ft_s2 > 0.0)
-            log_ratio[count++] = log(landing->seen.braking.mean_ft_s2 / landing->planned_ft_s2);
+    for (size_t i = 0; i < history->landings; i++) {
+        const struct history_landing *landing = &history->landing[i];
+        if (landing->is_measured && landing->planned_ft_s2 > 0.0)
+            log_ratio[count++] =
+                log(landing->observation.braking.mean_ft_s2 / landing->planned_ft_s2);
     }
-    advise->planned = (unsigned)count;
-    advise_plan_met(log_ratio, count, &advise->plan.bias, &advise->plan.spread);
+    advise->planned_landings = (unsigned)count;
+    advise_plan_deviation(log_ratio, count, &advise->plan.bias, &advise->plan.spread);
     free(log_ratio);
 }
 
 /* Mean deceleration over the stopping distance: v^2 / 2 s. NaN: does not stop. */
-static double mean_of(const struct advise_profile *profile, double speed_ft_s)
+static double mean_deceleration_ft_s2(const struct advise_profile *profile, double speed_ft_s)
 {
     const double step_s = 1e-3;
     double v = speed_ft_s, stopping_distance_ft = 0.0, t_s = 0.0;
     for (; v > 0.0 && t_s < 600.0; t_s += step_s) {
         stopping_distance_ft += v * step_s;
-        v -= advise_factor(profile, t_s) * step_s;
+        v -= advise_braking_factor(profile, t_s) * step_s;
     }
     return v > 0.0 ? (double)NAN : speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
 }
@@ -142,33 +143,34 @@ static double mean_of(const struct advise_profile *profile, double speed_ft_s)
 static enum mr_status make_plan(struct advise *advise, struct error *error)
 {
     const struct advise_request *request = &advise->request;
-    const struct history_landing *last = last_measured(&advise->past);
-    double length_ft = (double)advise->past.runway.chain.mat_length_ft *
-                       advise->past.runway.chain.mats;
+    const struct history_landing *last = find_last_measured(&advise->history);
+    double length_ft = (double)advise->history.runway.chain.mat_length_ft *
+                       advise->history.runway.chain.mats;
     advise->plan = (struct advise_plan){.speed_ft_s = request->speed_ft_s,
-                                        .speed_spread = SPEED_SPREAD,
+                                        .speed_spread = SPEED_ERROR_FRACTION,
                                         .mean_ft_s2 = request->deceleration_ft_s2,
                                         .touchdown_ft = request->touchdown_ft,
-                                        .touchdown_spread_ft = TOUCHDOWN_SPREAD,
+                                        .touchdown_spread_ft = TOUCHDOWN_ERROR_FT,
                                         .profile = request->profile,
                                         .seed = (uint64_t)request->seed};
     struct advise_plan *plan = &advise->plan;
     if (isnan(plan->touchdown_ft))
-        plan->touchdown_ft = isfinite(advise->past.touchdown_ft) ? advise->past.touchdown_ft : 0.0;
+        plan->touchdown_ft = isfinite(advise->history.touchdown_ft) ? advise->history.touchdown_ft
+                                                                    : 0.0;
     if (plan->touchdown_ft >= length_ft)
         return error_set(error, MR_USAGE,
                          "not on the runway: touchdown at %.1f ft; the mats end at %.1f ft",
                          plan->touchdown_ft, length_ft);
-    advise->as_before = isnan(plan->speed_ft_s) ||
-                        (isnan(plan->mean_ft_s2) && !plan->profile.count);
-    if (advise->as_before && !last)
+    advise->uses_previous = isnan(plan->speed_ft_s) ||
+                            (isnan(plan->mean_ft_s2) && !plan->profile.count);
+    if (advise->uses_previous && !last)
         return error_set(error, MR_USAGE,
                          "no plan: there is no earlier landing to take it from; give --speed and "
                          "--deceleration");
     if (isnan(plan->speed_ft_s))
-        plan->speed_ft_s = last->seen.braking.speed_ft_s;
+        plan->speed_ft_s = last->observation.braking.speed_ft_s;
     if (plan->profile.count) {
-        plan->mean_ft_s2 = mean_of(&plan->profile, plan->speed_ft_s);
+        plan->mean_ft_s2 = mean_deceleration_ft_s2(&plan->profile, plan->speed_ft_s);
         if (isnan(plan->mean_ft_s2))
             return error_set(
                 error, MR_USAGE,
@@ -176,8 +178,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
         for (size_t i = 0; i < plan->profile.count; i++)
             plan->profile.factor[i] /= plan->mean_ft_s2;
     } else if (isnan(plan->mean_ft_s2))
-        plan->mean_ft_s2 = last->seen.braking.mean_ft_s2;
-    take_plan_history(advise);
+        plan->mean_ft_s2 = last->observation.braking.mean_ft_s2;
+    set_plan_deviation(advise);
     return MR_OK;
 }
 
@@ -187,8 +189,9 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
  * tenth, plus the plan. */
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
-    double low = ceil(10.0 * advise->least_ft_s2) / 10.0,
-           high = fmax(HARDEST_LEAST * advise->least_ft_s2, HARDEST_PLAN * advise->plan.mean_ft_s2);
+    double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
+           high = fmax(HARDEST_PER_LEAST * advise->least_braking_ft_s2,
+                       HARDEST_PER_PLAN * advise->plan.mean_ft_s2);
     for (unsigned i = 0; i < EVEN_ROWS; i++)
         mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVEN_ROWS - 1u))) / 10.0;
     mean_ft_s2[EVEN_ROWS] = advise->plan.mean_ft_s2;
@@ -200,7 +203,7 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 }
 
 /* Share of members that roll off the runway at this braking, interpolated between rows. */
-static double off_runway_at(const struct advise *advise, double mean_ft_s2)
+static double interpolate_off_runway(const struct advise *advise, double mean_ft_s2)
 {
     const struct advise_row *row = advise->row;
     size_t i = 1;
@@ -208,81 +211,83 @@ static double off_runway_at(const struct advise *advise, double mean_ft_s2)
         i++;
     double part = (mean_ft_s2 - row[i - 1].mean_ft_s2) /
                   (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2);
-    return row[i - 1].off_runway + part * (row[i].off_runway - row[i - 1].off_runway);
+    return row[i - 1].off_runway_share +
+           part * (row[i].off_runway_share - row[i - 1].off_runway_share);
 }
 
 /* Considers only the zone, then rejects braking at which the aircraft may roll off the runway. */
-static void find_hardest(struct advise *advise)
+static void find_max_braking(struct advise *advise)
 {
     struct advise_row row[ADVISE_ROWS];
-    double mean_ft_s2[ADVISE_ROWS], limit = advise->request.limit;
+    double mean_ft_s2[ADVISE_ROWS], limit = advise->request.risk_limit;
     size_t first = 0, rows;
-    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
+    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_braking_ft_s2)
         first++;
     rows = advise->rows - first;
     for (size_t i = 0; i < rows; i++) {
         row[i] = advise->row[first + i];
-        row[i].off_runway = 0.0;
+        row[i].off_runway_share = 0.0;
         mean_ft_s2[i] = row[i].mean_ft_s2;
     }
-    advise->brake = advise_bound(mean_ft_s2, row, rows, limit);
-    if (isfinite(advise->brake.at) && off_runway_at(advise, advise->brake.at) >= limit)
-        advise->brake.at = (double)NAN;
-    advise->short_ft_s2 = advise_short_ft_s2(row, rows, limit);
+    advise->max_braking = advise_bound(mean_ft_s2, row, rows, limit);
+    if (isfinite(advise->max_braking.value) &&
+        interpolate_off_runway(advise, advise->max_braking.value) >= limit)
+        advise->max_braking.value = (double)NAN;
+    advise->stop_short_ft_s2 = advise_stop_short_ft_s2(row, rows, limit);
 }
 
 /* Bisects touchdown speed at the planned braking: downwards from the plan, or upwards if the
  * plan is below the limit. False: out of memory. */
-static bool find_fastest(struct advise *advise, struct advise_braking *braking,
-                         struct advise_course *met)
+static bool find_max_speed(struct advise *advise, struct advise_braking *braking,
+                           struct advise_outcome *outcome)
 {
-    struct advise_row row[ADVISE_SPEEDS] = {advise->row[advise->plan_row]};
-    double speed_ft_s[ADVISE_SPEEDS] = {advise->plan.speed_ft_s},
-           planned_ft_s = advise->plan.speed_ft_s, limit = advise->request.limit;
-    bool below = row[0].zone.p < limit && row[0].off_runway < limit;
+    struct advise_row row[ADVISE_SPEEDS_MAX] = {advise->row[advise->plan_row]};
+    double speed_ft_s[ADVISE_SPEEDS_MAX] = {advise->plan.speed_ft_s},
+           planned_ft_s = advise->plan.speed_ft_s, limit = advise->request.risk_limit;
+    bool below = row[0].zone.p < limit && row[0].off_runway_share < limit;
     struct advise_plan plan = advise->plan;
     size_t rows = 1;
-    advise->slowest_ft_s = SLOWEST * planned_ft_s;
-    for (size_t at = below ? 1 : 0; rows < ADVISE_SPEEDS; rows++) {
+    advise->min_speed_ft_s = MIN_SPEED_FRACTION * planned_ft_s;
+    for (size_t at = below ? 1 : 0; rows < ADVISE_SPEEDS_MAX; rows++) {
         double tried_ft_s = rows > 1 ? (speed_ft_s[at - 1] + speed_ft_s[at]) / 2.0
-                          : below    ? FASTEST * planned_ft_s
-                                     : advise->slowest_ft_s;
+                          : below    ? MAX_SPEED_FRACTION * planned_ft_s
+                                     : advise->min_speed_ft_s;
         progress_set(advise->progress, "trying touchdown at %.1f ft/s", tried_ft_s);
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
-        if (!advise_row(&advise->members, &plan, plan.mean_ft_s2, braking, met, &row[at]))
+        if (!advise_row(&advise->members, &plan, plan.mean_ft_s2, braking, outcome, &row[at]))
             return false;
-        at = advise_bound_gap(speed_ft_s, row, rows + 1, limit, SPEED_STEP * planned_ft_s) + 1;
+        at = advise_find_gap(speed_ft_s, row, rows + 1, limit, SPEED_RESOLUTION * planned_ft_s) + 1;
         if (at > rows + 1) {
             rows++;
             break;
         }
     }
-    advise->speed = advise_bound(speed_ft_s, row, rows, limit);
+    advise->max_speed = advise_bound(speed_ft_s, row, rows, limit);
     return true;
 }
 
-static enum mr_status find_rows(struct advise *advise, struct error *error)
+static enum mr_status compute_rows(struct advise *advise, struct error *error)
 {
     struct advise_members *members = &advise->members;
     struct advise_braking *braking = xcalloc(members->count, sizeof *braking);
-    struct advise_course *met = xcalloc(members->count, sizeof *met);
+    struct advise_outcome *outcome = xcalloc(members->count, sizeof *outcome);
     double mean_ft_s2[ADVISE_ROWS];
     bool good = true;
-    advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
+    advise->least_braking_ft_s2 = advise_least_braking_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
         progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
-        good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
+        good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, outcome, &advise->row[i]);
         advise->rows++;
     }
     if (good) {
-        find_hardest(advise);
-        good = find_fastest(advise, braking, met);
+        find_max_braking(advise);
+        good = find_max_speed(advise, braking, outcome);
     }
     free(braking);
-    free(met);
+    free(outcome);
     if (!good)
         return error_set(error, MR_FULL,
                          "no memory for %zu members: matrig advise; ask for fewer (--members)",
@@ -292,43 +297,43 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
 
 /* ---- verdict ---- */
 
-static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_TEXT])
+static void format_max_braking(const struct advise *advise, bool si, char out[HARDEST_TEXT_SIZE])
 {
     char value[UNIT_TEXT], from[UNIT_TEXT];
-    unit_value_text(UNIT_DECELERATION, si, advise->brake.at, 1, value);
-    unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
-    if (isfinite(advise->brake.at))
-        snprintf(out, HARDEST_TEXT, "the probability stays below the limit %s to %s",
-                 advise->brake.beyond ? "at least up" : "up", value);
-    else if (isfinite(advise->short_ft_s2))
-        snprintf(out, HARDEST_TEXT,
+    unit_value_text(UNIT_DECELERATION, si, advise->max_braking.value, 1, value);
+    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
+    if (isfinite(advise->max_braking.value))
+        snprintf(out, HARDEST_TEXT_SIZE, "the probability stays below the limit %s to %s",
+                 advise->max_braking.is_unbounded ? "at least up" : "up", value);
+    else if (isfinite(advise->stop_short_ft_s2))
+        snprintf(out, HARDEST_TEXT_SIZE,
                  "the probability is below the limit only from %s up, which "
                  "stops the gear before the closed mats",
                  from);
     else
-        snprintf(out, HARDEST_TEXT, "all braking that stops on the runway is above the limit");
+        snprintf(out, HARDEST_TEXT_SIZE, "all braking that stops on the runway is above the limit");
 }
 
-static void judge(struct advise *advise, bool si)
+static void set_verdict(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
-    const double limit = advise->request.limit;
-    char braking[UNIT_TEXT], hardest[HARDEST_TEXT];
-    const char *lacks = !advise->members.learned ? "the model has not been updated from any landing"
-                      : advise->outside          ? "no earlier landing was like this plan"
-                      : advise->past.surveyed < advise->past.segments / 2u
+    const double limit = advise->request.risk_limit;
+    char braking[UNIT_TEXT], hardest[HARDEST_TEXT_SIZE];
+    const char *lacks = !advise->members.updates ? "the model has not been updated from any landing"
+                      : advise->is_outside_range ? "no earlier landing was like this plan"
+                      : advise->history.surveyed_segments < advise->history.segments / 2u
                           ? "the joints have not been surveyed since the last landing"
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
-    hardest_text(advise, si, hardest);
-    bool off = row->off_runway > limit;
+    format_max_braking(advise, si, hardest);
+    bool off = row->off_runway_share > limit;
     advise->verdict = off || row->zone.low >= limit    ? ADVISE_AGAINST
                     : row->zone.high < limit && !lacks ? ADVISE_CLEAR
                                                        : ADVISE_CAUTION;
     if (off)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s, %.0f %% of the simulated landings roll off the runway's end", braking,
-                 100.0 * row->off_runway);
+                 100.0 * row->off_runway_share);
     else if (row->zone.high < limit)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s a zone of %u mats has a probability of %.0f %%, below the limit of "
@@ -345,14 +350,14 @@ static void judge(struct advise *advise, bool si)
 }
 
 /* "at most 6.9 ft/s2 (6.5 to 7.2)"; an end of the interval outside the rows is left open. */
-static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bool si,
-                       char out[3 * UNIT_TEXT])
+static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
+                         char out[3 * UNIT_TEXT])
 {
     char at[UNIT_TEXT], interval[UNIT_TEXT] = "";
     const int decimals = unit_decimals(unit, si, 1);
     double low = reach->low * unit_of(unit, si)->factor,
            high = reach->high * unit_of(unit, si)->factor;
-    unit_value_text(unit, si, reach->at, 1, at);
+    unit_value_text(unit, si, reach->value, 1, at);
     if (isfinite(low) && isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", decimals, low, decimals,
                  high);
@@ -360,35 +365,35 @@ static void reach_text(const struct advise_bound *reach, enum unit_kind unit, bo
         snprintf(interval, sizeof interval, " (95 %%: %.*f or more)", decimals, low);
     else if (isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f or less)", decimals, high);
-    if (reach->beyond)
+    if (reach->is_unbounded)
         snprintf(out, 3 * UNIT_TEXT, "up to %s, the largest value tried", at);
     else
         snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
 }
 
 /* Writes the recommendation for the operator, in one sentence. */
-static void find_action(struct advise *advise, bool si)
+static void set_action(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
         brake[3 * UNIT_TEXT], land[3 * UNIT_TEXT];
-    const double percent = 100.0 * advise->request.limit;
+    const double percent = 100.0 * advise->request.risk_limit;
     unit_value_text(UNIT_SPEED, si, advise->plan.speed_ft_s, 1, speed);
-    unit_value_text(UNIT_SPEED, si, advise->slowest_ft_s, 1, slowest);
+    unit_value_text(UNIT_SPEED, si, advise->min_speed_ft_s, 1, slowest);
     unit_value_text(UNIT_DECELERATION, si, advise->plan.mean_ft_s2, 1, braking);
-    unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
-    reach_text(&advise->brake, UNIT_DECELERATION, si, brake);
-    reach_text(&advise->speed, UNIT_SPEED, si, land);
+    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
+    format_bound(&advise->max_braking, UNIT_DECELERATION, si, brake);
+    format_bound(&advise->max_speed, UNIT_SPEED, si, land);
     const size_t size = sizeof advise->action;
-    if (isfinite(advise->brake.at) && isfinite(advise->speed.at))
+    if (isfinite(advise->max_braking.value) && isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
                  "To stay below %.0f %%: at %s brake %s, or touch down %s, braking at %s.", percent,
                  speed, brake, land, braking);
-    else if (isfinite(advise->brake.at))
+    else if (isfinite(advise->max_braking.value))
         snprintf(advise->action, size,
                  "To stay below %.0f %%: at %s brake %s. With braking at %s, every touchdown speed "
                  "from %s up is above the limit.",
                  percent, speed, brake, braking, slowest);
-    else if (isfinite(advise->speed.at))
+    else if (isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
                  "To stay below %.0f %%: touch down %s, braking at %s. At %s, all gentler braking "
                  "that stops on the runway is above the limit.",
@@ -399,7 +404,7 @@ static void find_action(struct advise *advise, bool si)
                  "is above the limit; with braking at %s, so is every touchdown speed from %s up.",
                  percent, speed, braking, slowest);
     size_t used = strlen(advise->action);
-    if (isnan(advise->brake.at) && isfinite(advise->short_ft_s2))
+    if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_ft_s2))
         snprintf(advise->action + used, size - used,
                  " Braking at %s or harder stops the gear before the closed mats.", from);
 }
@@ -408,45 +413,45 @@ enum mr_status advise_begin(struct store *store, const struct advise_request *re
                             struct advise *advise, struct error *error)
 {
     *advise = (struct advise){.request = *request};
-    enum mr_status status = history_load(store, request->before, &advise->past, error);
-    if (status == MR_OK && isfinite(request->share))
-        advise->past.runway.share = request->share;
+    enum mr_status status = history_load(store, request->before_run, &advise->history, error);
+    if (status == MR_OK && isfinite(request->thrust_share))
+        advise->history.runway.thrust_share = request->thrust_share;
     return status ?: make_plan(advise, error);
 }
 
-enum mr_status advise_find(struct advise *advise, bool si, struct progress *progress,
-                           struct error *error)
+enum mr_status advise_compute(struct advise *advise, bool si, struct progress *progress,
+                              struct error *error)
 {
     const struct advise_request *request = &advise->request;
     enum mr_status status = MR_OK;
     advise->progress = progress;
-    if (advise_members_draw(&advise->members, &advise->past.runway, (size_t)request->members,
+    if (advise_members_draw(&advise->members, &advise->history.runway, (size_t)request->members,
                             (uint64_t)request->seed) != MR_OK)
         status = error_set(error, MR_USAGE,
                            "no runway: the parameters of the board's predictor are inconsistent; "
                            "check them with matrig board config");
     if (status == MR_OK)
-        status = learn(advise, error);
+        status = update_ensemble(advise, error);
     if (status == MR_OK) {
-        find_outside(advise);
-        if (advise->outside)
-            advise_widen(&advise->members, OUTSIDE_TIMES);
-        status = find_rows(advise, error);
+        check_plan_range(advise);
+        if (advise->is_outside_range)
+            advise_widen_spread(&advise->members, OUTSIDE_WIDENING);
+        status = compute_rows(advise, error);
     }
     if (status == MR_OK) {
-        judge(advise, si);
-        find_action(advise, si);
+        set_verdict(advise, si);
+        set_action(advise, si);
     }
     return status;
 }
 
 void advise_free(struct advise *advise)
 {
-    history_free(&advise->past);
+    history_free(&advise->history);
     advise_members_free(&advise->members);
 }
 
-struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us)
+struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     struct store_advice kept = {
@@ -457,12 +462,12 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .zone = row->zone.p,
         .zone_low = row->zone.low,
         .zone_high = row->zone.high,
-        .most = advise->request.limit,
-        .hardest_ft_s2 = advise->brake.at,
+        .most = advise->request.risk_limit,
+        .hardest_ft_s2 = advise->max_braking.value,
         .members = (int64_t)advise->members.count,
         .seed = advise->request.seed,
-        .landings = advise->members.learned,
-        .after_run = advise->past.newest_run,
+        .landings = advise->members.updates,
+        .after_run = advise->history.newest_run,
     };
     snprintf(kept.verdict, sizeof kept.verdict, "%s", advise_verdict_text(advise->verdict));
     snprintf(kept.reason, sizeof kept.reason, "%s", advise->reason);
@@ -472,79 +477,81 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
 /* ---- answer ---- */
 
 /* "12 % (8 to 17)"; plain numbers in the JSON. */
-static void chance_answer(struct answer *answer, const char *name, const char *label,
-                          const struct advise_chance *chance)
+static void add_probability(struct answer *answer, const char *name, const char *label,
+                            const struct advise_probability *rng)
 {
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    if (isfinite(chance->p))
-        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * chance->p,
-                     100.0 * chance->low, 100.0 * chance->high);
+    if (isfinite(rng->p))
+        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * rng->p,
+                     100.0 * rng->low, 100.0 * rng->high);
     else
         answer_words(answer, NULL, label, "-");
-    answer_value(answer, name, NULL, UNIT_NUMBER, chance->p, 3);
-    answer_value(answer, low, NULL, UNIT_NUMBER, chance->low, 3);
-    answer_value(answer, high, NULL, UNIT_NUMBER, chance->high, 3);
+    answer_value(answer, name, NULL, UNIT_NUMBER, rng->p, 3);
+    answer_value(answer, low, NULL, UNIT_NUMBER, rng->low, 3);
+    answer_value(answer, high, NULL, UNIT_NUMBER, rng->high, 3);
 }
 
-static void row_answer(const struct advise *advise, const struct advise_row *row,
-                       struct answer *answer)
+static void add_row(const struct advise *advise, const struct advise_row *row,
+                    struct answer *answer)
 {
     bool si = answer_is_si(answer);
     const struct unit *station = unit_of(UNIT_STATION, si);
-    double length_ft = (double)advise->past.runway.chain.mat_length_ft *
-                       advise->past.runway.chain.mats;
+    double length_ft = (double)advise->history.runway.chain.mat_length_ft *
+                       advise->history.runway.chain.mats;
     answer_row(answer);
     bool plan = row == &advise->row[advise->plan_row];
     answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
-    chance_answer(answer, "zone", "zone, 95 %", &row->zone);
+    add_probability(answer, "zone", "zone, 95 %", &row->zone);
     answer_list(answer, "by_station", NULL);
-    for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
+    for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++) {
         answer_row(answer);
-        answer_value(answer, "station", NULL, UNIT_STATION, length_ft * (s + 1u) / ADVISE_STATIONS,
-                     1);
+        answer_value(answer, "station", NULL, UNIT_STATION,
+                     length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
         answer_value(answer, "zone", NULL, UNIT_NUMBER, row->by_station[s].p, 3);
         answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->by_station[s].low, 3);
         answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->by_station[s].high, 3);
     }
     answer_close(answer);
-    for (unsigned s = 1; s + 1u < ADVISE_STATIONS; s++) {
+    for (unsigned s = 1; s + 1u < ADVISE_RUNWAY_PARTS; s++) {
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
-                 station->factor * length_ft * (s + 1u) / ADVISE_STATIONS, station->text);
+                 station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
         answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->by_station[s].p);
     }
-    answer_value(answer, "half_station", "half|by", UNIT_STATION, row->half_ft, 0);
-    answer_words(answer, NULL, "rolls|off", "%.0f %%", 100.0 * row->off_runway);
-    answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway, 3);
+    answer_value(answer, "half_station", "half|by", UNIT_STATION, row->median_zone_ft, 0);
+    answer_words(answer, NULL, "rolls|off", "%.0f %%", 100.0 * row->off_runway_share);
+    answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
 }
 
-static void plan_answer(const struct advise *advise, struct answer *answer)
+static void add_plan(const struct advise *advise, struct answer *answer)
 {
     const struct advise_plan *plan = &advise->plan;
     answer_open(answer, "plan", "Plan");
     answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
     answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
-    if (advise->planned)
+    if (advise->planned_landings)
         answer_words(answer, NULL, "followed",
                      "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
-                     100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
+                     100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0),
+                     advise->planned_landings);
     else
         answer_words(answer, NULL, "followed", "within %.0f %% rms, %s", 100.0 * plan->spread,
                      "assumed: no landing has a stored plan (--keep)");
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
-    answer_count(answer, "plans_kept", NULL, advise->planned);
-    answer_value(answer, "least", "least to stop", UNIT_DECELERATION, advise->least_ft_s2, 2);
-    answer_flag(answer, "as_before", NULL, advise->as_before);
+    answer_count(answer, "plans_kept", NULL, advise->planned_landings);
+    answer_value(answer, "least", "least to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
+                 2);
+    answer_flag(answer, "as_before", NULL, advise->uses_previous);
     answer_close(answer);
 }
 
-static void known_answer(const struct advise *advise, struct answer *answer)
+static void add_parameters(const struct advise *advise, struct answer *answer)
 {
     static const struct {
         const char *name, *label;
@@ -556,9 +563,9 @@ static void known_answer(const struct advise *advise, struct answer *answer)
                 {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
                 {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
     answer_open(answer, "learned", "Estimates from the landings");
-    answer_count(answer, "landings", "landings", advise->members.learned);
-    answer_count(answer, "not_learned", NULL, (int64_t)advise->unlearned);
-    answer_count(answer, "voided", NULL, (int64_t)advise->past.voided);
+    answer_count(answer, "landings", "landings", advise->members.updates);
+    answer_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
+    answer_count(answer, "voided", NULL, (int64_t)advise->history.voided);
     answer_count(answer, "repairs", NULL, (int64_t)advise->repairs);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
@@ -570,26 +577,26 @@ static void known_answer(const struct advise *advise, struct answer *answer)
 }
 
 /* Reasons for a wider interval, one per line. */
-static void notes_answer(const struct advise *advise, struct answer *answer)
+static void add_notes(const struct advise *advise, struct answer *answer)
 {
-    const struct history *past = &advise->past;
-    if (!advise->members.learned)
+    const struct history *history = &advise->history;
+    if (!advise->members.updates)
         answer_words(
             answer, NULL, "note",
             "the model has not been updated from any landing: the ranges are the initial ones");
-    if (advise->unlearned)
+    if (advise->skipped_landings)
         answer_words(answer, NULL, "note",
                      "%zu landings without a measured stop were not used; their effect on the "
                      "joints is unknown",
-                     advise->unlearned);
-    if (past->voided)
-        answer_words(answer, NULL, "note", "%zu void landings were left out", past->voided);
-    if (past->surveyed < past->segments)
+                     advise->skipped_landings);
+    if (history->voided)
+        answer_words(answer, NULL, "note", "%zu void landings were left out", history->voided);
+    if (history->surveyed_segments < history->segments)
         answer_words(answer, NULL, "note",
                      "%u of %u segments were surveyed since the last landing; for the others the "
                      "members' estimates are used",
-                     past->surveyed, past->segments);
-    if (past->relaid)
+                     history->surveyed_segments, history->segments);
+    if (history->is_relaid)
         answer_words(answer, NULL, "note",
                      "a series has begun since: the joint openings are assumed to be those of a "
                      "newly laid runway");
@@ -598,20 +605,20 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
                      "%zu repairs: the openings of these joints are assumed to be those of newly "
                      "laid mats",
                      advise->repairs);
-    if (advise->outside)
+    if (advise->is_outside_range)
         answer_words(answer, NULL, "note",
                      "the plan is outside the range of the earlier landings: the uncertainty of "
                      "the estimates is increased by half");
-    if (advise->as_before)
+    if (advise->uses_previous)
         answer_words(answer, NULL, "note",
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
 /* The thrust of the last landing, if the edge of the brake was recorded. `spread`: of the share. */
-static void measured_thrust_answer(const struct advise *advise, double thrust_lb_per_g,
-                                   double spread, struct answer *answer)
+static void add_measured_thrust(const struct advise *advise, double thrust_lb_per_g, double spread,
+                                struct answer *answer)
 {
-    const struct mr_estimate *braked = &advise->past.braked_ft_s2;
+    const struct mr_estimate *braked = &advise->history.braking_ft_s2;
     double thrust_lb = thrust_lb_per_g * braked->value / ADVISE_G_FT_S2;
     if (!(braked->value > 0.0))
         return;
@@ -621,9 +628,9 @@ static void measured_thrust_answer(const struct advise *advise, double thrust_lb
 }
 
 /* A bow wave rises above a critical thrust (docs/explanation/bow-waves.md). */
-static void thrust_answer(const struct advise *advise, struct answer *answer)
+static void add_thrust(const struct advise *advise, struct answer *answer)
 {
-    const struct advise_runway *runway = &advise->past.runway;
+    const struct advise_runway *runway = &advise->history.runway;
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
                       (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
@@ -631,7 +638,7 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
     if (runway->bump_ft > 0.0) {
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
-        measured_thrust_answer(advise, share * runway->thrust_lb_per_g, spread, answer);
+        add_measured_thrust(advise, share * runway->thrust_lb_per_g, spread, answer);
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
         answer_remark(answer,
                       ", for the assumed irregularity; bow waves form above about 1.2 times this");
@@ -642,8 +649,8 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
 }
 
 /* The limits of the 95 % interval, only in the JSON. */
-static void add_interval_answer(const char *name, enum unit_kind unit,
-                                const struct advise_bound *reach, struct answer *answer)
+static void add_interval(const char *name, enum unit_kind unit, const struct advise_bound *reach,
+                         struct answer *answer)
 {
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
@@ -652,44 +659,45 @@ static void add_interval_answer(const char *name, enum unit_kind unit,
     answer_value(answer, high, NULL, unit, reach->high, 1);
 }
 
-void advise_answer(const struct advise *advise, struct answer *answer)
+void advise_to_answer(const struct advise *advise, struct answer *answer)
 {
     answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
-    plan_answer(advise, answer);
+    add_plan(advise, answer);
     answer_table(
         answer, "rows",
         "Probability that the wheel reaches a zone of 50 mats, by mean deceleration and station of "
         "the wheel (in brackets: 95 % interval from the number of members only)");
     for (size_t i = 0; i < advise->rows; i++)
-        row_answer(advise, &advise->row[i], answer);
+        add_row(advise, &advise->row[i], answer);
     answer_close(answer);
-    answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.limit, 3);
-    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->brake.at, 1);
+    answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
+    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
     answer_remark(answer,
-                  isnan(advise->brake.at)
+                  isnan(advise->max_braking.value)
                       ? "; all gentler braking that stops on the runway is above %.0f %%"
-                  : advise->brake.beyond ? ", the last row, which is still below %.0f %%"
-                                         : " stays below %.0f %%",
-                  100.0 * advise->request.limit);
-    answer_flag(answer, "hardest_beyond", NULL, advise->brake.beyond);
-    notes_answer(advise, answer);
-    answer_value(answer, "short", isfinite(advise->short_ft_s2) ? "stops short" : NULL,
-                 UNIT_DECELERATION, advise->short_ft_s2, 1);
-    if (isfinite(advise->short_ft_s2))
+                  : advise->max_braking.is_unbounded
+                      ? ", the last row, which is still below %.0f %%"
+                      : " stays below %.0f %%",
+                  100.0 * advise->request.risk_limit);
+    answer_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
+    add_notes(advise, answer);
+    answer_value(answer, "short", isfinite(advise->stop_short_ft_s2) ? "stops short" : NULL,
+                 UNIT_DECELERATION, advise->stop_short_ft_s2, 1);
+    if (isfinite(advise->stop_short_ft_s2))
         answer_remark(answer, " or harder, the gear stops before the closed mats");
-    answer_flag(answer, "outside", NULL, advise->outside);
-    answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
-    known_answer(advise, answer);
-    thrust_answer(advise, answer);
+    answer_flag(answer, "outside", NULL, advise->is_outside_range);
+    answer_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
+    add_parameters(advise, answer);
+    add_thrust(advise, answer);
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
     answer_count(answer, "seed", NULL, advise->request.seed);
-    add_interval_answer("hardest", UNIT_DECELERATION, &advise->brake, answer);
-    answer_value(answer, "fastest", NULL, UNIT_SPEED, advise->speed.at, 1);
-    answer_flag(answer, "fastest_beyond", NULL, advise->speed.beyond);
-    add_interval_answer("fastest", UNIT_SPEED, &advise->speed, answer);
+    add_interval("hardest", UNIT_DECELERATION, &advise->max_braking, answer);
+    answer_value(answer, "fastest", NULL, UNIT_SPEED, advise->max_speed.value, 1);
+    answer_flag(answer, "fastest_beyond", NULL, advise->max_speed.is_unbounded);
+    add_interval("fastest", UNIT_SPEED, &advise->max_speed, answer);
     answer_sentence(answer, "action", "%s", advise->action);
 }
 
@@ -697,13 +705,13 @@ void advise_answer(const struct advise *advise, struct answer *answer)
 
 _Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
 
-static float odds(double p)
+static float log_odds(double p)
 {
     return (float)log(p / (1.0 - p));
 }
 
-enum mr_status advise_chart(const struct advise *advise, unsigned landings,
-                            struct mr_risk_plan *plan, struct error *error)
+enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
+                                 struct mr_risk_plan *plan, struct error *error)
 {
     const struct advise_profile *profile = &advise->plan.profile;
     mr_risk_plan_clear(plan);
@@ -711,8 +719,8 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->rows; i++) {
         plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
-        plan->row_log_odds[i] = odds(advise->row[i].zone.p);
-        plan->row_ft[i] = (float)advise->row[i].half_ft;
+        plan->row_log_odds[i] = log_odds(advise->row[i].zone.p);
+        plan->row_ft[i] = (float)advise->row[i].median_zone_ft;
     }
     plan->knot_s[0] = 0.0f;
     plan->knot_ft_s2[0] = (float)advise->plan.mean_ft_s2;

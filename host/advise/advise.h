@@ -12,10 +12,10 @@
 
 /* A missed zone (the runway is relaid) costs four times as much as a needlessly gentle landing (the
  * landing is repeated). The limit is therefore a probability of 1 / (1 + 4). */
-#define ADVISE_LIMIT  0.2
-#define ADVISE_REASON 300
-#define ADVISE_ACTION 800
-#define ADVISE_SPEEDS 12u /* maximum number of touchdown speeds that are evaluated */
+#define ADVISE_RISK_LIMIT  0.2
+#define ADVISE_REASON_SIZE 300
+#define ADVISE_ACTION_SIZE 800
+#define ADVISE_SPEEDS_MAX  12u /* maximum number of touchdown speeds that are evaluated */
 
 enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
@@ -23,35 +23,35 @@ const char *advise_verdict_text(enum advise_verdict verdict);
 struct advise_request {
     /* NaN: as in the previous landing (speed, deceleration), as configured (touchdown). */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft;
-    double share; /* share of the thrust that the mat strip carries; NaN: not measured */
+    double thrust_share; /* share of the thrust that the mat strip carries; NaN: not measured */
     struct advise_profile profile; /* deceleration over time, ft/s2; count 0: uniform */
-    double limit;
+    double risk_limit;
     int64_t members, seed;
     /* advice is computed as if this RUN were the next landing; 0: after all landings */
-    int64_t before;
+    int64_t before_run;
 };
 
 struct advise {
     struct advise_request request;
-    struct history past;
+    struct history history;
     struct advise_members members;
     struct advise_plan plan;
-    bool as_before;   /* speed or deceleration is taken from the previous landing */
-    unsigned planned; /* number of landings with a stored plan */
+    bool uses_previous;        /* speed or deceleration is taken from the previous landing */
+    unsigned planned_landings; /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
-    bool outside;
-    size_t repairs;     /* number of repairs that set joints back */
-    size_t unlearned;   /* number of landings from which the ensemble could not be updated */
-    double least_ft_s2; /* deceleration that stops the gear at the end of the runway */
+    bool is_outside_range;
+    size_t repairs;          /* number of repairs that set joints back */
+    size_t skipped_landings; /* number of landings from which the ensemble could not be updated */
+    double least_braking_ft_s2; /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROWS];
-    size_t rows, plan_row;     /* rows are ascending; plan_row: index of the plan's row */
-    struct advise_bound brake; /* hardest braking at the planned speed, ft/s2 */
+    size_t rows, plan_row;           /* rows are ascending; plan_row: index of the plan's row */
+    struct advise_bound max_braking; /* hardest braking at the planned speed, ft/s2 */
     /* the gear stops before the closed mats from this deceleration on; NaN: none */
-    double short_ft_s2;
-    struct advise_bound speed; /* fastest touchdown speed at the planned braking, ft/s */
-    double slowest_ft_s;       /* lowest touchdown speed that was evaluated */
+    double stop_short_ft_s2;
+    struct advise_bound max_speed; /* fastest touchdown speed at the planned braking, ft/s */
+    double min_speed_ft_s;         /* lowest touchdown speed that was evaluated */
     enum advise_verdict verdict;
-    char reason[ADVISE_REASON], action[ADVISE_ACTION];
+    char reason[ADVISE_REASON_SIZE], action[ADVISE_ACTION_SIZE];
     struct progress *progress;
 };
 
@@ -60,17 +60,17 @@ struct advise {
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
                             struct advise *advise, struct error *error);
 /* Computes the advice; takes seconds on all processors. `si`: the sentence is in SI units. */
-enum mr_status advise_find(struct advise *advise, bool si, struct progress *progress,
-                           struct error *error);
+enum mr_status advise_compute(struct advise *advise, bool si, struct progress *progress,
+                              struct error *error);
 void advise_free(struct advise *advise);
 
-void advise_answer(const struct advise *advise, struct answer *answer);
+void advise_to_answer(const struct advise *advise, struct answer *answer);
 /* The row of the advice that is stored in the campaign. */
-struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us);
+struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us);
 /* Makes the chart and the plan that a board receives before a landing. `landings`: number of
  * landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.
  * MR_USAGE: the plan exceeds what a board accepts. */
-enum mr_status advise_chart(const struct advise *advise, unsigned landings,
-                            struct mr_risk_plan *plan, struct error *error);
+enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
+                                 struct mr_risk_plan *plan, struct error *error);
 
 #endif

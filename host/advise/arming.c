@@ -8,18 +8,18 @@
 #include "host/store/store_readiness.h"
 #include "host/survey/survey.h"
 
-static void add(char out[ARMING_TEXT], const char *format, ...)
+static void append_line(char out[ARMING_TEXT_SIZE], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-static void add(char out[ARMING_TEXT], const char *format, ...)
+static void append_line(char out[ARMING_TEXT_SIZE], const char *format, ...)
 {
     size_t at = strlen(out);
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(out + at, ARMING_TEXT - at, format, arguments);
+    vsnprintf(out + at, ARMING_TEXT_SIZE - at, format, arguments);
     va_end(arguments);
 }
 
-static void advice_doubt(struct store *store, int64_t armed_us, char out[ARMING_TEXT])
+static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_TEXT_SIZE])
 {
     struct error ignored = {0};
     struct store_advice *rows = NULL;
@@ -27,13 +27,14 @@ static void advice_doubt(struct store *store, int64_t armed_us, char out[ARMING_
     (void)store_advices(store, &rows, &count, &ignored);
     if (count && rows[count - 1].made_us > armed_us &&
         strcmp(rows[count - 1].verdict, "against") == 0)
-        add(out, "matrig advise advised against this landing: %.300s\n", rows[count - 1].reason);
+        append_line(out, "matrig advise advised against this landing: %.300s\n",
+                    rows[count - 1].reason);
     free(rows);
 }
 
 /* *loaded_us: when the newest survey was loaded into a board; 0: never. */
-static void survey_doubt(struct store *store, int64_t armed_us, int64_t *loaded_us,
-                         char out[ARMING_TEXT])
+static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_us,
+                         char out[ARMING_TEXT_SIZE])
 {
     struct error ignored = {0};
     struct store_gage_survey *rows = NULL;
@@ -43,22 +44,24 @@ static void survey_doubt(struct store *store, int64_t armed_us, int64_t *loaded_
         const struct store_gage_survey *row = &rows[count - 1];
         (void)store_gage_loaded(store, row->id, loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
-            add(out, "survey %lld is not finished: continue it with matrig survey DB\n",
-                (long long)row->id);
+            append_line(out, "survey %lld is not finished: continue it with matrig survey DB\n",
+                        (long long)row->id);
         else if (row->made_us < armed_us)
-            add(out,
+            append_line(
+                out,
                 "the mat has not been surveyed since the last landing: survey %lld is older; "
                 "matrig survey DB\n",
                 (long long)row->id);
         else if (!*loaded_us)
-            add(out, "survey %lld is not loaded into the board: matrig survey DB --load LINK\n",
-                (long long)row->id);
+            append_line(out,
+                        "survey %lld is not loaded into the board: matrig survey DB --load LINK\n",
+                        (long long)row->id);
     }
     free(rows);
 }
 
-static void ready_doubt(struct store *store, int64_t now_us, int64_t armed_us, int64_t loaded_us,
-                        char out[ARMING_TEXT])
+static void check_readiness(struct store *store, int64_t now_us, int64_t armed_us,
+                            int64_t loaded_us, char out[ARMING_TEXT_SIZE])
 {
     struct error ignored = {0};
     struct store_readiness row = {0};
@@ -70,17 +73,17 @@ static void ready_doubt(struct store *store, int64_t now_us, int64_t armed_us, i
         return;
     survey_time_text(row.made_us, at, sizeof at);
     if (strcmp(row.verdict, "go") != 0)
-        add(out, "the result of matrig ready at %s was no-go\n", at);
+        append_line(out, "the result of matrig ready at %s was no-go\n", at);
     else if (row.made_us < armed_us || row.made_us < loaded_us ||
              now_us - row.made_us > STORE_READINESS_US)
-        add(out, "the result of matrig ready was go at %s, %s\n", at,
-            row.made_us < armed_us    ? "before the last landing"
-            : row.made_us < loaded_us ? "before the survey was loaded"
-                                      : "more than 12 h ago");
+        append_line(out, "the result of matrig ready was go at %s, %s\n", at,
+                    row.made_us < armed_us    ? "before the last landing"
+                    : row.made_us < loaded_us ? "before the survey was loaded"
+                                              : "more than 12 h ago");
     free(row.checks);
 }
 
-void arming_doubts(struct store *store, int64_t now_us, char out[ARMING_TEXT])
+void arming_write_warnings(struct store *store, int64_t now_us, char out[ARMING_TEXT_SIZE])
 {
     struct store_landing landing = {0};
     struct error ignored = {0};
@@ -88,7 +91,7 @@ void arming_doubts(struct store *store, int64_t now_us, char out[ARMING_TEXT])
     out[0] = '\0';
     if (store_day_newest(store, &run, &ignored) == MR_OK && run > 0)
         (void)store_landing_get(store, run, &landing, &ignored);
-    advice_doubt(store, landing.armed_us, out);
-    survey_doubt(store, landing.armed_us, &loaded_us, out);
-    ready_doubt(store, now_us, landing.armed_us, loaded_us, out);
+    check_advice(store, landing.armed_us, out);
+    check_survey(store, landing.armed_us, &loaded_us, out);
+    check_readiness(store, now_us, landing.armed_us, loaded_us, out);
 }

@@ -5,11 +5,11 @@
 
 #include "host/store/store.h"
 
-#define ARMING_TEXT 900
+#define ARMING_TEXT_SIZE 900
 /* Writes one line per reason: advice against this landing, a survey that is unfinished or not
  * loaded into the board, a check by matrig ready that was no-go or predates the last landing or the
  * loading of the survey. Steps that the campaign never used are not reported. "": no reason, or the
  * campaign cannot be read. */
-void arming_doubts(struct store *store, int64_t now_us, char out[ARMING_TEXT]);
+void arming_write_warnings(struct store *store, int64_t now_us, char out[ARMING_TEXT_SIZE]);
 
 #endif

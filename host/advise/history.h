@@ -10,35 +10,36 @@
 
 struct history_landing {
     int64_t run;
-    bool measured;                  /* its stop is known, so the ensemble can be updated from it */
-    bool relaid;                    /* the mats were laid anew before it, and a new series began */
-    struct advise_observation seen; /* the profile of its braking points to `profile` */
-    struct advise_profile profile;  /* measured braking over time */
-    double planned_ft_s2;           /* NaN: no advice was stored */
+    bool is_measured; /* its stop is known, so the ensemble can be updated from it */
+    bool is_relaid;   /* the mats were laid anew before it, and a new series began */
+    struct advise_observation observation; /* the profile of its braking points to `profile` */
+    struct advise_profile profile;         /* measured braking over time */
+    double planned_ft_s2;                  /* NaN: no advice was stored */
 };
 
 struct history {
     struct advise_runway runway;
     /* of the last landing: from the edge of the brake to the stop; NaN: no edge */
-    struct mr_estimate braked_ft_s2;
+    struct mr_estimate braking_ft_s2;
     double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
     struct history_landing *landing;
     size_t landings;
     int64_t newest_run; /* newest RUN of the campaign, which may be left out here */
     size_t voided;      /* voided landings are left out: their effect on the mats is unknown */
-    bool relaid;        /* a series was started since the last landing */
-    double sum_in[MR_SEGMENTS];  /* survey since the last landing; NaN: not read */
-    unsigned surveyed, segments; /* numbers of surveyed segments and of the runway's segments */
+    bool is_relaid;     /* a series was started since the last landing */
+    double segment_sum_in[MR_SEGMENTS]; /* survey since the last landing; NaN: not read */
+    unsigned surveyed_segments,
+        segments; /* numbers of surveyed segments and of the runway's segments */
     double survey_error_in;
-    struct inspections records; /* of the crew */
+    struct inspections inspections; /* of the crew */
 };
 
 /* Loads the landings of the board that landed last. With `before` (a RUN), loads only the landings
  * before it, and the survey that preceded it. MR_TOO_FEW: no landing has the predictor's
  * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call
  * history_free in every case. */
-enum mr_status history_load(struct store *store, int64_t before, struct history *past,
+enum mr_status history_load(struct store *store, int64_t before, struct history *history,
                             struct error *error);
-void history_free(struct history *past);
+void history_free(struct history *history);
 
 #endif

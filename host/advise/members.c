@@ -9,20 +9,21 @@
 #include "host/sim/models/chains.h"
 #include "host/base/xmalloc.h"
 
-#define STREAM    1u
-#define LOOK_S    0.05
-#define SETTLE_S  1e-3
-#define ONSET_S   0.06
-#define AFTER_S   0.1  /* mats keep moving this long after the gear stops */
-#define LONGEST_S 60.0 /* longer than any landing */
-#define CLOSED_FT (0.001f / 12.0f)
-#define TALLY     10  /* consecutive joints of a zone, one of which may be open */
-#define LAID_MOST 1.2 /* gaps as laid: uniform up to this many slacks, then limited to one slack */
+#define MEMBERS_STREAM  1u
+#define ZONE_CHECK_S    0.05
+#define SETTLE_S        1e-3
+#define ONSET_S         0.06
+#define AFTER_STOP_S    0.1  /* mats keep moving this long after the gear stops */
+#define MAX_DURATION_S  60.0 /* longer than any landing */
+#define CLOSED_FT       (0.001f / 12.0f)
+#define ZONE_RUN_JOINTS 10 /* consecutive joints of a zone, one of which may be open */
+#define LAID_GAP_MAX \
+    1.2 /* gaps as laid: uniform up to this many slacks, then limited to one slack */
 
 /* Prior as in host/landing_series: factors of the configured values, uniform or lognormal. */
 static const struct {
-    double low, high; /* bounds of the factor */
-    double least;     /* spread (of the logarithm) that always remains */
+    double low, high;  /* bounds of the factor */
+    double min_spread; /* spread (of the logarithm) that always remains */
 } bounds[ADVISE_UNKNOWNS] = {
     [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
     [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
@@ -30,23 +31,24 @@ static const struct {
 };
 
 /* standard error of a transducer at rest, unless a larger error is given */
-#define READING_IN   0.003
-#define SHARE_ERROR  0.03 /* standard error of a measured share */
-#define SHARE_SPREAD 0.18 /* standard error of an unmeasured share: uniform from 0.7 to 1.3 */
-#define MODEL_SHARE  0.15 /* share of a movement that the chain model does not explain */
-#define MODEL_IN     0.01
-#define SUM_SHARE    0.25 /* MODEL_SHARE for the closing of ten joints */
-#define SUM_IN       0.01
-#define PASSES       2
-#define KEPT         0.5  /* part of the spread that remains of what a landing would remove */
-#define NEAR_FT      12.0 /* a transducer affects joints up to twice this distance */
+#define READING_ERROR_IN     0.003
+#define SHARE_ERROR_MEASURED 0.03 /* standard error of a measured share */
+#define SHARE_ERROR_UNMEASURED \
+    0.18                       /* standard error of an unmeasured share: uniform from 0.7 to 1.3 */
+#define MODEL_ERROR_SHARE 0.15 /* share of a movement that the chain model does not explain */
+#define MODEL_ERROR_IN    0.01
+#define SUM_ERROR_SHARE   0.25 /* MODEL_ERROR_SHARE for the closing of ten joints */
+#define SUM_ERROR_IN      0.01
+#define SMOOTHER_PASSES   2
+#define KEPT_SPREAD       0.5  /* part of the spread that remains of what a landing would remove */
+#define TAPER_HALF_FT     12.0 /* a transducer affects joints up to twice this distance */
 
 /* ---- drawing ---- */
 
-static double stated_value(const struct advise_runway *runway, enum advise_parameter unknown)
+static double configured_value(const struct advise_runway *runway, enum advise_parameter unknown)
 {
     switch (unknown) {
-    case ADVISE_SHARE: return runway->share > 0.0 ? runway->share : 1.0;
+    case ADVISE_SHARE: return runway->thrust_share > 0.0 ? runway->thrust_share : 1.0;
     case ADVISE_FRICTION: return (double)runway->chain.friction_lb;
     case ADVISE_RESISTANCE: return runway->grit_lb;
     case ADVISE_STIFFNESS: return (double)runway->chain.kl_lb_ft;
@@ -56,18 +58,18 @@ static double stated_value(const struct advise_runway *runway, enum advise_param
 }
 
 static void draw_unknowns(struct advise_member *member, const struct advise_runway *runway,
-                          struct chance *chance)
+                          struct rng *rng)
 {
     double *u = member->unknown;
-    u[ADVISE_SHARE] = log(0.7 + 0.6 * chance_uniform(chance));
-    if (runway->share > 0.0) /* scaled after the draw, so later draws do not change */
-        u[ADVISE_SHARE] *= SHARE_ERROR / SHARE_SPREAD;
-    u[ADVISE_FRICTION] = 0.1 * chance_normal(chance);
-    u[ADVISE_RESISTANCE] = -0.6 + chance_uniform(chance);
-    u[ADVISE_STIFFNESS] = -0.5 + 0.9 * chance_uniform(chance);
-    u[ADVISE_DAMPING] = -0.9 + 1.6 * chance_uniform(chance);
+    u[ADVISE_SHARE] = log(0.7 + 0.6 * rng_uniform(rng));
+    if (runway->thrust_share > 0.0) /* scaled after the draw, so later draws do not change */
+        u[ADVISE_SHARE] *= SHARE_ERROR_MEASURED / SHARE_ERROR_UNMEASURED;
+    u[ADVISE_FRICTION] = 0.1 * rng_normal(rng);
+    u[ADVISE_RESISTANCE] = -0.6 + rng_uniform(rng);
+    u[ADVISE_STIFFNESS] = -0.5 + 0.9 * rng_uniform(rng);
+    u[ADVISE_DAMPING] = -0.9 + 1.6 * rng_uniform(rng);
     for (int k = 0; k < ADVISE_UNKNOWNS; k++)
-        u[k] += log(stated_value(runway, (enum advise_parameter)k));
+        u[k] += log(configured_value(runway, (enum advise_parameter)k));
 }
 
 static void draw_gaps(struct advise_members *members, struct advise_member *member, unsigned first,
@@ -75,7 +77,7 @@ static void draw_gaps(struct advise_members *members, struct advise_member *memb
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
     for (unsigned j = first; j <= last; j++)
-        member->gap_ft[j] = (float)fmin(LAID_MOST * slack_ft * chance_uniform(&members->chance),
+        member->gap_ft[j] = (float)fmin(LAID_GAP_MAX * slack_ft * rng_uniform(&members->rng),
                                         slack_ft);
 }
 
@@ -96,17 +98,17 @@ enum mr_status advise_members_draw(struct advise_members *members,
         .runway = *runway,
         .count = (count + CHAINS_LANES - 1) / CHAINS_LANES * CHAINS_LANES,
         .threads = processors > 1 ? (unsigned)processors : 1u,
-        .chance = chance_from(seed, STREAM),
+        .rng = rng_init(seed, MEMBERS_STREAM),
     };
-    if (!is_plausible(runway) || count < CHAINS_LANES || count > ADVISE_MOST)
+    if (!is_plausible(runway) || count < CHAINS_LANES || count > ADVISE_MEMBERS_MAX)
         return MR_USAGE;
     members->member = xcalloc(members->count, sizeof *members->member);
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];
-        draw_unknowns(member, runway, &members->chance);
+        draw_unknowns(member, runway, &members->rng);
         draw_gaps(members, member, 0, runway->chain.mats);
         for (unsigned j = 0; j <= runway->chain.mats; j++)
-            member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
+            member->grit[j] = (float)(2.0 * rng_uniform(&members->rng));
     }
     return MR_OK;
 }
@@ -117,20 +119,20 @@ void advise_members_free(struct advise_members *members)
     members->member = NULL;
 }
 
-void advise_relay(struct advise_members *members)
+void advise_relay_mats(struct advise_members *members)
 {
     for (size_t m = 0; m < members->count; m++)
         draw_gaps(members, &members->member[m], 0, members->runway.chain.mats);
-    members->surveyed = false;
+    members->is_surveyed = false;
 }
 
-void advise_repair(struct advise_members *members, unsigned first, unsigned last)
+void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last)
 {
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];
         draw_gaps(members, member, first, last);
         for (unsigned j = first; j <= last; j++)
-            member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
+            member->grit[j] = (float)(2.0 * rng_uniform(&members->rng));
     }
 }
 
@@ -152,21 +154,21 @@ static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
     }
 }
 
-static unsigned segments_of(const struct advise_members *members)
+static unsigned segment_count(const struct advise_members *members)
 {
     unsigned whole = members->runway.chain.mats / MR_MATS_PER_SEGMENT;
     return whole < MR_SEGMENTS ? whole : MR_SEGMENTS;
 }
 
-void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
-                   double error_in)
+void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
+                         double error_in)
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
-    for (unsigned s = 0; s < segments_of(members); s++)
-        members->surveyed = members->surveyed || isfinite(sum_in[s]);
+    for (unsigned s = 0; s < segment_count(members); s++)
+        members->is_surveyed = members->is_surveyed || isfinite(sum_in[s]);
     for (size_t m = 0; m < members->count; m++) {
-        for (unsigned s = 0; s < segments_of(members); s++) {
-            double off_in = error_in * chance_normal(&members->chance);
+        for (unsigned s = 0; s < segment_count(members); s++) {
+            double off_in = error_in * rng_normal(&members->rng);
             if (isfinite(sum_in[s]))
                 scale_to_sum(members->member[m].gap_ft + MR_MATS_PER_SEGMENT * s,
                              (sum_in[s] + off_in) / 12.0, slack_ft);
@@ -176,16 +178,16 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
 
 /* ---- simulation ---- */
 
-struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from)
+struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from)
 {
     struct advise_zone best = {0, 0};
     for (unsigned first = from; first < joints; first++) {
-        int last_open = (int)first - TALLY;
+        int last_open = (int)first - ZONE_RUN_JOINTS;
         if (opening_ft[first] > CLOSED_FT)
             continue;
         for (unsigned j = first + 1u; j < joints; j++) {
             if (opening_ft[j] > CLOSED_FT) {
-                if ((int)j - last_open < TALLY)
+                if ((int)j - last_open < ZONE_RUN_JOINTS)
                     break;
                 last_open = (int)j;
             } else if (j - first > best.mats) {
@@ -198,10 +200,10 @@ struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsi
 
 /* Gear of one lane. */
 struct gear {
-    double speed_ft_s, at_ft, thrust_lb_per_g;
+    double speed_ft_s, position_ft, thrust_lb_per_g;
 };
 
-double advise_factor(const struct advise_profile *profile, double t_s)
+double advise_braking_factor(const struct advise_profile *profile, double t_s)
 {
     if (!profile || !profile->count)
         return 1.0;
@@ -223,7 +225,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
         return braking->mean_ft_s2;
     double part = fmin(t_s / ONSET_S, 1.0);
     return part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2 *
-           advise_factor(braking->profile, t_s);
+           advise_braking_factor(braking->profile, t_s);
 }
 
 /* Eight members and their landings. */
@@ -231,15 +233,15 @@ struct batch {
     const struct advise_members *members;
     struct advise_member *member;
     const struct advise_braking *braking;
-    struct advise_course *met;
-    bool keeps;
+    struct advise_outcome *outcome;
+    bool keeps_joints;
     struct gear gear[CHAINS_LANES];
     double step_s;
 };
 
-static struct chains *start(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_JOINTS])
+static struct chains *start_batch(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_JOINTS])
 {
-    const struct mr_chain_params *told_of = &b->members->runway.chain;
+    const struct mr_chain_params *chain = &b->members->runway.chain;
     struct mr_chain_params params[CHAINS_LANES];
     const float *gap[CHAINS_LANES], *grit[CHAINS_LANES];
     enum mr_status status;
@@ -247,12 +249,12 @@ static struct chains *start(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         const double *u = b->member[k].unknown;
         double mean_lb = exp(u[ADVISE_RESISTANCE]);
-        params[k] = *told_of;
+        params[k] = *chain;
         params[k].friction_lb = (float)exp(u[ADVISE_FRICTION]);
         params[k].kl_lb_ft = (float)exp(u[ADVISE_STIFFNESS]);
         params[k].cl_lb_s_ft = (float)exp(u[ADVISE_DAMPING]);
         limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params[k]));
-        for (unsigned j = 0; j <= told_of->mats; j++)
+        for (unsigned j = 0; j <= chain->mats; j++)
             grit_lb[k][j] = (float)(mean_lb * (double)b->member[k].grit[j]);
         gap[k] = b->member[k].gap_ft;
         grit[k] = grit_lb[k];
@@ -264,58 +266,59 @@ static struct chains *start(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_
     return chains_new(params, gap, grit, &status);
 }
 
-static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
+static void roll_gear(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
 {
     const struct mr_chain_params *chain = &b->members->runway.chain;
     struct gear *gear = &b->gear[k];
     double length_ft = (double)chain->mat_length_ft, a = advise_braking_ft_s2(&b->braking[k], t_s);
-    bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats && gear->speed_ft_s > 0.0;
-    *mat = on ? (unsigned)(gear->at_ft / length_ft) + 1u : 1u;
+    bool on = gear->position_ft >= 0.0 && gear->position_ft < length_ft * chain->mats &&
+              gear->speed_ft_s > 0.0;
+    *mat = on ? (unsigned)(gear->position_ft / length_ft) + 1u : 1u;
     *thrust_lb = on ? (float)(gear->thrust_lb_per_g * a / ADVISE_G_FT_S2) : 0.0f;
-    gear->at_ft += fmax(gear->speed_ft_s, 0.0) * b->step_s;
+    gear->position_ft += fmax(gear->speed_ft_s, 0.0) * b->step_s;
     gear->speed_ft_s -= a * b->step_s;
 }
 
-static void record_closure(struct batch *b, const struct chains *chains, unsigned k)
+static void update_zone(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct mr_chain_params *chain = &b->members->runway.chain;
     const struct gear *gear = &b->gear[k];
     double length_ft = (double)chain->mat_length_ft;
     float opening_ft[ADVISE_JOINTS];
-    if (!(gear->speed_ft_s > ADVISE_SLOW_FT_S) || gear->at_ft < 0.0)
+    if (!(gear->speed_ft_s > ADVISE_SLOW_FT_S) || gear->position_ft < 0.0)
         return;
     for (unsigned j = 0; j <= chain->mats; j++)
         opening_ft[j] = chains_opening_ft(chains, k, j + 1u);
-    struct advise_zone zone = advise_longest(opening_ft, chain->mats + 1u,
-                                             (unsigned)ceil(gear->at_ft / length_ft));
-    if (!zone.mats || zone.first * length_ft - gear->at_ft >= ADVISE_ZONE_FT)
+    struct advise_zone zone = advise_longest_zone(opening_ft, chain->mats + 1u,
+                                                  (unsigned)ceil(gear->position_ft / length_ft));
+    if (!zone.mats || zone.first * length_ft - gear->position_ft >= ADVISE_ZONE_TOLERANCE_FT)
         return;
-    if (zone.mats > b->met[k].most_mats)
-        b->met[k].most_mats = (uint16_t)zone.mats;
-    if (zone.mats >= ADVISE_ZONE_MATS && isnan(b->met[k].zone_ft))
-        b->met[k].zone_ft = (float)gear->at_ft;
+    if (zone.mats > b->outcome[k].longest_mats)
+        b->outcome[k].longest_mats = (uint16_t)zone.mats;
+    if (zone.mats >= ADVISE_ZONE_MATS && isnan(b->outcome[k].zone_ft))
+        b->outcome[k].zone_ft = (float)gear->position_ft;
 }
 
-static void conclude(struct batch *b, const struct chains *chains, unsigned k)
+static void finish_lane(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct advise_runway *runway = &b->members->runway;
-    struct advise_course *met = &b->met[k];
+    struct advise_outcome *outcome = &b->outcome[k];
     double length_ft = (double)runway->chain.mat_length_ft,
            slack_ft = (double)runway->chain.slack_ft;
-    met->stop_ft = (float)b->gear[k].at_ft;
+    outcome->stop_ft = (float)b->gear[k].position_ft;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         double at = (double)runway->station_ft[i] / length_ft;
-        met->moved_in[i] = at >= 0.0 && at < runway->chain.mats
-                             ? 12.0f * chains_displacement_ft(chains, k, (unsigned)at + 1u)
-                             : NAN;
+        outcome->movement_in[i] = at >= 0.0 && at < runway->chain.mats
+                                ? 12.0f * chains_displacement_ft(chains, k, (unsigned)at + 1u)
+                                : NAN;
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        met->sum_in[s] = s < segments_of(b->members) ? 0.0f : NAN;
+        outcome->segment_sum_in[s] = s < segment_count(b->members) ? 0.0f : NAN;
     for (unsigned j = 0; j <= runway->chain.mats; j++) {
         double g = fmin(fmax((double)chains_opening_ft(chains, k, j + 1u), 0.0), slack_ft);
-        if (j / MR_MATS_PER_SEGMENT < segments_of(b->members))
-            met->sum_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * g);
-        if (b->keeps && !met->ran_away)
+        if (j / MR_MATS_PER_SEGMENT < segment_count(b->members))
+            outcome->segment_sum_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * g);
+        if (b->keeps_joints && !outcome->diverged)
             b->member[k].gap_ft[j] = (float)g;
     }
 }
@@ -324,17 +327,17 @@ static bool is_rolling(const struct batch *b)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         if (b->gear[k].speed_ft_s > 0.0 &&
-            b->gear[k].at_ft <
+            b->gear[k].position_ft <
                 (double)b->members->runway.chain.mat_length_ft * b->members->runway.chain.mats)
             return true;
     }
     return false;
 }
 
-static bool play_batch(struct batch *b)
+static bool simulate_batch(struct batch *b)
 {
     float(*grit_lb)[ADVISE_JOINTS] = xcalloc(CHAINS_LANES, sizeof *grit_lb);
-    struct chains *chains = start(b, grit_lb);
+    struct chains *chains = start_batch(b, grit_lb);
     unsigned mat[CHAINS_LANES], away = 0;
     float thrust_lb[CHAINS_LANES];
     if (!chains) {
@@ -342,29 +345,30 @@ static bool play_batch(struct batch *b)
         return false;
     }
     const unsigned settle = (unsigned)(SETTLE_S / b->step_s + 0.5),
-                   each_look = settle * (unsigned)(LOOK_S / SETTLE_S + 0.5);
+                   each_look = settle * (unsigned)(ZONE_CHECK_S / SETTLE_S + 0.5);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         b->gear[k] = (struct gear){.speed_ft_s = b->braking[k].speed_ft_s,
-                                   .at_ft = b->braking[k].touchdown_ft,
+                                   .position_ft = b->braking[k].touchdown_ft,
                                    .thrust_lb_per_g = exp(b->member[k].unknown[ADVISE_SHARE]) *
                                                       b->members->runway.thrust_lb_per_g};
-        b->met[k] = (struct advise_course){.zone_ft = NAN};
+        b->outcome[k] = (struct advise_outcome){.zone_ft = NAN};
     }
     double rest_s = 0.0;
-    for (unsigned step = 0; rest_s < AFTER_S && (double)step * b->step_s < LONGEST_S; step++) {
+    for (unsigned step = 0; rest_s < AFTER_STOP_S && (double)step * b->step_s < MAX_DURATION_S;
+         step++) {
         for (unsigned k = 0; k < CHAINS_LANES; k++)
-            roll(b, k, (double)step * b->step_s, &mat[k], &thrust_lb[k]);
+            roll_gear(b, k, (double)step * b->step_s, &mat[k], &thrust_lb[k]);
         chains_step(chains, mat, thrust_lb);
         if (step % settle == settle - 1u) {
             away |= chains_settle(chains);
             rest_s = is_rolling(b) ? 0.0 : rest_s + SETTLE_S;
         }
         for (unsigned k = 0; step % each_look == 0 && k < CHAINS_LANES; k++)
-            record_closure(b, chains, k);
+            update_zone(b, chains, k);
     }
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
-        b->met[k].ran_away = away >> k & 1u;
-        conclude(b, chains, k);
+        b->outcome[k].diverged = away >> k & 1u;
+        finish_lane(b, chains, k);
     }
     chains_free(chains);
     free(grit_lb);
@@ -372,44 +376,45 @@ static bool play_batch(struct batch *b)
 }
 
 /* All batches of a landing. */
-struct playing {
+struct simulation {
     struct advise_members *members;
     const struct advise_braking *braking;
-    struct advise_course *met;
-    bool keeps;
+    struct advise_outcome *outcome;
+    bool keeps_joints;
     _Atomic bool failed;
 };
 
-static void play_some(void *context, size_t from, size_t every)
+static void simulate_batches(void *context, size_t from, size_t every)
 {
-    struct playing *p = context;
+    struct simulation *p = context;
     size_t batches = p->members->count / CHAINS_LANES;
     for (size_t i = from; i < batches && !p->failed; i += every) {
         struct batch batch = {.members = p->members,
                               .member = p->members->member + CHAINS_LANES * i,
                               .braking = p->braking + CHAINS_LANES * i,
-                              .met = p->met + CHAINS_LANES * i,
-                              .keeps = p->keeps};
-        if (!play_batch(&batch))
+                              .outcome = p->outcome + CHAINS_LANES * i,
+                              .keeps_joints = p->keeps_joints};
+        if (!simulate_batch(&batch))
             p->failed = true;
     }
 }
 
-bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
-                 struct advise_course *met)
+bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
+                     bool keeps, struct advise_outcome *outcome)
 {
-    struct playing playing = {.members = members, .braking = braking, .met = met, .keeps = keeps};
-    parallel_for(members->threads, play_some, &playing);
+    struct simulation playing = {
+        .members = members, .braking = braking, .outcome = outcome, .keeps_joints = keeps};
+    parallel_for(members->threads, simulate_batches, &playing);
     return !playing.failed;
 }
 
 /* ---- smoother ---- */
 
 /* Work space of one pass, for the `n` readings that exist. */
-struct work {
+struct update_work {
     size_t n;
-    size_t *datum;       /* [n] index of each reading */
-    double *away;        /* [members][n] prediction minus mean */
+    size_t *reading;     /* [n] index of each reading */
+    double *deviation;   /* [members][n] prediction minus mean */
     double *matrix;      /* [n][n], then its Cholesky factor */
     double *innovations; /* [members][n], then multiplied by the inverse */
     double *gain;        /* [n]: row of one state */
@@ -417,18 +422,18 @@ struct work {
 };
 
 /* Covariance of the predictions, plus the variance of the errors. */
-static void fill_matrix(struct work *w, const struct smoother *s)
+static void fill_matrix(struct update_work *w, const struct smoother *s)
 {
     for (size_t i = 0; i < w->n; i++) {
-        double mean = 0.0, error = s->error[w->datum[i]];
+        double mean = 0.0, error = s->reading_error[w->reading[i]];
         for (size_t m = 0; m < s->members; m++)
-            mean += s->predicted[m * s->data + w->datum[i]] / (double)s->members;
+            mean += s->predicted[m * s->readings + w->reading[i]] / (double)s->members;
         for (size_t m = 0; m < s->members; m++)
-            w->away[m * w->n + i] = s->predicted[m * s->data + w->datum[i]] - mean;
-        w->matrix[i * w->n + i] = s->passes * error * error;
+            w->deviation[m * w->n + i] = s->predicted[m * s->readings + w->reading[i]] - mean;
+        w->matrix[i * w->n + i] = s->error_factor * error * error;
     }
     for (size_t m = 0; m < s->members; m++) {
-        const double *y = w->away + m * w->n;
+        const double *y = w->deviation + m * w->n;
         for (size_t i = 0; i < w->n; i++) {
             for (size_t k = 0; k <= i; k++)
                 w->matrix[i * w->n + k] += y[i] * y[k] / (double)(s->members - 1);
@@ -437,7 +442,7 @@ static void fill_matrix(struct work *w, const struct smoother *s)
 }
 
 /* Cholesky factor in the lower half; the errors keep the matrix positive definite. */
-static void factor(struct work *w)
+static void factor_matrix(struct update_work *w)
 {
     double *a = w->matrix;
     size_t n = w->n;
@@ -452,7 +457,7 @@ static void factor(struct work *w)
 }
 
 /* Replaces b by the inverse of the matrix times b. */
-static void solve(const struct work *w, double *b)
+static void solve_matrix(const struct update_work *w, double *b)
 {
     const double *a = w->matrix;
     size_t n = w->n;
@@ -470,26 +475,26 @@ static void solve(const struct work *w, double *b)
 
 /* Perturbed readings minus predictions. The mean perturbation is subtracted: it would shift the
  * whole ensemble at random. */
-static void innovate(struct work *w, const struct smoother *s, struct chance *chance)
+static void set_innovations(struct update_work *w, const struct smoother *s, struct rng *rng)
 {
     for (size_t i = 0; i < w->n; i++) {
-        size_t d = w->datum[i];
-        double mean = 0.0, error = sqrt(s->passes) * s->error[d];
+        size_t d = w->reading[i];
+        double mean = 0.0, error = sqrt(s->error_factor) * s->reading_error[d];
         for (size_t m = 0; m < s->members; m++) {
-            double z = chance_normal(chance);
+            double z = rng_normal(rng);
             mean += z / (double)s->members;
             w->innovations[m * w->n + i] = z;
         }
         for (size_t m = 0; m < s->members; m++) {
             double *at = &w->innovations[m * w->n + i];
-            *at = s->read[d] + error * (*at - mean) - s->predicted[m * s->data + d];
+            *at = s->reading[d] + error * (*at - mean) - s->predicted[m * s->readings + d];
         }
     }
 }
 
 /* Updates one state of all members. Row of the gain: covariance with the readings times the
  * inverse. The taper applies to the gain, so a near reading's share is not moved to a far one. */
-static void move(struct work *w, const struct smoother *s, size_t state)
+static void update_state(struct update_work *w, const struct smoother *s, size_t state)
 {
     double mean = 0.0;
     for (size_t m = 0; m < s->members; m++)
@@ -498,11 +503,11 @@ static void move(struct work *w, const struct smoother *s, size_t state)
     for (size_t m = 0; m < s->members; m++) {
         double x = s->state[m * s->states + state] - mean;
         for (size_t i = 0; i < w->n; i++)
-            w->gain[i] += x * w->away[m * w->n + i] / (double)(s->members - 1);
+            w->gain[i] += x * w->deviation[m * w->n + i] / (double)(s->members - 1);
     }
-    solve(w, w->gain);
-    for (size_t i = 0; s->nearness && i < w->n; i++)
-        w->gain[i] *= s->nearness(s->context, state, w->datum[i]);
+    solve_matrix(w, w->gain);
+    for (size_t i = 0; s->taper_weight && i < w->n; i++)
+        w->gain[i] *= s->taper_weight(s->context, state, w->reading[i]);
     for (size_t m = 0; m < s->members; m++) {
         double shift = 0.0;
         for (size_t i = 0; i < w->n; i++)
@@ -513,37 +518,37 @@ static void move(struct work *w, const struct smoother *s, size_t state)
         s->state[m * s->states + state] += w->shift[m];
 }
 
-void smoother_take(const struct smoother *s, struct chance *chance)
+void smoother_update(const struct smoother *s, struct rng *rng)
 {
-    struct work w = {
-        .datum = xcalloc(s->data, sizeof *w.datum),
-        .away = xcalloc(s->members * s->data, sizeof *w.away),
-        .matrix = xcalloc(s->data * s->data, sizeof *w.matrix),
-        .innovations = xcalloc(s->members * s->data, sizeof *w.innovations),
-        .gain = xcalloc(s->data, sizeof *w.gain),
+    struct update_work w = {
+        .reading = xcalloc(s->readings, sizeof *w.reading),
+        .deviation = xcalloc(s->members * s->readings, sizeof *w.deviation),
+        .matrix = xcalloc(s->readings * s->readings, sizeof *w.matrix),
+        .innovations = xcalloc(s->members * s->readings, sizeof *w.innovations),
+        .gain = xcalloc(s->readings, sizeof *w.gain),
         .shift = xcalloc(s->members, sizeof *w.shift),
     };
-    for (size_t d = 0; d < s->data; d++) {
-        if (isfinite(s->read[d]))
-            w.datum[w.n++] = d;
+    for (size_t d = 0; d < s->readings; d++) {
+        if (isfinite(s->reading[d]))
+            w.reading[w.n++] = d;
     }
     if (w.n) {
         fill_matrix(&w, s);
-        factor(&w);
-        innovate(&w, s, chance);
+        factor_matrix(&w);
+        set_innovations(&w, s, rng);
         for (size_t state = 0; state < s->states; state++)
-            move(&w, s, state);
+            update_state(&w, s, state);
     }
-    free(w.datum);
-    free(w.away);
+    free(w.reading);
+    free(w.deviation);
     free(w.matrix);
     free(w.innovations);
     free(w.gain);
     free(w.shift);
 }
 
-void smoother_spread(const double *state, size_t members, size_t states, size_t column,
-                     double *mean, double *deviation)
+void smoother_moments(const double *state, size_t members, size_t states, size_t column,
+                      double *mean, double *deviation)
 {
     double sum = 0.0, squares = 0.0;
     for (size_t m = 0; m < members; m++)
@@ -556,11 +561,11 @@ void smoother_spread(const double *state, size_t members, size_t states, size_t 
     *deviation = members > 1 ? sqrt(squares / (double)(members - 1)) : 0.0;
 }
 
-void smoother_widen(double *state, size_t members, size_t states, size_t column, double was,
-                    double kept, double least)
+void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
+                             double was, double kept, double least)
 {
     double mean, now;
-    smoother_spread(state, members, states, column, &mean, &now);
+    smoother_moments(state, members, states, column, &mean, &now);
     double wanted = fmax(now + kept * fmax(was - now, 0.0), least);
     for (size_t m = 0; now > 0.0 && m < members; m++) {
         double *x = &state[m * states + column];
@@ -581,10 +586,10 @@ double smoother_taper(double distance, double half)
 
 /* ---- assimilation ---- */
 
-#define STATES (ADVISE_UNKNOWNS + ADVISE_JOINTS)
-#define DATA   (MR_TRANSDUCERS + MR_SEGMENTS)
+#define STATES   (ADVISE_UNKNOWNS + ADVISE_JOINTS)
+#define READINGS (MR_TRANSDUCERS + MR_SEGMENTS)
 
-static double nearness(const void *context, size_t state, size_t datum)
+static double taper_weight(const void *context, size_t state, size_t datum)
 {
     const struct advise_runway *runway = context;
     if (state < ADVISE_UNKNOWNS)
@@ -594,14 +599,14 @@ static double nearness(const void *context, size_t state, size_t datum)
         return joint / MR_MATS_PER_SEGMENT == datum - MR_TRANSDUCERS ? 1.0 : 0.0;
     return smoother_taper((double)joint * (double)runway->chain.mat_length_ft -
                               (double)runway->station_ft[datum],
-                          NEAR_FT);
+                          TAPER_HALF_FT);
 }
 
 struct assimilation {
     double *state, *predicted;
-    double read[DATA], error[DATA];
+    double reading[READINGS], reading_error[READINGS];
     struct advise_braking *braking;
-    struct advise_course *met;
+    struct advise_outcome *outcome;
 };
 
 static void assimilation_free(struct assimilation *l)
@@ -609,15 +614,16 @@ static void assimilation_free(struct assimilation *l)
     free(l->state);
     free(l->predicted);
     free(l->braking);
-    free(l->met);
+    free(l->outcome);
 }
 
-static void assimilation_get(struct assimilation *l, const struct advise_members *members)
+static void assimilation_alloc(struct assimilation *l, const struct advise_members *members)
 {
-    *l = (struct assimilation){.state = xcalloc(members->count * STATES, sizeof *l->state),
-                               .predicted = xcalloc(members->count * DATA, sizeof *l->predicted),
-                               .braking = xcalloc(members->count, sizeof *l->braking),
-                               .met = xcalloc(members->count, sizeof *l->met)};
+    *l =
+        (struct assimilation){.state = xcalloc(members->count * STATES, sizeof *l->state),
+                              .predicted = xcalloc(members->count * READINGS, sizeof *l->predicted),
+                              .braking = xcalloc(members->count, sizeof *l->braking),
+                              .outcome = xcalloc(members->count, sizeof *l->outcome)};
 }
 
 static void to_state(const struct advise_members *members, struct assimilation *l)
@@ -628,34 +634,36 @@ static void to_state(const struct advise_members *members, struct assimilation *
         memcpy(state, member->unknown, sizeof member->unknown);
         for (unsigned j = 0; j < ADVISE_JOINTS; j++)
             state[ADVISE_UNKNOWNS + j] = (double)member->gap_ft[j];
-        for (unsigned d = 0; d < DATA; d++)
-            l->predicted[m * DATA + d] = (double)(d < MR_TRANSDUCERS
-                                                      ? l->met[m].moved_in[d]
-                                                      : l->met[m].sum_in[d - MR_TRANSDUCERS]);
+        for (unsigned d = 0; d < READINGS; d++)
+            l->predicted[m * READINGS + d] =
+                (double)(d < MR_TRANSDUCERS ? l->outcome[m].movement_in[d]
+                                            : l->outcome[m].segment_sum_in[d - MR_TRANSDUCERS]);
     }
 }
 
 /* Sets the readings and their standard errors. Each error combines the reading's own with the chain
  * model's, a share of the movement or closing. */
-static void find_errors(const struct advise_members *members, const struct advise_observation *seen,
-                        struct assimilation *l)
+static void set_readings(const struct advise_members *members,
+                         const struct advise_observation *observation, struct assimilation *l)
 {
-    for (unsigned d = 0; d < DATA; d++) {
+    for (unsigned d = 0; d < READINGS; d++) {
         double mean = 0.0;
         for (size_t m = 0; m < members->count; m++)
-            mean += l->predicted[m * DATA + d] / (double)members->count;
+            mean += l->predicted[m * READINGS + d] / (double)members->count;
         if (d < MR_TRANSDUCERS) {
-            double own = fmax(seen->moved_error_in, READING_IN);
-            l->read[d] = isfinite(mean) ? seen->moved_in[d] : (double)NAN;
-            l->error[d] = hypot(own,
-                                MODEL_SHARE * fmax(fabs(seen->moved_in[d]), fabs(mean)) + MODEL_IN);
+            double own = fmax(observation->movement_error_in, READING_ERROR_IN);
+            l->reading[d] = isfinite(mean) ? observation->movement_in[d] : (double)NAN;
+            l->reading_error[d] = hypot(
+                own,
+                MODEL_ERROR_SHARE * fmax(fabs(observation->movement_in[d]), fabs(mean)) + MODEL_ERROR_IN);
         } else {
             unsigned s = d - MR_TRANSDUCERS;
-            double change = fabs(seen->before_in[s] - seen->after_in[s]);
+            double change = fabs(observation->survey_before_in[s] - observation->survey_after_in[s]);
             /* without a survey before, the closing is unknown; the remaining opening is known */
-            l->read[d] = isfinite(mean) ? seen->after_in[s] : (double)NAN;
-            l->error[d] = hypot(1.4142135623730951 * seen->survey_error_in,
-                                SUM_SHARE * (isfinite(change) ? change : 0.1) + SUM_IN);
+            l->reading[d] = isfinite(mean) ? observation->survey_after_in[s] : (double)NAN;
+            l->reading_error[d] =
+                hypot(1.4142135623730951 * observation->survey_error_in,
+                      SUM_ERROR_SHARE * (isfinite(change) ? change : 0.1) + SUM_ERROR_IN);
         }
     }
 }
@@ -667,7 +675,7 @@ static void from_state(struct advise_members *members, const struct assimilation
         struct advise_member *member = &members->member[m];
         const double *state = l->state + m * STATES;
         for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
-            double by = stated_value(runway, (enum advise_parameter)k);
+            double by = configured_value(runway, (enum advise_parameter)k);
             member->unknown[k] = fmin(fmax(state[k], log(bounds[k].low * by)),
                                       log(bounds[k].high * by));
         }
@@ -680,73 +688,75 @@ static void from_state(struct advise_members *members, const struct assimilation
 static bool has_diverged(const struct advise_members *members, const struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
-        if (l->met[m].ran_away)
+        if (l->outcome[m].diverged)
             return true;
     }
     return false;
 }
 
-static bool pass(struct advise_members *members, const struct advise_observation *seen,
-                 struct assimilation *l)
+static bool run_pass(struct advise_members *members, const struct advise_observation *observation,
+                     struct assimilation *l)
 {
-    if (!advise_play(members, l->braking, false, l->met) || has_diverged(members, l))
+    if (!advise_simulate(members, l->braking, false, l->outcome) || has_diverged(members, l))
         return false;
     to_state(members, l);
-    find_errors(members, seen, l);
+    set_readings(members, observation, l);
     const struct smoother smoother = {.members = members->count,
                                       .states = STATES,
-                                      .data = DATA,
+                                      .readings = READINGS,
                                       .state = l->state,
                                       .predicted = l->predicted,
-                                      .read = l->read,
-                                      .error = l->error,
-                                      .passes = PASSES,
-                                      .nearness = nearness,
+                                      .reading = l->reading,
+                                      .reading_error = l->reading_error,
+                                      .error_factor = SMOOTHER_PASSES,
+                                      .taper_weight = taper_weight,
                                       .context = &members->runway};
-    smoother_take(&smoother, &members->chance);
+    smoother_update(&smoother, &members->rng);
     from_state(members, l);
     return true;
 }
 
-static void widen(struct advise_members *members, struct assimilation *l, const double *was)
+static void restore_spread(struct advise_members *members, struct assimilation *l,
+                           const double *was)
 {
     to_state(members, l);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
-        smoother_widen(l->state, members->count, STATES, k, was[k], KEPT, bounds[k].least);
+        smoother_restore_spread(l->state, members->count, STATES, k, was[k], KEPT_SPREAD,
+                                bounds[k].min_spread);
     from_state(members, l);
 }
 
-bool advise_learn(struct advise_members *members, const struct advise_observation *seen)
+bool advise_update(struct advise_members *members, const struct advise_observation *observation)
 {
     struct assimilation assimilation;
     double was[ADVISE_UNKNOWNS], mean;
     bool good = true;
-    assimilation_get(&assimilation, members);
-    advise_survey(members, seen->before_in, seen->survey_error_in);
+    assimilation_alloc(&assimilation, members);
+    advise_apply_survey(members, observation->survey_before_in, observation->survey_error_in);
     for (size_t m = 0; m < members->count; m++)
-        assimilation.braking[m] = seen->braking;
+        assimilation.braking[m] = observation->braking;
     to_state(members, &assimilation);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
-        smoother_spread(assimilation.state, members->count, STATES, k, &mean, &was[k]);
-    for (unsigned i = 0; good && i < PASSES; i++)
-        good = pass(members, seen, &assimilation);
+        smoother_moments(assimilation.state, members->count, STATES, k, &mean, &was[k]);
+    for (unsigned i = 0; good && i < SMOOTHER_PASSES; i++)
+        good = run_pass(members, observation, &assimilation);
     if (good)
-        widen(members, &assimilation, was);
-    good = good && advise_play(members, assimilation.braking, true, assimilation.met) &&
+        restore_spread(members, &assimilation, was);
+    good = good && advise_simulate(members, assimilation.braking, true, assimilation.outcome) &&
            !has_diverged(members, &assimilation);
-    members->learned += good;
+    members->updates += good;
     assimilation_free(&assimilation);
     return good;
 }
 
-void advise_widen(struct advise_members *members, double times)
+void advise_widen_spread(struct advise_members *members, double times)
 {
     for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
         double mean, spread;
         advise_parameter(members, (enum advise_parameter)k, &mean, &spread);
         for (size_t m = 0; m < members->count; m++) {
             double *u = &members->member[m].unknown[k],
-                   by = stated_value(&members->runway, (enum advise_parameter)k);
+                   by = configured_value(&members->runway, (enum advise_parameter)k);
             *u = log(mean) + times * (*u - log(mean));
             *u = fmin(fmax(*u, log(bounds[k].low * by)), log(bounds[k].high * by));
         }
@@ -769,11 +779,11 @@ void advise_parameter(const struct advise_members *members, enum advise_paramete
 
 /* ---- forecast ---- */
 
-#define FORECAST_STREAM 2u
-#define PRIOR_LANDINGS  4.0
-#define LEAST_OF        64.0
+#define FORECAST_STREAM  2u
+#define PRIOR_LANDINGS   4.0
+#define LOG_ODDS_MEMBERS 64.0
 
-void advise_plan_met(const double *log_ratio, size_t count, double *bias, double *spread)
+void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, double *spread)
 {
     const double prior = PRIOR_LANDINGS, n = (double)count;
     double mean = 0.0, squares = 0.0;
@@ -781,9 +791,9 @@ void advise_plan_met(const double *log_ratio, size_t count, double *bias, double
         mean += log_ratio[i] / n;
     for (size_t i = 0; i < count; i++)
         squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
-    /* the prior is such that n = 0 gives ADVISE_PLAN_MET */
-    double sum = ADVISE_PLAN_MET * ADVISE_PLAN_MET * (prior - 2.0) / (1.0 + 1.0 / prior) + squares +
-                 prior * n / (prior + n) * mean * mean;
+    /* the prior is such that n = 0 gives ADVISE_PLAN_SPREAD */
+    double sum = ADVISE_PLAN_SPREAD * ADVISE_PLAN_SPREAD * (prior - 2.0) / (1.0 + 1.0 / prior) +
+                 squares + prior * n / (prior + n) * mean * mean;
     *bias = n * mean / (prior + n);
     *spread = sqrt(sum / (prior + n - 2.0) * (1.0 + 1.0 / (prior + n)));
 }
@@ -792,14 +802,14 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
                          double mean_ft_s2, struct advise_braking *braking)
 {
     for (size_t m = 0; m < members->count; m++) {
-        struct chance chance = chance_from(plan->seed, 1000u * FORECAST_STREAM + m);
-        double met = fmin(fmax(plan->spread * chance_normal(&chance), -0.5), 0.4),
-               speed = plan->speed_spread * chance_normal(&chance),
-               at_ft = plan->touchdown_spread_ft * chance_normal(&chance);
+        struct rng rng = rng_init(plan->seed, 1000u * FORECAST_STREAM + m);
+        double deviation = fmin(fmax(plan->spread * rng_normal(&rng), -0.5), 0.4),
+               speed = plan->speed_spread * rng_normal(&rng),
+               at_ft = plan->touchdown_spread_ft * rng_normal(&rng);
         braking[m] = (struct advise_braking){
             .speed_ft_s = plan->speed_ft_s * fmax(1.0 + speed, 0.5),
             .touchdown_ft = fmax(plan->touchdown_ft + at_ft, 0.0),
-            .mean_ft_s2 = mean_ft_s2 * exp(plan->bias) * (1.0 + met),
+            .mean_ft_s2 = mean_ft_s2 * exp(plan->bias) * (1.0 + deviation),
             .profile = &plan->profile,
         };
     }
@@ -807,79 +817,81 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
 
 double advise_log_odds(double share)
 {
-    double soft = (LEAST_OF * share + 0.5) / (LEAST_OF + 1.0);
+    double soft = (LOG_ODDS_MEMBERS * share + 0.5) / (LOG_ODDS_MEMBERS + 1.0);
     return log(soft / (1.0 - soft));
 }
 
 /* Calibrates the members' share: log odds times `times` plus `more`. Fitted on series 250 to 309
  * of make score-foresight, none of which is scored (tests/score/README.md, "Before touchdown"
  * and "Perturbed"). Without a survey, less is known than the members assume. */
-double advise_calibrated(double share, bool surveyed)
+double advise_calibrate(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
     return 1.0 / (1.0 + exp(-(more + times * advise_log_odds(share))));
 }
 
-struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed)
+struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed)
 {
     struct wilson share = wilson_interval(events, count);
-    return (struct advise_chance){.p = advise_calibrated((double)events / (double)count, surveyed),
-                                  .low = advise_calibrated(share.low, surveyed),
-                                  .high = advise_calibrated(share.high, surveyed)};
+    return (struct advise_probability){
+        .p = advise_calibrate((double)events / (double)count, surveyed),
+        .low = advise_calibrate(share.low, surveyed),
+        .high = advise_calibrate(share.high, surveyed)};
 }
 
-static int by_size(const void *a, const void *b)
+static int compare_floats(const void *a, const void *b)
 {
     float x = *(const float *)a, y = *(const float *)b;
     return (x > y) - (x < y);
 }
 
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_course *met, struct advise_row *row)
+                struct advise_braking *braking, struct advise_outcome *outcome, struct advise_row *row)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double end_ft = (double)chain->mat_length_ft * chain->mats;
-    size_t played = 0, off = 0, come = 0, by[ADVISE_STATIONS] = {0};
+    size_t played = 0, off = 0, come = 0, by[ADVISE_RUNWAY_PARTS] = {0};
     float *at_ft = xcalloc(members->count, sizeof *at_ft);
     advise_draw_braking(members, plan, mean_ft_s2, braking);
-    if (!advise_play(members, braking, false, met)) {
+    if (!advise_simulate(members, braking, false, outcome)) {
         free(at_ft);
         return false;
     }
     for (size_t m = 0; m < members->count; m++) {
-        if (met[m].ran_away)
+        if (outcome[m].diverged)
             continue;
         played++;
-        off += (double)met[m].stop_ft >= end_ft;
-        if (isnan(met[m].zone_ft))
+        off += (double)outcome[m].stop_ft >= end_ft;
+        if (isnan(outcome[m].zone_ft))
             continue;
-        at_ft[come++] = met[m].zone_ft;
-        for (unsigned s = 0; s < ADVISE_STATIONS; s++)
-            by[s] += (double)met[m].zone_ft <= end_ft * (s + 1u) / ADVISE_STATIONS;
+        at_ft[come++] = outcome[m].zone_ft;
+        for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++)
+            by[s] += (double)outcome[m].zone_ft <= end_ft * (s + 1u) / ADVISE_RUNWAY_PARTS;
     }
-    qsort(at_ft, come, sizeof *at_ft, by_size);
+    qsort(at_ft, come, sizeof *at_ft, compare_floats);
     *row = (struct advise_row){.speed_ft_s = plan->speed_ft_s,
                                .mean_ft_s2 = mean_ft_s2,
-                               .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
+                               .median_zone_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
-        row->share = (double)come / (double)played;
-        row->zone = advise_chance_of(come, played, members->surveyed);
-        row->off_runway = (double)off / (double)played;
-        for (unsigned s = 0; s < ADVISE_STATIONS; s++)
-            row->by_station[s] = advise_chance_of(by[s], played, members->surveyed);
+        row->zone_share = (double)come / (double)played;
+        row->zone = advise_probability_of(come, played, members->is_surveyed);
+        row->off_runway_share = (double)off / (double)played;
+        for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++)
+            row->by_station[s] = advise_probability_of(by[s], played, members->is_surveyed);
     }
     free(at_ft);
     return played > 0;
 }
 
-double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan)
+double advise_least_braking_ft_s2(const struct advise_members *members,
+                                  const struct advise_plan *plan)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double left_ft = (double)chain->mat_length_ft * chain->mats - plan->touchdown_ft;
     return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
 }
 
-double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
+double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
     size_t first = rows; /* the first of the last consecutive rows below the limit */
     while (first > 0 && row[first - 1].zone.p < limit)
@@ -888,49 +900,53 @@ double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limi
 }
 
 /* Risk of a row and the limits of its interval, in decreasing order. */
-enum risk_of { RISK_HIGH, RISK_P, RISK_LOW, RISKS };
+enum risk_bound { RISK_HIGH, RISK_MIDDLE, RISK_LOW, RISKS };
 
-static double risk(const struct advise_row *row, enum risk_of of)
+static double row_risk(const struct advise_row *row, enum risk_bound of)
 {
-    double zone = of == RISK_HIGH ? row->zone.high : of == RISK_P ? row->zone.p : row->zone.low;
-    return fmax(zone, row->off_runway);
+    double zone = of == RISK_HIGH   ? row->zone.high
+                : of == RISK_MIDDLE ? row->zone.p
+                                    : row->zone.low;
+    return fmax(zone, row->off_runway_share);
 }
 
 /* The first row at or above the limit; `rows`: none. */
-static size_t first_beyond(const struct advise_row *row, size_t rows, double limit, enum risk_of of)
+static size_t find_first_above(const struct advise_row *row, size_t rows, double limit,
+                               enum risk_bound of)
 {
     size_t i = 0;
-    while (i < rows && risk(&row[i], of) < limit)
+    while (i < rows && row_risk(&row[i], of) < limit)
         i++;
     return i;
 }
 
-static double reach(const double *x, const struct advise_row *row, size_t rows, double limit,
-                    enum risk_of of)
+static double interpolate_limit(const double *x, const struct advise_row *row, size_t rows,
+                                double limit, enum risk_bound of)
 {
-    size_t i = first_beyond(row, rows, limit, of);
+    size_t i = find_first_above(row, rows, limit, of);
     if (i == 0 || i == rows)
         return (double)NAN;
-    double from = risk(&row[i - 1], of), to = risk(&row[i], of);
+    double from = row_risk(&row[i - 1], of), to = row_risk(&row[i], of);
     return x[i - 1] + (x[i] - x[i - 1]) * (limit - from) / (to - from);
 }
 
 struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
                                  double limit)
 {
-    bool beyond = rows && first_beyond(row, rows, limit, RISK_P) == rows;
-    return (struct advise_bound){.at = beyond ? x[rows - 1] : reach(x, row, rows, limit, RISK_P),
-                                 .low = reach(x, row, rows, limit, RISK_HIGH),
-                                 .high = reach(x, row, rows, limit, RISK_LOW),
-                                 .beyond = beyond};
+    bool beyond = rows && find_first_above(row, rows, limit, RISK_MIDDLE) == rows;
+    return (struct advise_bound){
+        .value = beyond ? x[rows - 1] : interpolate_limit(x, row, rows, limit, RISK_MIDDLE),
+        .low = interpolate_limit(x, row, rows, limit, RISK_HIGH),
+        .high = interpolate_limit(x, row, rows, limit, RISK_LOW),
+        .is_unbounded = beyond};
 }
 
-size_t advise_bound_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
-                        double width)
+size_t advise_find_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+                       double width)
 {
-    static const enum risk_of order[RISKS] = {RISK_P, RISK_HIGH, RISK_LOW};
+    static const enum risk_bound order[RISKS] = {RISK_MIDDLE, RISK_HIGH, RISK_LOW};
     for (size_t k = 0; k < RISKS; k++) {
-        size_t i = first_beyond(row, rows, limit, order[k]);
+        size_t i = find_first_above(row, rows, limit, order[k]);
         if (i > 0 && i < rows && x[i] - x[i - 1] > width)
             return i - 1;
     }

@@ -21,43 +21,43 @@
 #include "common/splitmix.h"
 
 /* minimum number of members; with fewer, probabilities are too rough to act on */
-#define ADVISE_LEAST     64u
-#define ADVISE_USUAL     256u
-#define ADVISE_MOST      4096u
+#define ADVISE_MEMBERS_MIN       64u
+#define ADVISE_MEMBERS_DEFAULT   256u
+#define ADVISE_MEMBERS_MAX       4096u
 /* mats of a zone, as for the board's warning: MR_PREDICTOR_WARNING_MATS */
-#define ADVISE_ZONE_MATS 50u
+#define ADVISE_ZONE_MATS         50u
 /* the wheel has reached a zone if it is this near to the zone's start */
-#define ADVISE_ZONE_FT   2.0
-#define ADVISE_SLOW_FT_S 2.0 /* a slower wheel does not push mats together */
-#define ADVISE_PROFILE   24u
-#define ADVISE_JOINTS    (MR_CHAIN_MATS + 1u)
-#define ADVISE_G_FT_S2   32.174
+#define ADVISE_ZONE_TOLERANCE_FT 2.0
+#define ADVISE_SLOW_FT_S         2.0 /* a slower wheel does not push mats together */
+#define ADVISE_PROFILE_MAX       24u
+#define ADVISE_JOINTS            (MR_CHAIN_MATS + 1u)
+#define ADVISE_G_FT_S2           32.174
 
 /* Random numbers. A seed and a stream give the same numbers on every computer. */
-struct chance {
+struct rng {
     uint64_t state;
 };
 
 /* Different streams of a seed are independent. */
-static inline struct chance chance_from(uint64_t seed, uint64_t stream)
+static inline struct rng rng_init(uint64_t seed, uint64_t stream)
 {
-    struct chance chance = {seed};
-    chance.state = mr_splitmix64(&chance.state) ^ (stream + 1u) * 0xd1342543de82ef95u;
-    (void)mr_splitmix64(&chance.state);
-    return chance;
+    struct rng rng = {seed};
+    rng.state = mr_splitmix64(&rng.state) ^ (stream + 1u) * 0xd1342543de82ef95u;
+    (void)mr_splitmix64(&rng.state);
+    return rng;
 }
 
 /* Uniform in [0, 1). */
-static inline double chance_uniform(struct chance *chance)
+static inline double rng_uniform(struct rng *rng)
 {
-    return mr_splitmix64_uniform(&chance->state);
+    return mr_splitmix64_uniform(&rng->state);
 }
 
 /* Standard normal (Box and Muller). */
-static inline double chance_normal(struct chance *chance)
+static inline double rng_normal(struct rng *rng)
 {
-    double u = 1.0 - chance_uniform(chance);
-    return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * chance_uniform(chance));
+    double u = 1.0 - rng_uniform(rng);
+    return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * rng_uniform(rng));
 }
 
 /* Unknowns are stored as logarithms, because all are positive. */
@@ -76,7 +76,7 @@ struct advise_runway {
     double grit_lb;               /* mean closing resistance of the joints, as configured */
     double thrust_lb_per_g;       /* thrust of the lead axle on the strip */
     /* share of the thrust that the strip carries, measured within 3 %; 0: not measured */
-    double share;
+    double thrust_share;
     double bump_ft;                   /* irregularity of the ground; 0: unknown */
     float station_ft[MR_TRANSDUCERS]; /* NaN: no transducer is fitted */
 };
@@ -92,19 +92,19 @@ struct advise_members {
     struct advise_member *member;
     size_t count; /* number of members, a multiple of 8 */
     unsigned threads;
-    unsigned learned; /* number of landings from which the ensemble was updated */
-    bool surveyed;    /* at least ten joints were surveyed since the mats were laid */
-    struct chance chance;
+    unsigned updates; /* number of landings from which the ensemble was updated */
+    bool is_surveyed; /* at least ten joints were surveyed since the mats were laid */
+    struct rng rng;
 };
 
 /* Braking over time, relative to its mean. Points are joined by straight lines; braking is constant
  * before the first and after the last point. count 0: uniform braking. */
 struct advise_profile {
     size_t count;
-    double t_s[ADVISE_PROFILE], factor[ADVISE_PROFILE];
+    double t_s[ADVISE_PROFILE_MAX], factor[ADVISE_PROFILE_MAX];
 };
 
-double advise_factor(const struct advise_profile *profile, double t_s);
+double advise_braking_factor(const struct advise_profile *profile, double t_s);
 
 /* Speed, touchdown and braking of one member's landing. Braking begins with an onset of 60 ms. */
 struct advise_braking {
@@ -116,13 +116,13 @@ struct advise_braking {
 double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
 /* Outcome of a simulated landing. */
-struct advise_course {
-    float zone_ft;      /* wheel station at which it first reaches a zone of 50 mats; NaN: never */
-    float stop_ft;      /* stop station of the wheel; beyond the runway: it rolls off */
-    uint16_t most_mats; /* longest zone that the wheel reached */
-    bool ran_away;      /* the chain diverged: the other fields are not valid */
-    float moved_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
-    float sum_in[MR_SEGMENTS];      /* sums of openings at the end */
+struct advise_outcome {
+    float zone_ft; /* wheel station at which it first reaches a zone of 50 mats; NaN: never */
+    float stop_ft; /* stop station of the wheel; beyond the runway: it rolls off */
+    uint16_t longest_mats;             /* longest zone that the wheel reached */
+    bool diverged;                     /* the chain diverged: the other fields are not valid */
+    float movement_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
+    float segment_sum_in[MR_SEGMENTS]; /* sums of openings at the end */
 };
 
 /* Draws `count` members, rounded up to a multiple of eight, for a runway without readings.
@@ -133,34 +133,34 @@ void advise_members_free(struct advise_members *members);
 
 /* Draws all openings again, because the mats were laid anew. The other unknowns keep their updated
  * values. */
-void advise_relay(struct advise_members *members);
+void advise_relay_mats(struct advise_members *members);
 /* Draws opening and closing resistance of the joints `first` to `last` again, counted from 0,
  * because their mats were replaced or relaid. */
-void advise_repair(struct advise_members *members, unsigned first, unsigned last);
+void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
-void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
-                   double error_in);
+void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
+                         double error_in);
 /* Simulates a landing on each member. `keeps`: the joints of the members keep their state at the
  * end of the landing. Returns false if there is no memory. */
-bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
-                 struct advise_course *met);
+bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
+                     bool keeps, struct advise_outcome *outcome);
 
 /* A measured landing. */
 struct advise_observation {
     struct advise_braking braking;
-    double moved_in[MR_TRANSDUCERS], moved_error_in; /* movement at the end; NaN: not read */
-    double before_in[MR_SEGMENTS]; /* surveyed before the landing; NaN: not read */
-    double after_in[MR_SEGMENTS];  /* surveyed after the landing; NaN: not read */
+    double movement_in[MR_TRANSDUCERS], movement_error_in; /* movement at the end; NaN: not read */
+    double survey_before_in[MR_SEGMENTS]; /* surveyed before the landing; NaN: not read */
+    double survey_after_in[MR_SEGMENTS];  /* surveyed after the landing; NaN: not read */
     double survey_error_in;
 };
 /* Updates the ensemble from a landing: applies the survey before it, applies its readings in two
  * passes of the smoother, and then simulates the landing. Returns false if a chain diverged. */
-bool advise_learn(struct advise_members *members, const struct advise_observation *seen);
+bool advise_update(struct advise_members *members, const struct advise_observation *observation);
 
 /* Widens the spread of the updated unknowns about their means by the factor `times` above 1, for a
  * landing unlike the previous ones. */
-void advise_widen(struct advise_members *members, double times);
+void advise_widen_spread(struct advise_members *members, double times);
 
 /* Longest zone ahead of the wheel: it runs from a closed joint (0.001 in) to a closed joint, and no
  * ten consecutive joints within it contain more than one open joint. Joints are counted from 0; 0
@@ -168,7 +168,7 @@ void advise_widen(struct advise_members *members, double times);
 struct advise_zone {
     unsigned first, mats;
 };
-struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from);
+struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from);
 
 /* Geometric mean and relative spread of an unknown over the members. */
 void advise_parameter(const struct advise_members *members, enum advise_parameter unknown,
@@ -183,30 +183,31 @@ void advise_parameter(const struct advise_members *members, enum advise_paramete
 
 /* Unknowns and readings may have any units; the error of a reading has the unit of the reading. */
 struct smoother {
-    size_t members, states, data;
-    double *state; /* [members][states]: unknowns of each member; smoother_take changes them */
+    size_t members, states, readings;
+    double *state; /* [members][states]: unknowns of each member; smoother_update changes them */
     const double *predicted; /* [members][data]: readings as predicted by each member */
-    const double *read;      /* [data]: the readings; NaN: not read */
-    const double *error;     /* [data]: standard errors, which include the model's error; above 0 */
+    const double *reading;   /* [data]: the readings; NaN: not read */
+    const double
+        *reading_error; /* [data]: standard errors, which include the model's error; above 0 */
     /* Factor on the variance of the errors. n passes with a factor of n each are equivalent to one
      * pass with a factor of 1. */
-    double passes;
+    double error_factor;
     /* Weight of a datum for a state, 0..1; NULL: 1. Suppresses spurious correlations. */
-    double (*nearness)(const void *context, size_t state, size_t datum);
+    double (*taper_weight)(const void *context, size_t state, size_t datum);
     const void *context;
 };
 
 /* Runs one pass. Readings are perturbed for each member; the mean of the perturbations is 0.
  * Without a reading nothing changes. */
-void smoother_take(const struct smoother *smoother, struct chance *chance);
+void smoother_update(const struct smoother *smoother, struct rng *rng);
 
 /* Mean and standard deviation of column `column` of [members][states]. */
-void smoother_spread(const double *state, size_t members, size_t states, size_t column,
-                     double *mean, double *deviation);
+void smoother_moments(const double *state, size_t members, size_t states, size_t column,
+                      double *mean, double *deviation);
 /* Restores part of the spread of a column: the share `kept` of the decrease of its standard
  * deviation since `was`, and at least up to `least`. */
-void smoother_widen(double *state, size_t members, size_t states, size_t column, double was,
-                    double kept, double least);
+void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
+                             double was, double kept, double least);
 
 /* 1 at 0, 0 from twice `half` on, smooth between (Gaspari and Cohn 1999, equation 4.10). */
 double smoother_taper(double distance, double half);
@@ -216,13 +217,14 @@ double smoother_taper(double distance, double half);
  * a limit.
  *
  * Probabilities are shares of the members, calibrated on series that are not scored
- * (advise_calibrated). Their intervals (95 %, Wilson 1927) cover only the number of members, not
+ * (advise_calibrate). Their intervals (95 %, Wilson 1927) cover only the number of members, not
  * the errors of model and inputs. All decelerations use the same random numbers, so rows differ
  * only by the braking. */
 
-#define ADVISE_STATIONS 6u /* number of equal parts of the runway */
-#define ADVISE_ROWS     9u
-#define ADVISE_PLAN_MET 0.10 /* spread of mean decelerations about their plan, before any landing */
+#define ADVISE_RUNWAY_PARTS 6u /* number of equal parts of the runway */
+#define ADVISE_ROWS         9u
+#define ADVISE_PLAN_SPREAD \
+    0.10 /* spread of mean decelerations about their plan, before any landing */
 
 struct advise_plan {
     double speed_ft_s, speed_spread; /* spreads are relative standard deviations */
@@ -233,26 +235,26 @@ struct advise_plan {
     uint64_t seed;
 };
 
-struct advise_chance {
+struct advise_probability {
     double p, low, high;
 };
 
 struct advise_row {
     double speed_ft_s, mean_ft_s2; /* planned values */
-    double share;                  /* share of the members that reach a zone, not calibrated */
-    struct advise_chance zone;
+    double zone_share;             /* share of the members that reach a zone, not calibrated */
+    struct advise_probability zone;
     /* probability that a zone is reached before the end of each part */
-    struct advise_chance by_station[ADVISE_STATIONS];
-    double off_runway; /* share of the members that roll off */
+    struct advise_probability by_station[ADVISE_RUNWAY_PARTS];
+    double off_runway_share; /* share of the members that roll off */
     /* station by which half of the members that reach a zone have reached it; NaN: no member
      * does */
-    double half_ft;
+    double median_zone_ft;
 };
 
 /* Deviation of braking from plan: `count` natural logarithms of (measured / planned). Returns the
  * predictive mean and standard deviation of the next one. The prior is normal-inverse-gamma:
- * without landings it gives 0 +- ADVISE_PLAN_MET, and it counts as four landings. */
-void advise_plan_met(const double *log_ratio, size_t count, double *bias, double *spread);
+ * without landings it gives 0 +- ADVISE_PLAN_SPREAD, and it counts as four landings. */
+void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, double *spread);
 
 /* Draws the landing of each member for a planned mean deceleration of `mean_ft_s2`. */
 void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
@@ -261,30 +263,31 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
 /* Computes one row. `braking` and `met` have room for all members and receive the simulated
  * landings. Returns false if the chains cannot be simulated. */
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_course *met, struct advise_row *row);
+                struct advise_braking *braking, struct advise_outcome *outcome, struct advise_row *row);
 
 /* Probability from `events` in `count` members: share and Wilson's interval, all calibrated. */
-struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed);
+struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed);
 /* Calibrated probability for a share of the members. The share is never taken as 0 or 1: its log
  * odds (advise_log_odds) are corrected by a fit to series that are not scored. */
-double advise_calibrated(double share, bool surveyed);
+double advise_calibrate(double share, bool surveyed);
 /* Log odds of a share; the share is limited to half a member of 64 from 0 and 1. */
 double advise_log_odds(double share);
 
 /* Mean deceleration that stops the gear at the end of the runway. */
-double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
+double advise_least_braking_ft_s2(const struct advise_members *members,
+                                  const struct advise_plan *plan);
 
 /* If mats are closed from the start far from touchdown, harder braking stops before them: the
  * lowest braking of the rows (ascending) from which on the probability of a zone is below `limit`
  * again. NaN: there is none, or all rows are below the limit. */
-double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
+double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
 /* Largest value up to which the probability of a zone, and the share that rolls off, stay below a
  * limit. Its 95 % interval covers only the number of members. */
 struct advise_bound {
-    double at;        /* largest value; NaN: the first row is not below the limit */
-    double low, high; /* 95 % interval; NaN: open on that side */
-    bool beyond;      /* all rows are below the limit: `at` is the last row's */
+    double value;      /* largest value; NaN: the first row is not below the limit */
+    double low, high;  /* 95 % interval; NaN: open on that side */
+    bool is_unbounded; /* all rows are below the limit: `at` is the last row's */
 };
 /* `x`, ascending: the quantity that varies between rows, such as the touchdown speed. Interpolated
  * linearly between rows. */
@@ -292,7 +295,7 @@ struct advise_bound advise_bound(const double *x, const struct advise_row *row, 
                                  double limit);
 /* Finds the first pair of rows that encloses the limit, or an end of its interval, and is further
  * apart than `width`. Returns the index of its first row; `rows` if there is none. */
-size_t advise_bound_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
-                        double width);
+size_t advise_find_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+                       double width);
 
 #endif

@@ -55,9 +55,9 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
                       "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
                       "decelerations of 0 to 60 ft/s2",
                       text);
-        if (profile->count == ADVISE_PROFILE)
+        if (profile->count == ADVISE_PROFILE_MAX)
             error_set(fatal, MR_USAGE, "more than %u points: --profile; leave some out",
-                      ADVISE_PROFILE);
+                      ADVISE_PROFILE_MAX);
         profile->t_s[profile->count] = last_s = t_s;
         profile->factor[profile->count++] = a;
         more = at[length] == ',';
@@ -70,7 +70,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
 static unsigned landings_of(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
-    const struct history *past = &advise->past;
+    const struct history *past = &advise->history;
     int64_t source;
     bool there = false;
     if (past->landings)
@@ -124,7 +124,7 @@ static size_t load_relation(const struct request *r, struct store *store,
         bool found = false, is_void = false;
         if (!inspection_is_valid(entry, kind, 0) || !json_is_number(value) || !choice ||
             strcmp(choice, relation->choice) != 0 ||
-            (r->advise.before && entry->row.run >= r->advise.before))
+            (r->advise.before_run && entry->row.run >= r->advise.before_run))
             continue;
         store_is_void(store, entry->row.run, &is_void, NULL, fatal);
         store_result_get(store, entry->row.run, &result, &found, fatal);
@@ -181,26 +181,26 @@ static int run(struct request *r, const struct cli *cli)
     struct progress progress;
     struct mr_risk_plan plan;
     struct store *store = program_campaign(r->db, r->keep ? STORE_OPEN : STORE_READ);
-    store_run_find(store, &r->advise.before, fatal);
+    store_run_find(store, &r->advise.before_run, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
     if (r->load)
         begin_load(r, store, &advise, &talk);
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
-    advise_find(&advise, cli->si, &progress, &error);
+    advise_compute(&advise, cli->si, &progress, &error);
     progress_end(&progress);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (r->keep) {
-        struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
+        struct store_advice kept = advise_stored_row(&advise, (int64_t)link_now_us());
         annotation_copy(kept.who, sizeof kept.who, annotation_who(r->who));
         store_advice_add(store, &kept, fatal);
     }
     if (r->load) {
-        (void)(advise_chart(&advise, talk.state.landings, &plan, &error)
+        (void)(advise_make_chart(&advise, talk.state.landings, &plan, &error)
                    ?: runway_client_chart(talk.dialogue, &plan, &error));
     }
     bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
-    advise_answer(&advise, answer);
+    advise_to_answer(&advise, answer);
     relation_answer(r, store, &drag, r->temperature, answer);
     relation_answer(r, store, &coasting, r->release, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
@@ -216,8 +216,8 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {0};
     command_parse(&command_advise, argc, argv, cli, &r, &r.db, fatal);
-    r.advise.limit = r.limit_percent / 100.0;
-    if (r.keep && r.advise.before)
+    r.advise.risk_limit = r.limit_percent / 100.0;
+    if (r.keep && r.advise.before_run)
         error_set(fatal, MR_USAGE,
                   "--keep with --before: matrig advise; a plan can only be stored for the next "
                   "landing, leave out one option");
@@ -225,7 +225,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
         error_set(
             fatal, MR_USAGE,
             "--load and --serial only work together: matrig advise; give --load --serial LINK");
-    if (r.load && r.advise.before)
+    if (r.load && r.advise.before_run)
         error_set(fatal, MR_USAGE,
                   "--load with --before: matrig advise; a chart can only be loaded for the next "
                   "landing, leave out one option");
@@ -263,20 +263,21 @@ static const struct command_part parts[] = {
                 "rows of the result scale the whole profile"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
-    OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
+    OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NOT_GIVEN,
                   "thrust on the mat strip / (axle weight x deceleration / g), if measured within "
                   "3 %; default: unknown (uniform from 0.7 to 1.3, updated from the recorded "
                   "landings)"),
     OPTION_NUMBER(
-        "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
+        "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_RISK_LIMIT,
         "advise against a landing from this probability of a zone on, in %; default: {standard} (a "
         "missed zone costs four times as much as a needlessly gentle landing)"),
-    OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
-                 (double)ADVISE_USUAL,
+    OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_MEMBERS_MIN,
+                 (double)ADVISE_MEMBERS_MAX, (double)ADVISE_MEMBERS_DEFAULT,
                  "members of the ensemble, {low} to {high}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
                  "seed of all random draws; default: {standard}"),
-    OPTION_RUN("--before", "RUN", advise.before, "advise on landing RUN using only earlier data"),
+    OPTION_RUN("--before", "RUN", advise.before_run,
+               "advise on landing RUN using only earlier data"),
     OPTION_FLAG("--keep", keep,
                 "store plan and advice in the campaign, to be compared with the next landing"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),

@@ -759,7 +759,7 @@ static void take_command(struct logger *logger, const char *line)
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
-    char doubts[ARMING_TEXT] = "";
+    char doubts[ARMING_TEXT_SIZE] = "";
     const char *recording = what_is_recorded(logger);
     if (!arm && !recording) {
         send_it(logger);
@@ -767,7 +767,7 @@ static void take_command(struct logger *logger, const char *line)
     }
     typed->asked = true;
     if (arm)
-        arming_doubts(logger->store, (int64_t)link_now_us(), doubts);
+        arming_write_warnings(logger->store, (int64_t)link_now_us(), doubts);
     for (char *at = doubts, *end; *at; at = end + (*end == '\n')) {
         end = at + strcspn(at, "\n");
         print(logger, "%.*s\n", (int)(end - at), at);

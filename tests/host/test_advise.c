@@ -22,10 +22,10 @@ struct linear {
     double state[MANY][2], predicted[MANY][2];
 };
 
-static void draw_linear(struct linear *linear, struct chance *chance)
+static void draw_linear(struct linear *linear, struct rng *chance)
 {
     for (size_t m = 0; m < MANY; m++) { /* Cholesky's factor of the covariance */
-        double a = chance_normal(chance), b = chance_normal(chance);
+        double a = rng_normal(chance), b = rng_normal(chance);
         linear->state[m][0] = 1.0 + 2.0 * a;
         linear->state[m][1] = -2.0 + 0.5 * a + sqrt(1.75) * b;
     }
@@ -55,19 +55,19 @@ static void take_linear(struct linear *linear, const double read[2], unsigned pa
                         double (*nearness)(const void *, size_t, size_t))
 {
     static const double error[2] = {1.0, 0.5};
-    struct chance chance = chance_from(7, 0);
+    struct rng chance = rng_init(7, 0);
     for (unsigned pass = 0; pass < passes; pass++) {
         predict_linear(linear);
         const struct smoother smoother = {.members = MANY,
                                           .states = 2,
-                                          .data = 2,
+                                          .readings = 2,
                                           .state = &linear->state[0][0],
                                           .predicted = &linear->predicted[0][0],
-                                          .read = read,
-                                          .error = error,
-                                          .passes = passes,
-                                          .nearness = nearness};
-        smoother_take(&smoother, &chance);
+                                          .reading = read,
+                                          .reading_error = error,
+                                          .error_factor = passes,
+                                          .taper_weight = nearness};
+        smoother_update(&smoother, &chance);
     }
 }
 
@@ -75,7 +75,7 @@ static void is_kalmans(const struct linear *linear, const double mean[2], const 
 {
     for (size_t k = 0; k < 2; k++) {
         double is, deviation;
-        smoother_spread(&linear->state[0][0], MANY, 2, k, &is, &deviation);
+        smoother_moments(&linear->state[0][0], MANY, 2, k, &is, &deviation);
         assert_near(is, mean[k], 0.03);
     }
     assert_near(covariance(linear, 0, 0), p[0], 0.03);
@@ -88,7 +88,7 @@ TEST(the_smoother_comes_to_the_kalman_filter)
     static struct linear linear;
     static const double read[2] = {3.0, 0.5}, one[2] = {(double)NAN, 0.5};
     for (unsigned passes = 1; passes <= 4; passes *= 2) {
-        struct chance chance = chance_from(3, passes);
+        struct rng chance = rng_init(3, passes);
         draw_linear(&linear, &chance);
         take_linear(&linear, read, passes, NULL);
         is_kalmans(&linear, (const double[]){159.0 / 65.0, -124.0 / 65.0},
@@ -110,7 +110,7 @@ TEST(what_is_far_stays)
 {
     static struct linear linear, before;
     static const double read[2] = {3.0, 0.5}, none[2] = {(double)NAN, (double)NAN};
-    struct chance chance = chance_from(5, 0);
+    struct rng chance = rng_init(5, 0);
     draw_linear(&linear, &chance);
     before = linear;
     take_linear(&linear, none, 1, NULL);
@@ -136,12 +136,12 @@ TEST(the_taper_is_gaspari_and_cohns)
 TEST(spread_is_given_back)
 {
     double x[6] = {9.0, 1.0, 9.0, 2.0, 9.0, 3.0}, mean, deviation;
-    smoother_widen(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
-    smoother_spread(x, 3, 2, 1, &mean, &deviation);
+    smoother_restore_spread(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
+    smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(mean, 2.0, 1e-14);
     assert_near(deviation, 3.0, 1e-14);
-    smoother_widen(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
-    smoother_spread(x, 3, 2, 1, &mean, &deviation);
+    smoother_restore_spread(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
+    smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(deviation, 4.0, 1e-14);
     assert_near(x[0], 9.0, 1e-15);
 }
@@ -187,13 +187,13 @@ static unsigned longest_by_trying(const float *opening_ft, unsigned joints, unsi
 TEST(the_longest_zone_is_found)
 {
     float opening_ft[90];
-    struct chance chance = chance_from(11, 0);
+    struct rng chance = rng_init(11, 0);
     unsigned longest = 0;
     for (unsigned trial = 0; trial < 300; trial++) {
-        double closed = 0.7 + 0.3 * chance_uniform(&chance);
+        double closed = 0.7 + 0.3 * rng_uniform(&chance);
         for (unsigned j = 0; j < 90; j++)
-            opening_ft[j] = chance_uniform(&chance) < closed ? 0.00005f : 0.001f;
-        struct advise_zone zone = advise_longest(opening_ft, 90, trial % 40);
+            opening_ft[j] = rng_uniform(&chance) < closed ? 0.00005f : 0.001f;
+        struct advise_zone zone = advise_longest_zone(opening_ft, 90, trial % 40);
         assert_int_equal(zone.mats, longest_by_trying(opening_ft, 90, trial % 40));
         longest = zone.mats > longest ? zone.mats : longest;
     }
@@ -232,8 +232,8 @@ static double play_alone(const struct advise_members *members, size_t m,
             continue;
         for (unsigned j = 0; j <= MATS; j++)
             opening_ft[j] = mr_chain_opening_ft(&chain, j + 1);
-        struct advise_zone zone = advise_longest(opening_ft, MATS + 1,
-                                                 (unsigned)ceil(at_ft / (double)MAT_FT));
+        struct advise_zone zone = advise_longest_zone(opening_ft, MATS + 1,
+                                                      (unsigned)ceil(at_ft / (double)MAT_FT));
         if (isnan(zone_ft) && zone.mats >= 50 && zone.first * (double)MAT_FT - at_ft < 2.0)
             zone_ft = at_ft;
     }
@@ -258,7 +258,7 @@ static double step_of(const struct advise_members *members, size_t batch)
 TEST(a_share_is_what_chains_alone_count)
 {
     static struct advise_braking braking[COUNT];
-    static struct advise_course met[COUNT];
+    static struct advise_outcome met[COUNT];
     struct advise_members members;
     struct advise_plan plan = {.speed_ft_s = 18.0,
                                .speed_spread = 0.01,
@@ -274,12 +274,12 @@ TEST(a_share_is_what_chains_alone_count)
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         sum_in[i] = 0.1;
     assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
-    advise_survey(&members, sum_in, 0.0);
+    advise_apply_survey(&members, sum_in, 0.0);
     assert_true(advise_row(&members, &plan, 6.0, braking, met, &row));
     for (size_t m = 0; m < COUNT; m++) {
         double moved_in,
             zone_ft = play_alone(&members, m, &braking[m], step_of(&members, m / 8), &moved_in);
-        assert_near((double)met[m].moved_in[1], moved_in, 1e-6);
+        assert_near((double)met[m].movement_in[1], moved_in, 1e-6);
         assert_int_equal(isnan(met[m].zone_ft), isnan(zone_ft));
         if (!isnan(zone_ft))
             assert_near((double)met[m].zone_ft, zone_ft, 1e-4);
@@ -288,8 +288,8 @@ TEST(a_share_is_what_chains_alone_count)
     }
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
-    assert_near(row.share, (double)events / COUNT, 1e-12);
-    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT, members.surveyed),
+    assert_near(row.zone_share, (double)events / COUNT, 1e-12);
+    assert_near(row.by_station[2].p, advise_calibrate((double)by_half / COUNT, members.is_surveyed),
                 1e-12);
     advise_members_free(&members);
 }
@@ -297,7 +297,7 @@ TEST(a_share_is_what_chains_alone_count)
 TEST(a_seed_says_the_same_whatever_the_threads)
 {
     static struct advise_braking braking[COUNT];
-    static struct advise_course met[3][COUNT];
+    static struct advise_outcome met[3][COUNT];
     struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
@@ -321,7 +321,7 @@ TEST(a_survey_gives_the_sums)
         sum_in[s] = s % 3 ? 0.02 * s : (double)NAN;
     assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
     float was = members.member[5].gap_ft[3];
-    advise_survey(&members, sum_in, 0.0);
+    advise_apply_survey(&members, sum_in, 0.0);
     assert_true(members.member[5].gap_ft[3] >= was && members.member[5].gap_ft[3] <= was);
     for (size_t m = 0; m < COUNT; m++) {
         for (unsigned s = 1; s < MATS / 10; s++) {
@@ -352,7 +352,7 @@ TEST(a_repair_resets_its_joints)
             members.member[m].gap_ft[j] = -1.0f;
             members.member[m].grit[j] = 9.0f;
         }
-    advise_repair(&members, 10, 19);
+    advise_redraw_joints(&members, 10, 19);
     for (size_t m = 0; m < COUNT; m++)
         for (unsigned j = 0; j <= MATS; j++) {
             double is = (double)members.member[m].gap_ft[j], g = (double)members.member[m].grit[j];
@@ -373,12 +373,12 @@ TEST(a_repair_resets_its_joints)
  * and is not without spread. */
 TEST(a_landing_teaches)
 {
-    static struct advise_course met[8];
+    static struct advise_outcome met[8];
     struct advise_members truth, members;
     struct advise_runway runway = rig();
     struct advise_observation seen = {
         .braking = {.speed_ft_s = 18.0, .touchdown_ft = 3.0, .mean_ft_s2 = 6.0},
-        .moved_error_in = 0.003,
+        .movement_error_in = 0.003,
         .survey_error_in = 0.003};
     struct advise_braking braking[8];
     double before, spread_before, after, spread_after;
@@ -391,17 +391,17 @@ TEST(a_landing_teaches)
         truth.member[k].unknown[ADVISE_RESISTANCE] = log(4.0);
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        seen.before_in[s] = 0.0;
+        seen.survey_before_in[s] = 0.0;
         for (unsigned j = 10 * s; s < MATS / 10 && j < 10 * s + 10; j++)
-            seen.before_in[s] += 12.0 * (double)truth.member[0].gap_ft[j];
+            seen.survey_before_in[s] += 12.0 * (double)truth.member[0].gap_ft[j];
     }
-    assert_true(advise_play(&truth, braking, true, met));
+    assert_true(advise_simulate(&truth, braking, true, met));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        seen.moved_in[i] = (double)met[0].moved_in[i];
+        seen.movement_in[i] = (double)met[0].movement_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        seen.after_in[s] = (double)met[0].sum_in[s];
+        seen.survey_after_in[s] = (double)met[0].segment_sum_in[s];
     advise_parameter(&members, ADVISE_RESISTANCE, &before, &spread_before);
-    assert_true(advise_learn(&members, &seen));
+    assert_true(advise_update(&members, &seen));
     advise_parameter(&members, ADVISE_RESISTANCE, &after, &spread_after);
     print_message("resistance %.2f +- %.0f %%, then %.2f +- %.0f %%; true 4\n", before,
                   100.0 * spread_before, after, 100.0 * spread_after);
@@ -442,8 +442,7 @@ TEST(probabilities_rise_with_shares)
 {
     double last = 0.0;
     for (unsigned i = 0; i <= 64; i++) {
-        double p = advise_calibrated(i / 64.0, true),
-               unsurveyed = advise_calibrated(i / 64.0, false);
+        double p = advise_calibrate(i / 64.0, true), unsurveyed = advise_calibrate(i / 64.0, false);
         assert_true(p > last && p < 1.0);
         assert_true(i < 33 || unsurveyed < p); /* less sure */
         last = p;
@@ -455,10 +454,10 @@ TEST(how_plans_are_met)
 {
     static const double ratio[] = {0.10, 0.05, 0.20};
     double bias, spread;
-    advise_plan_met(NULL, 0, &bias, &spread);
+    advise_plan_deviation(NULL, 0, &bias, &spread);
     assert_near(bias, 0.0, 1e-15);
     assert_near(spread, 0.1, 1e-12);
-    advise_plan_met(ratio, 3, &bias, &spread);
+    advise_plan_deviation(ratio, 3, &bias, &spread);
     assert_near(bias, 0.05000, 1e-4);
     assert_near(spread, 0.10797, 1e-4);
 }
@@ -469,9 +468,9 @@ TEST(harder_braking_stops_before_closed_mats)
                                 {.mean_ft_s2 = 5.0, .zone = {.p = 0.3}},
                                 {.mean_ft_s2 = 6.0, .zone = {.p = 0.6}},
                                 {.mean_ft_s2 = 7.0, .zone = {.p = 0.1}}};
-    assert_near(advise_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
-    assert_true(isnan(advise_short_ft_s2(row, 4, 0.7)));
-    assert_true(isnan(advise_short_ft_s2(row, 3, 0.05)));
+    assert_near(advise_stop_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
+    assert_true(isnan(advise_stop_short_ft_s2(row, 4, 0.7)));
+    assert_true(isnan(advise_stop_short_ft_s2(row, 3, 0.05)));
 }
 
 /* Of the same rows: up to where the first part is below, though the last row is again. */
@@ -481,12 +480,12 @@ TEST(the_hardest_braking)
     const struct advise_row row[4] = {
         {.zone = {.p = 0.1}}, {.zone = {.p = 0.3}}, {.zone = {.p = 0.6}}, {.zone = {.p = 0.1}}};
     struct advise_bound hardest = advise_bound(mean_ft_s2, row, 4, 0.2);
-    assert_near(hardest.at, 4.5, 1e-12);
-    assert_false(hardest.beyond);
+    assert_near(hardest.value, 4.5, 1e-12);
+    assert_false(hardest.is_unbounded);
     hardest = advise_bound(mean_ft_s2, row, 4, 0.7);
-    assert_near(hardest.at, 7.0, 1e-12);
-    assert_true(hardest.beyond);
-    assert_true(isnan(advise_bound(mean_ft_s2, row, 3, 0.05).at));
+    assert_near(hardest.value, 7.0, 1e-12);
+    assert_true(hardest.is_unbounded);
+    assert_true(isnan(advise_bound(mean_ft_s2, row, 3, 0.05).value));
 }
 
 /* By hand, in proportion between rows. */
@@ -497,22 +496,22 @@ TEST(the_reach_and_its_interval)
                                {.zone = {.p = 0.3, .low = 0.25, .high = 0.35}},
                                {.zone = {.p = 0.6, .low = 0.55, .high = 0.65}}};
     struct advise_bound reach = advise_bound(x, row, 3, 0.2);
-    assert_near(reach.at, 15.0, 1e-12);
+    assert_near(reach.value, 15.0, 1e-12);
     assert_near(reach.low, 12.5, 1e-12);
     assert_near(reach.high, 17.5, 1e-12);
-    assert_false(reach.beyond);
-    assert_int_equal(advise_bound_gap(x, row, 3, 0.2, 5.0), 0);
-    assert_int_equal(advise_bound_gap(x, row, 3, 0.32, 5.0), 1);
-    assert_int_equal(advise_bound_gap(x, row, 3, 0.2, 10.0), 3);
+    assert_false(reach.is_unbounded);
+    assert_int_equal(advise_find_gap(x, row, 3, 0.2, 5.0), 0);
+    assert_int_equal(advise_find_gap(x, row, 3, 0.32, 5.0), 1);
+    assert_int_equal(advise_find_gap(x, row, 3, 0.2, 10.0), 3);
     reach = advise_bound(x, row, 3, 0.62); /* the upper end alone is beyond */
-    assert_true(reach.beyond && isnan(reach.high));
-    assert_near(reach.at, 30.0, 1e-12);
+    assert_true(reach.is_unbounded && isnan(reach.high));
+    assert_near(reach.value, 30.0, 1e-12);
     assert_near(reach.low, 29.0, 1e-12);
     reach = advise_bound(x, row, 3, 0.12); /* the first row's upper end is not below */
-    assert_near(reach.at, 11.0, 1e-12);
+    assert_near(reach.value, 11.0, 1e-12);
     assert_true(isnan(reach.low));
     reach = advise_bound(x, row, 3, 0.1);
-    assert_true(isnan(reach.at) && !reach.beyond);
-    row[1].off_runway = 0.5; /* who rolls off is not below either */
-    assert_near(advise_bound(x, row, 3, 0.2).at, 12.5, 1e-12);
+    assert_true(isnan(reach.value) && !reach.is_unbounded);
+    row[1].off_runway_share = 0.5; /* who rolls off is not below either */
+    assert_near(advise_bound(x, row, 3, 0.2).value, 12.5, 1e-12);
 }

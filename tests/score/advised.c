@@ -42,7 +42,8 @@ bool advised_begin(struct advise_members *members, const struct score_series *se
         .grit_lb = 10.0,
         .thrust_lb_per_g = 1300.0 / 12.0,
         .bump_ft = BUMP_FT,
-        .share = share ? series->thrust_share * (1.0 + SHARE_ERROR * score_normal(&off)) : 0.0,
+        .thrust_share = share ? series->thrust_share * (1.0 + SHARE_ERROR * score_normal(&off))
+                              : 0.0,
     };
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         runway.station_ft[i] = i < ADVISED_STATIONS ? 40.0f + 10.0f * (float)i : NAN;
@@ -60,15 +61,15 @@ void advised_plan(struct advise_plan *plan, const struct score_landing *landing,
                                  .touchdown_spread_ft = TOUCHDOWN_ERROR,
                                  .profile = known->profile,
                                  .seed = landing->number};
-    advise_plan_met(log_ratio, landings, &plan->bias, &plan->spread);
+    advise_plan_deviation(log_ratio, landings, &plan->bias, &plan->spread);
 }
 
 bool advised_say(struct advise_members *members, const struct advise_plan *plan,
                  const struct advised_known *known, double mean_ft_s2, struct advise_row *row)
 {
     static struct advise_braking braking[ADVISED_MEMBERS];
-    static struct advise_course met[ADVISED_MEMBERS];
-    advise_survey(members, known->sum_in, SURVEY_IN);
+    static struct advise_outcome met[ADVISED_MEMBERS];
+    advise_apply_survey(members, known->sum_in, SURVEY_IN);
     return advise_row(members, plan, mean_ft_s2, braking, met, row);
 }
 
@@ -80,13 +81,13 @@ bool advised_teach(struct advise_members *members, const struct score_landing *l
                     .touchdown_ft = TOUCHDOWN,
                     .mean_ft_s2 = known->true_ft_s2,
                     .profile = known->profile.count ? &known->profile : NULL},
-        .moved_error_in = READING_IN,
+        .movement_error_in = READING_IN,
         .survey_error_in = SURVEY_IN};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        seen.moved_in[i] = i < ADVISED_STATIONS ? known->read_in[i] : (double)NAN;
-    memcpy(seen.before_in, known->sum_in, sizeof seen.before_in);
-    memcpy(seen.after_in, next->sum_in, sizeof seen.after_in);
-    return advise_learn(members, &seen);
+        seen.movement_in[i] = i < ADVISED_STATIONS ? known->read_in[i] : (double)NAN;
+    memcpy(seen.survey_before_in, known->sum_in, sizeof seen.survey_before_in);
+    memcpy(seen.survey_after_in, next->sum_in, sizeof seen.survey_after_in);
+    return advise_update(members, &seen);
 }
 
 /* --- a whole series --- */
@@ -184,8 +185,8 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
             good = advised_say(&members, &plan, &known[i], mean_ft_s2, &row);
             chart[i].mean_ft_s2[r] = mean_ft_s2;
             chart[i].p[r] = row.zone.p;
-            chart[i].share[r] = row.share;
-            chart[i].half_ft[r] = row.half_ft;
+            chart[i].share[r] = row.zone_share;
+            chart[i].half_ft[r] = row.median_zone_ft;
         }
         if (good && i + 1 < series.landings)
             good = advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]);

@@ -647,8 +647,8 @@ static int print_odds(const char *folder, const struct foresight_row *row, const
                       const uint32_t series[2])
 {
     struct shares shares[2];
-    double weight[2], today[2] = {logit(advise_calibrated(0.5, true)), 0.0};
-    today[1] = (logit(advise_calibrated(0.9, true)) - today[0]) / advise_log_odds(0.9);
+    double weight[2], today[2] = {logit(advise_calibrate(0.5, true)), 0.0};
+    today[1] = (logit(advise_calibrate(0.9, true)) - today[0]) / advise_log_odds(0.9);
     bool good = take_shares(folder, row, from[0], series[0], &shares[0]);
     good = take_shares(folder, row, from[1], series[1], &shares[1]) && good;
     if (good) {
