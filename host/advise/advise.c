@@ -10,15 +10,15 @@
 
 #define SPEED_ERROR_FRACTION 0.01 /* standard error, as a fraction of the planned speed */
 #define TOUCHDOWN_ERROR_FT   0.5  /* standard error, ft */
-/* a value further outside the range of earlier landings is unlike them (fraction) */
+/* how far a planned value may lie outside the range of earlier landings, as a fraction of it */
 #define OUTSIDE_FRACTION     0.15
 #define OUTSIDE_WIDENING     1.5
 #define EVEN_ROWS            (ADVISE_ROWS - 1u)
-#define HARDEST_PER_LEAST    2.2 /* the last row is at this multiple of the least braking, */
-#define HARDEST_PER_PLAN     1.3 /* or of the planned braking, whichever is harder */
+#define HARDEST_PER_LEAST    2.2 /* the last row is at this multiple of the least braking */
+#define HARDEST_PER_PLAN     1.3 /* or at this one of the planned braking, whichever is harder */
 #define HARDEST_TEXT_SIZE    140
-#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed tried, as a fraction of the planned one */
-#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed tried, as a fraction of the planned one */
+#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed tried / planned speed */
+#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed tried / planned speed */
 /* resolution of the speed limit, as a fraction of the planned speed */
 #define SPEED_RESOLUTION     0.04
 
@@ -39,11 +39,13 @@ static const struct history_landing *find_last_measured(const struct history *hi
     return NULL;
 }
 
-/* Damage that was repaired after RUN `from` and before RUN `to`, as recorded before the advice. */
+/* Applies the repairs that were made after RUN `from` and before RUN `to`: draws their joints
+ * again. */
 static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
 {
     const struct history *history = &advise->history;
-    const double mat_ft = (double)history->runway.chain.mat_length_ft, end = history->runway.chain.mats;
+    const double mat_ft = (double)history->runway.chain.mat_length_ft,
+                 end = history->runway.chain.mats;
     for (size_t i = 0; i < history->inspections.count; i++) {
         const struct inspection *entry = &history->inspections.entry[i];
         const char *how = json_string_value(json_object_get(entry->values, "repair"));
@@ -82,7 +84,8 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
     if (history->is_relaid)
         advise_relay_mats(&advise->members);
     apply_repairs(advise, history->landings ? history->landing[history->landings - 1].run : 0,
-                  advise->request.before_run ? advise->request.before_run : history->newest_run + 1);
+                  advise->request.before_run ? advise->request.before_run
+                                             : history->newest_run + 1);
     advise_apply_survey(&advise->members, history->segment_sum_in, history->survey_error_in);
     return MR_OK;
 }
@@ -128,7 +131,7 @@ static void set_plan_deviation(struct advise *advise)
     free(log_ratio);
 }
 
-/* Mean deceleration over the stopping distance: v^2 / 2 s. NaN: does not stop. */
+/* Mean deceleration over the stopping distance: v^2 / 2 s. NaN: the gear does not stop. */
 static double mean_deceleration_ft_s2(const struct advise_profile *profile, double speed_ft_s)
 {
     const double step_s = 1e-3;
@@ -215,7 +218,8 @@ static double interpolate_off_runway(const struct advise *advise, double mean_ft
            part * (row[i].off_runway_share - row[i - 1].off_runway_share);
 }
 
-/* Considers only the zone, then rejects braking at which the aircraft may roll off the runway. */
+/* Finds the hardest braking that the zone allows, then rejects it if the aircraft may roll off the
+ * runway. */
 static void find_max_braking(struct advise *advise)
 {
     struct advise_row row[ADVISE_ROWS];
@@ -349,7 +353,8 @@ static void set_verdict(struct advise *advise, bool si)
                  hardest);
 }
 
-/* "at most 6.9 ft/s2 (6.5 to 7.2)"; an end of the interval outside the rows is left open. */
+/* "at most 6.9 ft/s2 (6.5 to 7.2)". An end of the interval that lies outside the rows is
+ * omitted. */
 static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
                          char out[3 * UNIT_TEXT])
 {
@@ -576,7 +581,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
     answer_close(answer);
 }
 
-/* Reasons for a wider interval, one per line. */
+/* Adds the reasons for a wider interval, one per line. */
 static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
@@ -614,7 +619,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
-/* The thrust of the last landing, if the edge of the brake was recorded. `spread`: of the share. */
+/* Adds the thrust of the last landing, if the edge of the brake was recorded. `spread`: relative
+ * error of the share. */
 static void add_measured_thrust(const struct advise *advise, double thrust_lb_per_g, double spread,
                                 struct answer *answer)
 {
@@ -627,7 +633,8 @@ static void add_measured_thrust(const struct advise *advise, double thrust_lb_pe
     answer_remark(answer, ", in the last landing from the brake's edge to the stop");
 }
 
-/* A bow wave rises above a critical thrust (docs/explanation/bow-waves.md). */
+/* Adds the thrust and its ratio to the critical thrust, above which a bow wave rises
+ * (docs/explanation/bow-waves.md). */
 static void add_thrust(const struct advise *advise, struct answer *answer)
 {
     const struct advise_runway *runway = &advise->history.runway;
@@ -648,7 +655,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     }
 }
 
-/* The limits of the 95 % interval, only in the JSON. */
+/* Adds the limits of the 95 % interval, only in the JSON. */
 static void add_interval(const char *name, enum unit_kind unit, const struct advise_bound *reach,
                          struct answer *answer)
 {

@@ -1,6 +1,6 @@
-/* The advice before a landing: an ensemble is updated from the campaign's landings (history.h,
- * members.h) and evaluated for the plan. The result is one word and one sentence about the mats
- * only. host/board/ready.h decides go or no-go for the equipment. */
+/* The advice before a landing. An ensemble is updated from the campaign's landings (history.h,
+ * members.h) and evaluated for the planned landing. The result is one word and one sentence, and is
+ * about the mats only. host/board/ready.h decides go or no-go for the equipment. */
 #ifndef MATRIG_HOST_ADVISE_ADVISE_H
 #define MATRIG_HOST_ADVISE_ADVISE_H
 
@@ -10,8 +10,8 @@
 #include "host/base/answer.h"
 #include "host/base/progress.h"
 
-/* A missed zone (the runway is relaid) costs four times as much as a needlessly gentle landing (the
- * landing is repeated). The limit is therefore a probability of 1 / (1 + 4). */
+/* Largest acceptable probability of a zone. A missed zone (the runway is relaid) costs four times
+ * as much as a needlessly gentle landing (the landing is repeated), so the limit is 1 / (1 + 4). */
 #define ADVISE_RISK_LIMIT  0.2
 #define ADVISE_REASON_SIZE 300
 #define ADVISE_ACTION_SIZE 800
@@ -21,13 +21,14 @@ enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
 
 struct advise_request {
-    /* NaN: as in the previous landing (speed, deceleration), as configured (touchdown). */
+    /* NaN: the value of the previous landing (speed, deceleration) or of the configuration
+     * (touchdown) */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft;
     double thrust_share; /* share of the thrust that the mat strip carries; NaN: not measured */
     struct advise_profile profile; /* deceleration over time, ft/s2; count 0: uniform */
     double risk_limit;
     int64_t members, seed;
-    /* advice is computed as if this RUN were the next landing; 0: after all landings */
+    /* the advice is computed as if this RUN were the next landing; 0: after all landings */
     int64_t before_run;
 };
 
@@ -46,7 +47,7 @@ struct advise {
     struct advise_row row[ADVISE_ROWS];
     size_t rows, plan_row;           /* rows are ascending; plan_row: index of the plan's row */
     struct advise_bound max_braking; /* hardest braking at the planned speed, ft/s2 */
-    /* the gear stops before the closed mats from this deceleration on; NaN: none */
+    /* least deceleration at which the gear stops short of the closed mats; NaN: none */
     double stop_short_ft_s2;
     struct advise_bound max_speed; /* fastest touchdown speed at the planned braking, ft/s */
     double min_speed_ft_s;         /* lowest touchdown speed that was evaluated */
@@ -55,17 +56,17 @@ struct advise {
     struct progress *progress;
 };
 
-/* Loads the previous landings and the plan; fast. Errors: those of history_load, or MR_USAGE if the
- * plan is incomplete or lies off the runway. Call advise_free in every case. */
+/* Loads the previous landings and the plan, which is fast. Errors: those of history_load, or
+ * MR_USAGE if the plan is incomplete or lies off the runway. Call advise_free in every case. */
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
                             struct advise *advise, struct error *error);
-/* Computes the advice; takes seconds on all processors. `si`: the sentence is in SI units. */
+/* Computes the advice, which takes seconds on all processors. `si`: the sentence is in SI units. */
 enum mr_status advise_compute(struct advise *advise, bool si, struct progress *progress,
                               struct error *error);
 void advise_free(struct advise *advise);
 
 void advise_to_answer(const struct advise *advise, struct answer *answer);
-/* The row of the advice that is stored in the campaign. */
+/* Returns the advice as the campaign stores it. */
 struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us);
 /* Makes the chart and the plan that a board receives before a landing. `landings`: number of
  * landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.

@@ -23,7 +23,7 @@ static void fill_nan(double sum_in[MR_SEGMENTS])
 
 /* ---- surveys ---- */
 
-/* The newest gage survey with readings that was begun between the two times. */
+/* Loads the newest gage survey with readings that began between the two times. */
 static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                        double sum_in[MR_SEGMENTS], double *error_in,
                                        struct error *error)
@@ -40,11 +40,10 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
     return status;
 }
 
-/* Openings that the board had before the landing. An opening equal to the previous landing's to
- * the last digit was not measured again. */
-static enum mr_status load_surveyed_segments(struct store *store, int64_t run,
-                                             float last_in[MR_SEGMENTS], double sum_in[MR_SEGMENTS],
-                                             struct error *error)
+/* Loads the openings that the board had before the landing. An opening that equals the previous
+ * landing's to the last digit was not measured again. */
+static enum mr_status load_survey(struct store *store, int64_t run, float last_in[MR_SEGMENTS],
+                                  double sum_in[MR_SEGMENTS], struct error *error)
 {
     struct zones_closure closure;
     enum mr_status status = zones_load_survey(store, run, &closure, error);
@@ -59,7 +58,7 @@ static enum mr_status load_surveyed_segments(struct store *store, int64_t run,
 
 /* ---- a landing ---- */
 
-/* Braking over time, relative to its mean, from the final fit. */
+/* Sets the braking over time, relative to its mean, from the final fit. */
 static void set_profile(const struct measured *measured, struct history_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
@@ -120,7 +119,7 @@ static enum mr_status load_landing(struct store *store, struct history *history,
     return status;
 }
 
-/* The last advice stored after RUN `after` and before the landing. */
+/* Loads the last advice that was stored after RUN `after` and before the landing. */
 static enum mr_status load_plan(struct store *store, int64_t after, struct history_landing *landing,
                                 struct error *error)
 {
@@ -151,9 +150,9 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
         if (items != (size_t)MR_PREDICT_ITEMS)
             continue;
         history->runway = (struct advise_runway){.chain = config.chain,
-                                              .grit_lb = (double)config.grit_lb,
-                                              .thrust_lb_per_g = (double)config.thrust_lb_per_g,
-                                              .bump_ft = (double)config.bump_ft};
+                                                 .grit_lb = (double)config.grit_lb,
+                                                 .thrust_lb_per_g = (double)config.thrust_lb_per_g,
+                                                 .bump_ft = (double)config.bump_ft};
         memcpy(history->runway.station_ft, config.station_ft, sizeof history->runway.station_ft);
         history->segments = config.chain.mats / MR_MATS_PER_SEGMENT;
         return MR_OK;
@@ -164,7 +163,8 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
                      store_path(store));
 }
 
-/* Landings to learn from: of the board that landed last, before RUN `before`. */
+/* Selects the landings from which the ensemble is updated: those before RUN `before` of the board
+ * that landed last. */
 static enum mr_status select_landings(struct store *store, int64_t before,
                                       struct store_landing **rows, size_t *count,
                                       struct history *history, int64_t *end_us, struct error *error)
@@ -185,7 +185,8 @@ static enum mr_status select_landings(struct store *store, int64_t before,
                          store_path(store));
     for (size_t i = 0; status == MR_OK && i < all; i++) {
         bool is_void = false;
-        history->newest_run = (*rows)[i].id > history->newest_run ? (*rows)[i].id : history->newest_run;
+        history->newest_run = (*rows)[i].id > history->newest_run ? (*rows)[i].id
+                                                                  : history->newest_run;
         if (strcmp((*rows)[i].board_uid, (*rows)[all - 1].board_uid) != 0)
             continue;
         status = store_is_void(store, (*rows)[i].id, &is_void, reason, error);
@@ -232,7 +233,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
     enum mr_status status = select_landings(store, before, &row, &count, history, &end_us, error);
-    if (status == MR_OK && before && !count) /* RUN `before` is the first landing */
+    if (status == MR_OK && before && !count)
         status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later RUN",
                            (long long)before, store_path(store));
     if (status == MR_OK)
@@ -240,29 +241,32 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
     history->landing = status == MR_OK ? xcalloc(count, sizeof *history->landing) : NULL;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         struct history_landing *landing = &history->landing[i];
+        struct advise_observation *observation = &landing->observation;
         landing->run = row[i].id;
-        landing->observation.survey_error_in = history->survey_error_in;
-        fill_nan(landing->observation.survey_before_in);
-        fill_nan(landing->observation.survey_after_in);
+        observation->survey_error_in = history->survey_error_in;
+        fill_nan(observation->survey_before_in);
+        fill_nan(observation->survey_after_in);
         status = load_landing(store, history, landing, error) ?:
-                 load_surveyed_segments(store, row[i].id, last_in, landing->observation.survey_before_in, error) ?:
+                 load_survey(store, row[i].id, last_in, observation->survey_before_in, error) ?:
                  load_gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
-                             landing->observation.survey_before_in, &landing->observation.survey_error_in, error) ?:
+                             observation->survey_before_in, &observation->survey_error_in, error) ?:
                  load_plan(store, i ? row[i - 1].id : 0, landing, error);
         history->landings++;
     }
     if (status == MR_OK)
         status = load_series(store, row, count, history, end_us, error);
     if (status == MR_OK && before)
-        status = load_surveyed_segments(store, before, last_in, history->segment_sum_in, error);
+        status = load_survey(store, before, last_in, history->segment_sum_in, error);
     if (status == MR_OK)
         status = load_gage_survey(store, row[count - 1].armed_us, end_us, history->segment_sum_in,
                                   &history->survey_error_in, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        bool last = i + 1 == count, anew = last ? history->is_relaid : history->landing[i + 1].is_relaid;
+        bool last = i + 1 == count,
+             anew = last ? history->is_relaid : history->landing[i + 1].is_relaid;
         if (!anew)
             memcpy(history->landing[i].observation.survey_after_in,
-                   last ? history->segment_sum_in : history->landing[i + 1].observation.survey_before_in,
+                   last ? history->segment_sum_in
+                        : history->landing[i + 1].observation.survey_before_in,
                    sizeof history->segment_sum_in);
         history->landing[i].observation.braking.profile = &history->landing[i].profile;
     }

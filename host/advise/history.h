@@ -1,5 +1,5 @@
-/* The campaign before a landing: the runway as the board's predictor has it, the previous landings
- * with their readings and surveys, their plans, and the survey since the last landing. */
+/* The campaign before a landing: the runway as configured in the board's predictor; the previous
+ * landings with their readings, surveys and plans; and the survey since the last landing. */
 #ifndef MATRIG_HOST_ADVISE_HISTORY_H
 #define MATRIG_HOST_ADVISE_HISTORY_H
 
@@ -10,34 +10,35 @@
 
 struct history_landing {
     int64_t run;
-    bool is_measured; /* its stop is known, so the ensemble can be updated from it */
-    bool is_relaid;   /* the mats were laid anew before it, and a new series began */
-    struct advise_observation observation; /* the profile of its braking points to `profile` */
+    bool is_measured; /* the stop is known, so the ensemble can be updated from this landing */
+    bool is_relaid;   /* the mats were relaid before this landing, and a new series began */
+    struct advise_observation observation; /* observation.braking.profile points to `profile` */
     struct advise_profile profile;         /* measured braking over time */
     double planned_ft_s2;                  /* NaN: no advice was stored */
 };
 
 struct history {
     struct advise_runway runway;
-    /* of the last landing: from the edge of the brake to the stop; NaN: no edge */
+    /* braking of the last landing, from the edge of the brake to the stop; NaN: no edge was
+     * recorded */
     struct mr_estimate braking_ft_s2;
     double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
     struct history_landing *landing;
     size_t landings;
-    int64_t newest_run; /* newest RUN of the campaign, which may be left out here */
-    size_t voided;      /* voided landings are left out: their effect on the mats is unknown */
+    int64_t newest_run; /* newest RUN of the campaign, which may be excluded here */
+    size_t voided;      /* voided landings, excluded because their effect on the mats is unknown */
     bool is_relaid;     /* a series was started since the last landing */
-    double segment_sum_in[MR_SEGMENTS]; /* survey since the last landing; NaN: not read */
+    double segment_sum_in[MR_SEGMENTS]; /* surveyed since the last landing; NaN: not read */
     unsigned surveyed_segments,
         segments; /* numbers of surveyed segments and of the runway's segments */
     double survey_error_in;
-    struct inspections inspections; /* of the crew */
+    struct inspections inspections; /* records of the crew */
 };
 
 /* Loads the landings of the board that landed last. With `before` (a RUN), loads only the landings
  * before it, and the survey that preceded it. MR_TOO_FEW: no landing has the predictor's
- * parameters, from which the runway is known. MR_UNKNOWN: there is no RUN `before`. Call
- * history_free in every case. */
+ * parameters, which describe the runway. MR_UNKNOWN: there is no RUN `before`. Call history_free in
+ * every case. */
 enum mr_status history_load(struct store *store, int64_t before, struct history *history,
                             struct error *error);
 void history_free(struct history *history);

@@ -13,35 +13,33 @@
 #define ZONE_CHECK_S    0.05
 #define SETTLE_S        1e-3
 #define ONSET_S         0.06
-#define AFTER_STOP_S    0.1  /* mats keep moving this long after the gear stops */
+#define AFTER_STOP_S    0.1  /* simulated time after the gear stops, until the mats are at rest */
 #define MAX_DURATION_S  60.0 /* longer than any landing */
 #define CLOSED_FT       (0.001f / 12.0f)
-#define ZONE_RUN_JOINTS 10 /* consecutive joints of a zone, one of which may be open */
-#define LAID_GAP_MAX \
-    1.2 /* gaps as laid: uniform up to this many slacks, then limited to one slack */
+#define ZONE_RUN_JOINTS 10  /* of this many consecutive joints of a zone, one may be open */
+#define LAID_GAP_MAX    1.2 /* gaps as laid: uniform up to this many slacks, then limited to 1 */
 
-/* Prior as in host/landing_series: factors of the configured values, uniform or lognormal. */
+/* Prior distributions, as in host/landing_series: factors on the configured values. */
 static const struct {
     double low, high;  /* bounds of the factor */
-    double min_spread; /* spread (of the logarithm) that always remains */
+    double min_spread; /* least standard deviation of the logarithm */
 } bounds[ADVISE_UNKNOWNS] = {
     [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
     [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-/* standard error of a transducer at rest, unless a larger error is given */
-#define READING_ERROR_IN     0.003
-#define SHARE_ERROR_MEASURED 0.03 /* standard error of a measured share */
-#define SHARE_ERROR_UNMEASURED \
-    0.18                       /* standard error of an unmeasured share: uniform from 0.7 to 1.3 */
-#define MODEL_ERROR_SHARE 0.15 /* share of a movement that the chain model does not explain */
-#define MODEL_ERROR_IN    0.01
-#define SUM_ERROR_SHARE   0.25 /* MODEL_ERROR_SHARE for the closing of ten joints */
-#define SUM_ERROR_IN      0.01
-#define SMOOTHER_PASSES   2
-#define KEPT_SPREAD       0.5  /* part of the spread that remains of what a landing would remove */
-#define TAPER_HALF_FT     12.0 /* a transducer affects joints up to twice this distance */
+/* least standard error of a transducer at rest */
+#define READING_ERROR_IN       0.003
+#define SHARE_ERROR_MEASURED   0.03 /* standard error of a measured share, and */
+#define SHARE_ERROR_UNMEASURED 0.18 /* of an unmeasured share: uniform from 0.7 to 1.3 */
+#define MODEL_ERROR_SHARE      0.15 /* share of a movement that the chain model does not explain */
+#define MODEL_ERROR_IN         0.01
+#define SUM_ERROR_SHARE        0.25 /* the same for the closing of ten joints */
+#define SUM_ERROR_IN           0.01
+#define SMOOTHER_PASSES        2
+#define KEPT_SPREAD            0.5  /* part of the lost spread that is restored after a landing */
+#define TAPER_HALF_FT          12.0 /* a transducer updates joints up to twice this distance away */
 
 /* ---- drawing ---- */
 
@@ -62,7 +60,7 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_SHARE] = log(0.7 + 0.6 * rng_uniform(rng));
-    if (runway->thrust_share > 0.0) /* scaled after the draw, so later draws do not change */
+    if (runway->thrust_share > 0.0) /* scaled after the draw: later draws do not change */
         u[ADVISE_SHARE] *= SHARE_ERROR_MEASURED / SHARE_ERROR_UNMEASURED;
     u[ADVISE_FRICTION] = 0.1 * rng_normal(rng);
     u[ADVISE_RESISTANCE] = -0.6 + rng_uniform(rng);
@@ -136,8 +134,8 @@ void advise_redraw_joints(struct advise_members *members, unsigned first, unsign
     }
 }
 
-/* Changes ten openings to a given sum: scales the openings down, or the remaining room to the
- * slack. */
+/* Changes ten openings so that they have a given sum: scales down either the openings or the
+ * differences to the slack. */
 static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
 {
     double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
@@ -228,7 +226,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
            advise_braking_factor(braking->profile, t_s);
 }
 
-/* Eight members and their landings. */
+/* Eight members that are simulated together, and their landings. */
 struct batch {
     const struct advise_members *members;
     struct advise_member *member;
@@ -259,7 +257,7 @@ static struct chains *start_batch(struct batch *b, float grit_lb[CHAINS_LANES][A
         gap[k] = b->member[k].gap_ft;
         grit[k] = grit_lb[k];
     }
-    /* a whole number of steps per block */
+    /* SETTLE_S is a whole number of steps */
     b->step_s = SETTLE_S / ceil(SETTLE_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)b->step_s;
@@ -309,8 +307,8 @@ static void finish_lane(struct batch *b, const struct chains *chains, unsigned k
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         double at = (double)runway->station_ft[i] / length_ft;
         outcome->movement_in[i] = at >= 0.0 && at < runway->chain.mats
-                                ? 12.0f * chains_displacement_ft(chains, k, (unsigned)at + 1u)
-                                : NAN;
+                                    ? 12.0f * chains_displacement_ft(chains, k, (unsigned)at + 1u)
+                                    : NAN;
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         outcome->segment_sum_in[s] = s < segment_count(b->members) ? 0.0f : NAN;
@@ -375,7 +373,7 @@ static bool simulate_batch(struct batch *b)
     return true;
 }
 
-/* All batches of a landing. */
+/* The simulation of all members. */
 struct simulation {
     struct advise_members *members;
     const struct advise_braking *braking;
@@ -410,7 +408,7 @@ bool advise_simulate(struct advise_members *members, const struct advise_braking
 
 /* ---- smoother ---- */
 
-/* Work space of one pass, for the `n` readings that exist. */
+/* Work space of one pass, for `n` valid readings. */
 struct update_work {
     size_t n;
     size_t *reading;     /* [n] index of each reading */
@@ -421,7 +419,7 @@ struct update_work {
     double *shift;       /* [members] */
 };
 
-/* Covariance of the predictions, plus the variance of the errors. */
+/* Fills the matrix: covariance of the predictions plus variance of the errors. */
 static void fill_matrix(struct update_work *w, const struct smoother *s)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -441,7 +439,8 @@ static void fill_matrix(struct update_work *w, const struct smoother *s)
     }
 }
 
-/* Cholesky factor in the lower half; the errors keep the matrix positive definite. */
+/* Replaces the lower half of the matrix by its Cholesky factor. The errors keep the matrix positive
+ * definite. */
 static void factor_matrix(struct update_work *w)
 {
     double *a = w->matrix;
@@ -473,8 +472,8 @@ static void solve_matrix(const struct update_work *w, double *b)
     }
 }
 
-/* Perturbed readings minus predictions. The mean perturbation is subtracted: it would shift the
- * whole ensemble at random. */
+/* Sets the innovations: perturbed readings minus predictions. The mean perturbation is subtracted,
+ * as it would shift the whole ensemble at random. */
 static void set_innovations(struct update_work *w, const struct smoother *s, struct rng *rng)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -492,8 +491,9 @@ static void set_innovations(struct update_work *w, const struct smoother *s, str
     }
 }
 
-/* Updates one state of all members. Row of the gain: covariance with the readings times the
- * inverse. The taper applies to the gain, so a near reading's share is not moved to a far one. */
+/* Updates one state of all members. The row of the gain is the covariance with the readings times
+ * the inverse matrix. The taper is applied to the gain: applied to the covariance, it would move
+ * weight from near readings to far ones. */
 static void update_state(struct update_work *w, const struct smoother *s, size_t state)
 {
     double mean = 0.0;
@@ -641,8 +641,8 @@ static void to_state(const struct advise_members *members, struct assimilation *
     }
 }
 
-/* Sets the readings and their standard errors. Each error combines the reading's own with the chain
- * model's, a share of the movement or closing. */
+/* Sets the readings and their standard errors. Each error combines the error of the reading and
+ * that of the chain model, which is a share of the movement or closing. */
 static void set_readings(const struct advise_members *members,
                          const struct advise_observation *observation, struct assimilation *l)
 {
@@ -653,13 +653,15 @@ static void set_readings(const struct advise_members *members,
         if (d < MR_TRANSDUCERS) {
             double own = fmax(observation->movement_error_in, READING_ERROR_IN);
             l->reading[d] = isfinite(mean) ? observation->movement_in[d] : (double)NAN;
-            l->reading_error[d] = hypot(
-                own,
-                MODEL_ERROR_SHARE * fmax(fabs(observation->movement_in[d]), fabs(mean)) + MODEL_ERROR_IN);
+            l->reading_error[d] =
+                hypot(own, MODEL_ERROR_SHARE * fmax(fabs(observation->movement_in[d]), fabs(mean)) +
+                               MODEL_ERROR_IN);
         } else {
             unsigned s = d - MR_TRANSDUCERS;
-            double change = fabs(observation->survey_before_in[s] - observation->survey_after_in[s]);
-            /* without a survey before, the closing is unknown; the remaining opening is known */
+            double change =
+                fabs(observation->survey_before_in[s] - observation->survey_after_in[s]);
+            /* without a survey before the landing, the closing is unknown, but the remaining
+             * opening is known */
             l->reading[d] = isfinite(mean) ? observation->survey_after_in[s] : (double)NAN;
             l->reading_error[d] =
                 hypot(1.4142135623730951 * observation->survey_error_in,
@@ -791,7 +793,7 @@ void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, 
         mean += log_ratio[i] / n;
     for (size_t i = 0; i < count; i++)
         squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
-    /* the prior is such that n = 0 gives ADVISE_PLAN_SPREAD */
+    /* with n = 0 this gives ADVISE_PLAN_SPREAD */
     double sum = ADVISE_PLAN_SPREAD * ADVISE_PLAN_SPREAD * (prior - 2.0) / (1.0 + 1.0 / prior) +
                  squares + prior * n / (prior + n) * mean * mean;
     *bias = n * mean / (prior + n);
@@ -821,9 +823,9 @@ double advise_log_odds(double share)
     return log(soft / (1.0 - soft));
 }
 
-/* Calibrates the members' share: log odds times `times` plus `more`. Fitted on series 250 to 309
- * of make score-foresight, none of which is scored (tests/score/README.md, "Before touchdown"
- * and "Perturbed"). Without a survey, less is known than the members assume. */
+/* The calibrated log odds are `times` times the log odds plus `more`. Both were fitted on series
+ * 250 to 309 of make score-foresight, none of which is scored (tests/score/README.md, "Before
+ * touchdown" and "Perturbed"). Without a survey, less is known than the members assume. */
 double advise_calibrate(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
@@ -846,7 +848,8 @@ static int compare_floats(const void *a, const void *b)
 }
 
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_outcome *outcome, struct advise_row *row)
+                struct advise_braking *braking, struct advise_outcome *outcome,
+                struct advise_row *row)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double end_ft = (double)chain->mat_length_ft * chain->mats;
@@ -893,13 +896,13 @@ double advise_least_braking_ft_s2(const struct advise_members *members,
 
 double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t first = rows; /* the first of the last consecutive rows below the limit */
+    size_t first = rows; /* first of the rows at the end that are all below the limit */
     while (first > 0 && row[first - 1].zone.p < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;
 }
 
-/* Risk of a row and the limits of its interval, in decreasing order. */
+/* The probability of a zone and the limits of its interval, in decreasing order. */
 enum risk_bound { RISK_HIGH, RISK_MIDDLE, RISK_LOW, RISKS };
 
 static double row_risk(const struct advise_row *row, enum risk_bound of)
@@ -910,7 +913,7 @@ static double row_risk(const struct advise_row *row, enum risk_bound of)
     return fmax(zone, row->off_runway_share);
 }
 
-/* The first row at or above the limit; `rows`: none. */
+/* Returns the index of the first row at or above the limit; `rows`: none. */
 static size_t find_first_above(const struct advise_row *row, size_t rows, double limit,
                                enum risk_bound of)
 {

@@ -1,7 +1,7 @@
-/* An ensemble of runways. Each member is a possible runway, given all readings. Unmeasured
+/* An ensemble of runways. Each member is a runway that is consistent with all readings. Unmeasured
  * properties of the mats are drawn for each member: the share of the thrust that the strip carries,
  * friction, resistance of closing joints, stiffness and damping of joints, and the opening and
- * resistance of each joint. A survey gives the sum of ten openings; a measured landing updates the
+ * resistance of each joint. A survey gives sums of ten openings. A measured landing updates the
  * other properties (see the smoother in this file). Eight members at a time are computed together
  * (host/sim/models/chains.h), on several threads. The result depends on the seed and the inputs,
  * not on the number of threads.
@@ -24,7 +24,8 @@
 #define ADVISE_MEMBERS_MIN       64u
 #define ADVISE_MEMBERS_DEFAULT   256u
 #define ADVISE_MEMBERS_MAX       4096u
-/* mats of a zone, as for the board's warning: MR_PREDICTOR_WARNING_MATS */
+/* least number of mats in a zone; the board's warning uses the same number,
+ * MR_PREDICTOR_WARNING_MATS */
 #define ADVISE_ZONE_MATS         50u
 /* the wheel has reached a zone if it is this near to the zone's start */
 #define ADVISE_ZONE_TOLERANCE_FT 2.0
@@ -33,7 +34,7 @@
 #define ADVISE_JOINTS            (MR_CHAIN_MATS + 1u)
 #define ADVISE_G_FT_S2           32.174
 
-/* Random numbers. A seed and a stream give the same numbers on every computer. */
+/* Random number generator. The same seed and stream give the same numbers on every computer. */
 struct rng {
     uint64_t state;
 };
@@ -62,7 +63,7 @@ static inline double rng_normal(struct rng *rng)
 
 /* Unknowns are stored as logarithms, because all are positive. */
 enum advise_parameter {
-    ADVISE_SHARE, /* share of W/axles that the strip carries */
+    ADVISE_SHARE, /* share of the weight per axle that the strip carries */
     ADVISE_FRICTION,
     ADVISE_RESISTANCE, /* mean resistance of closing joints, lb */
     ADVISE_STIFFNESS,  /* joint stiffness KL, lb/ft */
@@ -70,7 +71,7 @@ enum advise_parameter {
     ADVISE_UNKNOWNS
 };
 
-/* Properties of the runway that are not drawn. */
+/* Properties of the runway that are not drawn: they are the same for all members. */
 struct advise_runway {
     struct mr_chain_params chain; /* friction as configured; its step is not used */
     double grit_lb;               /* mean closing resistance of the joints, as configured */
@@ -93,7 +94,7 @@ struct advise_members {
     size_t count; /* number of members, a multiple of 8 */
     unsigned threads;
     unsigned updates; /* number of landings from which the ensemble was updated */
-    bool is_surveyed; /* at least ten joints were surveyed since the mats were laid */
+    bool is_surveyed; /* at least one segment (ten joints) was surveyed since the mats were laid */
     struct rng rng;
 };
 
@@ -109,7 +110,7 @@ double advise_braking_factor(const struct advise_profile *profile, double t_s);
 /* Speed, touchdown and braking of one member's landing. Braking begins with an onset of 60 ms. */
 struct advise_braking {
     double speed_ft_s, touchdown_ft;
-    double mean_ft_s2;                    /* multiplied by the factor of the profile */
+    double mean_ft_s2;                    /* the profile's factor applies to it */
     const struct advise_profile *profile; /* NULL: uniform braking */
 };
 
@@ -120,7 +121,7 @@ struct advise_outcome {
     float zone_ft; /* wheel station at which it first reaches a zone of 50 mats; NaN: never */
     float stop_ft; /* stop station of the wheel; beyond the runway: it rolls off */
     uint16_t longest_mats;             /* longest zone that the wheel reached */
-    bool diverged;                     /* the chain diverged: the other fields are not valid */
+    bool diverged;                     /* the other fields are not valid */
     float movement_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
     float segment_sum_in[MR_SEGMENTS]; /* sums of openings at the end */
 };
@@ -134,15 +135,15 @@ void advise_members_free(struct advise_members *members);
 /* Draws all openings again, because the mats were laid anew. The other unknowns keep their updated
  * values. */
 void advise_relay_mats(struct advise_members *members);
-/* Draws opening and closing resistance of the joints `first` to `last` again, counted from 0,
+/* Draws the openings and closing resistances of the joints `first` to `last` (from 0) again,
  * because their mats were replaced or relaid. */
 void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
 void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
                          double error_in);
-/* Simulates a landing on each member. `keeps`: the joints of the members keep their state at the
- * end of the landing. Returns false if there is no memory. */
+/* Simulates a landing on each member. `keeps`: the members' openings are set to those at the end of
+ * the landing. Returns false if memory is insufficient. */
 bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
                      bool keeps, struct advise_outcome *outcome);
 
@@ -162,9 +163,9 @@ bool advise_update(struct advise_members *members, const struct advise_observati
  * landing unlike the previous ones. */
 void advise_widen_spread(struct advise_members *members, double times);
 
-/* Longest zone ahead of the wheel: it runs from a closed joint (0.001 in) to a closed joint, and no
- * ten consecutive joints within it contain more than one open joint. Joints are counted from 0; 0
- * mats: there is no zone. */
+/* Longest zone ahead of the wheel. A zone begins and ends with a closed joint (open by less than
+ * 0.001 in), and any ten consecutive joints in it contain at most one open joint. Joints are
+ * counted from 0. 0 mats: there is no zone. */
 struct advise_zone {
     unsigned first, mats;
 };
@@ -189,10 +190,11 @@ struct smoother {
     const double *reading;   /* [data]: the readings; NaN: not read */
     const double
         *reading_error; /* [data]: standard errors, which include the model's error; above 0 */
-    /* Factor on the variance of the errors. n passes with a factor of n each are equivalent to one
-     * pass with a factor of 1. */
+    /* Factor on the variance of the errors. n passes with the factor n are equivalent to one pass
+     * with the factor 1. */
     double error_factor;
-    /* Weight of a datum for a state, 0..1; NULL: 1. Suppresses spurious correlations. */
+    /* Returns the weight of a reading for a state, 0..1, which suppresses spurious correlations.
+     * NULL: 1. */
     double (*taper_weight)(const void *context, size_t state, size_t datum);
     const void *context;
 };
@@ -201,30 +203,31 @@ struct smoother {
  * Without a reading nothing changes. */
 void smoother_update(const struct smoother *smoother, struct rng *rng);
 
-/* Mean and standard deviation of column `column` of [members][states]. */
+/* Computes mean and standard deviation of column `column` of [members][states]. */
 void smoother_moments(const double *state, size_t members, size_t states, size_t column,
                       double *mean, double *deviation);
 /* Restores part of the spread of a column: the share `kept` of the decrease of its standard
- * deviation since `was`, and at least up to `least`. */
+ * deviation from `was`. The result is at least `least`. */
 void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
                              double was, double kept, double least);
 
-/* 1 at 0, 0 from twice `half` on, smooth between (Gaspari and Cohn 1999, equation 4.10). */
+/* Smooth weight that falls from 1 at distance 0 to 0 at twice `half` (Gaspari and Cohn 1999,
+ * equation 4.10). */
 double smoother_taper(double distance, double half);
 
 /* Prediction of an ensemble for a planned landing: the probability that the wheel reaches a zone of
- * 50 mats, and the station, as functions of deceleration; also the hardest braking that stays below
- * a limit.
+ * 50 mats, and the station of that zone, as functions of deceleration; also the hardest braking at
+ * which the probability stays below a limit.
  *
  * Probabilities are shares of the members, calibrated on series that are not scored
- * (advise_calibrate). Their intervals (95 %, Wilson 1927) cover only the number of members, not
- * the errors of model and inputs. All decelerations use the same random numbers, so rows differ
+ * (advise_calibrate). Their 95 % intervals (Wilson 1927) cover only the finite number of members,
+ * not the errors of model and inputs. All decelerations use the same random numbers, so rows differ
  * only by the braking. */
 
 #define ADVISE_RUNWAY_PARTS 6u /* number of equal parts of the runway */
 #define ADVISE_ROWS         9u
-#define ADVISE_PLAN_SPREAD \
-    0.10 /* spread of mean decelerations about their plan, before any landing */
+/* relative spread of mean decelerations about the plan, before any landing */
+#define ADVISE_PLAN_SPREAD  0.10
 
 struct advise_plan {
     double speed_ft_s, speed_spread; /* spreads are relative standard deviations */
@@ -246,8 +249,7 @@ struct advise_row {
     /* probability that a zone is reached before the end of each part */
     struct advise_probability by_station[ADVISE_RUNWAY_PARTS];
     double off_runway_share; /* share of the members that roll off */
-    /* station by which half of the members that reach a zone have reached it; NaN: no member
-     * does */
+    /* median station at which members reach a zone; NaN: no member reaches one */
     double median_zone_ft;
 };
 
@@ -260,10 +262,11 @@ void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, 
 void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
                          double mean_ft_s2, struct advise_braking *braking);
 
-/* Computes one row. `braking` and `met` have room for all members and receive the simulated
+/* Computes one row. `braking` and `outcome` have room for all members and receive the simulated
  * landings. Returns false if the chains cannot be simulated. */
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_outcome *outcome, struct advise_row *row);
+                struct advise_braking *braking, struct advise_outcome *outcome,
+                struct advise_row *row);
 
 /* Probability from `events` in `count` members: share and Wilson's interval, all calibrated. */
 struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed);
@@ -277,24 +280,25 @@ double advise_log_odds(double share);
 double advise_least_braking_ft_s2(const struct advise_members *members,
                                   const struct advise_plan *plan);
 
-/* If mats are closed from the start far from touchdown, harder braking stops before them: the
- * lowest braking of the rows (ascending) from which on the probability of a zone is below `limit`
- * again. NaN: there is none, or all rows are below the limit. */
+/* Where mats far from touchdown are closed from the start, harder braking stops the gear short of
+ * them. Returns the lowest braking of the rows (ascending) above which the probability of a zone
+ * stays below `limit`. NaN: there is none, or all rows are below the limit. */
 double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
-/* Largest value up to which the probability of a zone, and the share that rolls off, stay below a
- * limit. Its 95 % interval covers only the number of members. */
+/* Largest value up to which both the probability of a zone and the share that rolls off stay below
+ * a limit. Its 95 % interval covers only the finite number of members. */
 struct advise_bound {
     double value;      /* largest value; NaN: the first row is not below the limit */
     double low, high;  /* 95 % interval; NaN: open on that side */
     bool is_unbounded; /* all rows are below the limit: `at` is the last row's */
 };
-/* `x`, ascending: the quantity that varies between rows, such as the touchdown speed. Interpolated
- * linearly between rows. */
+/* `x`: ascending values of the quantity that varies between rows, such as the touchdown speed. The
+ * bound is interpolated linearly between rows. */
 struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
                                  double limit);
-/* Finds the first pair of rows that encloses the limit, or an end of its interval, and is further
- * apart than `width`. Returns the index of its first row; `rows` if there is none. */
+/* Finds the first pair of adjacent rows that are further apart than `width` and enclose the limit
+ * or an end of its interval. Returns the index of the first of them; `rows`: there is no such
+ * pair. */
 size_t advise_find_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
                        double width);
 
