@@ -483,19 +483,19 @@ struct store_advice advise_stored_row(const struct advise *advise, int64_t made_
 
 /* "12 % (8 to 17)"; plain numbers in the JSON. */
 static void add_probability(struct answer *answer, const char *name, const char *label,
-                            const struct advise_probability *rng)
+                            const struct advise_probability *probability)
 {
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    if (isfinite(rng->p))
-        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * rng->p,
-                     100.0 * rng->low, 100.0 * rng->high);
+    if (isfinite(probability->p))
+        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * probability->p,
+                     100.0 * probability->low, 100.0 * probability->high);
     else
         answer_words(answer, NULL, label, "-");
-    answer_value(answer, name, NULL, UNIT_NUMBER, rng->p, 3);
-    answer_value(answer, low, NULL, UNIT_NUMBER, rng->low, 3);
-    answer_value(answer, high, NULL, UNIT_NUMBER, rng->high, 3);
+    answer_value(answer, name, NULL, UNIT_NUMBER, probability->p, 3);
+    answer_value(answer, low, NULL, UNIT_NUMBER, probability->low, 3);
+    answer_value(answer, high, NULL, UNIT_NUMBER, probability->high, 3);
 }
 
 static void add_row(const struct advise *advise, const struct advise_row *row,
