@@ -91,12 +91,12 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     INTEGER(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",                 \
             "spacing of the " force "; 0: none"),                                                \
         INTEGER(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,                 \
-                "first " place " with such a part"),                                             \
+                "first " place " with this restraint"),                                          \
         NOT_NEGATIVE(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft", "stiffness of the spring"), \
         NOT_NEGATIVE(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),             \
         LIMIT(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),                  \
         LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, \
-             "ft", "position of each part at which its spring exerts no force")
+             "ft", "position of each restraint at which its spring exerts no force")
 
 static const struct sim_key keys[] = {
     {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
@@ -148,7 +148,7 @@ static const struct sim_key keys[] = {
     CHOICE("friction_normal", friction_normal, normals,
            "normal force for friction (soil: consistent model only)"),
     ANY("V", shear_lb, "lb", "report model: lift shear"),
-    CHOICE("lift_shear", lift_shear, shears, "mats that the shear lifts (report model)"),
+    CHOICE("lift_shear", lift_shear, shears, "mats on which the lift shear acts (report model)"),
     ANY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
     INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
             "node of the first value in bump"),
