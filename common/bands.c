@@ -5,12 +5,12 @@
 #include "common/wire.h"
 
 /* a change is sudden if it exceeds the changes before and after it by this factor */
-#define SHARP         3.0f
-#define STAYS         0.5f /* share of a sudden change that must remain */
-#define SURE          3.0f /* standard errors */
-#define NO_STATION_FT 1e6f
+#define SUDDEN_RATIO       3.0f
+#define PERSISTING_SHARE   0.5f /* share of a sudden change that must remain */
+#define SIGNIFICANCE_SIGMA 3.0f /* standard errors */
+#define NO_STATION_FT      1e6f
 
-float mr_bands_error(const struct mr_channel_config *gage, float tension_lb)
+float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb)
 {
     float gain_lb = gage->gain_error * tension_lb;
     return __builtin_sqrtf(gage->zero_error * gage->zero_error + gain_lb * gain_lb +
@@ -19,7 +19,7 @@ float mr_bands_error(const struct mr_channel_config *gage, float tension_lb)
 
 /* ---- arming ---- */
 
-static float station_of(const struct mr_bands *bands, unsigned gage)
+static float gage_station_ft(const struct mr_bands *bands, unsigned gage)
 {
     float station_ft = bands->channel[gage].station_ft;
     return __builtin_isnan(station_ft) ? NO_STATION_FT : station_ft;
@@ -32,20 +32,21 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
         if (bands->channel[g].kind != MR_KIND_TENSION || bands->channel[g].band != number)
             continue;
         unsigned place = band->gages++;
-        for (; place && station_of(bands, band->gage[place - 1]) > station_of(bands, g); place--)
+        for (; place && gage_station_ft(bands, band->gage[place - 1]) > gage_station_ft(bands, g);
+             place--)
             band->gage[place] = band->gage[place - 1];
         band->gage[place] = (uint8_t)g;
     }
 }
 
 /* The weight of a gage is the share of the band between the midpoints to its neighbours. */
-static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
+static void compute_weights(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
-        float length_ft = station_of(bands, band->gage[after]) -
-                          station_of(bands, band->gage[before]);
+        float length_ft = gage_station_ft(bands, band->gage[after]) -
+                          gage_station_ft(bands, band->gage[before]);
         if (after - before == 1) /* at an end of the band: only one neighbour */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
@@ -57,9 +58,9 @@ static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
 
 static void set_limits(struct mr_band *band, float pretension_lb)
 {
-    float step_lb = MR_BANDS_STEP * pretension_lb;
+    float step_lb = MR_BANDS_STEP_PRETENSION_SHARE * pretension_lb;
     band->step_lb = step_lb > MR_BANDS_STEP_LB ? step_lb : MR_BANDS_STEP_LB;
-    band->slack_lb = MR_BANDS_SLACK * pretension_lb;
+    band->slack_lb = MR_BANDS_SLACK_SHARE * pretension_lb;
 }
 
 static void start_group(struct mr_bands *bands)
@@ -67,7 +68,7 @@ static void start_group(struct mr_bands *bands)
     bands->in_group = 0;
     bands->group_quiet = true;
     for (unsigned g = 0; g < MR_GAGES; g++)
-        bands->sum_lb[g] = bands->square[g] = 0.0f;
+        bands->sum_lb[g] = bands->square_sum_lb2[g] = 0.0f;
 }
 
 void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
@@ -79,10 +80,10 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         struct mr_band *each = &bands->band[b];
         if (band[b].pretension_lb > 0.0f)
             collect_gages_by_station(bands, each, b + 1);
-        weigh_gages(bands, each);
+        compute_weights(bands, each);
         set_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;
-        each->least.lb = each->most.lb = MR_NAN;
+        each->min.tension_lb = each->max.tension_lb = MR_NAN;
         bands->active |= each->gages > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
@@ -93,20 +94,21 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
 
 /* ---- findings ---- */
 
-static void find(struct mr_bands *bands, unsigned band, unsigned gage, unsigned other,
-                 enum mr_band_reason reason, float value_lb, uint32_t block)
+static void add_finding(struct mr_bands *bands, unsigned band, unsigned gage, unsigned other,
+                        enum mr_band_reason reason, float value_lb, uint32_t block)
 {
-    if (bands->findings < MR_BANDS_EVENTS)
-        bands->finding[bands->findings++] = (struct mr_band_finding){.band = (uint8_t)(band + 1),
-                                                                     .gage = (uint8_t)gage,
-                                                                     .other = (uint8_t)other,
-                                                                     .reason = (uint8_t)reason,
-                                                                     .value_lb = value_lb,
-                                                                     .block = block};
+    if (bands->finding_count < MR_BANDS_FINDINGS_MAX)
+        bands->finding[bands->finding_count++] =
+            (struct mr_band_finding){.band = (uint8_t)(band + 1),
+                                     .gage = (uint8_t)gage,
+                                     .other = (uint8_t)other,
+                                     .reason = (uint8_t)reason,
+                                     .value_lb = value_lb,
+                                     .block = block};
 }
 
 /* Length-weighted mean of a band over its valid gages. */
-static float weighted(const struct mr_band *band, const float *lb_by_place)
+static float weighted_mean_lb(const struct mr_band *band, const float *lb_by_place)
 {
     float sum = 0.0f, weights = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
@@ -119,14 +121,15 @@ static float weighted(const struct mr_band *band, const float *lb_by_place)
 }
 
 /* Tension `age` steps ago. */
-static float past(const struct mr_bands *bands, unsigned gage, unsigned age)
+static float tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
-    return bands->history[(bands->newest + MR_BANDS_HISTORY - age) % MR_BANDS_HISTORY][gage];
+    return bands
+        ->history[(bands->newest + MR_BANDS_HISTORY_STEPS - age) % MR_BANDS_HISTORY_STEPS][gage];
 }
 
 /* Finds neighbours that changed in opposite directions and whose difference fell. Returns the place
  * of the first in the band, or band->gages: none. */
-static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band *band,
+static unsigned find_pullout(const struct mr_bands *bands, const struct mr_band *band,
                              const float *step_lb)
 {
     unsigned found = band->gages;
@@ -136,10 +139,12 @@ static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band 
         float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a)
                                                               : __builtin_fabsf(b);
         float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
-        if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_SHARE * large)
+        if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_STEP_SHARE * large)
             continue;
-        float before_lb = past(bands, band->gage[i + 1], 4) - past(bands, band->gage[i], 4);
-        float after_lb = past(bands, band->gage[i + 1], 2) - past(bands, band->gage[i], 2);
+        float before_lb = tension_before_lb(bands, band->gage[i + 1], 4) -
+                          tension_before_lb(bands, band->gage[i], 4);
+        float after_lb = tension_before_lb(bands, band->gage[i + 1], 2) -
+                         tension_before_lb(bands, band->gage[i], 2);
         if (__builtin_fabsf(after_lb) < __builtin_fabsf(before_lb) && large + small > most_lb) {
             most_lb = large + small;
             found = i;
@@ -149,7 +154,8 @@ static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band 
 }
 
 /* The neighbour with the larger change; band->gages for a gage at an end: it may have none. */
-static unsigned sharper_neighbour(const struct mr_band *band, const float *step_lb, unsigned place)
+static unsigned find_larger_neighbour(const struct mr_band *band, const float *step_lb,
+                                      unsigned place)
 {
     if (place == 0 || place + 1 == band->gages)
         return band->gages;
@@ -160,8 +166,8 @@ static unsigned sharper_neighbour(const struct mr_band *band, const float *step_
 /* Records a doubt when no pair of neighbours was found: a pullout (moved load) when any gage rose,
  * a step when one gage dropped alone, a slip when several dropped and none rose. `trend_lb`: the
  * change of each gage in two steps without the event. */
-static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const float *step_lb,
-                       const float *trend_lb, uint32_t block)
+static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
+                             const float *step_lb, const float *trend_lb, uint32_t block)
 {
     unsigned worst = 0, drops = 0, rises = 0;
     float from_lb[MR_GAGES];
@@ -170,94 +176,96 @@ static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const
             __builtin_isnan(step_lb[worst]))
             worst = i;
     }
-    float least_lb = MR_BANDS_SHARE * __builtin_fabsf(step_lb[worst]);
+    float least_lb = MR_BANDS_STEP_SHARE * __builtin_fabsf(step_lb[worst]);
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
-        from_lb[i] = past(bands, band->gage[i], 4) +
-                     trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD + 4u));
+        from_lb[i] = tension_before_lb(bands, band->gage[i], 4) +
+                     trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD_STEPS + 4u));
     }
-    struct mr_band_doubt *doubt = &band->doubt;
-    *doubt = (struct mr_band_doubt){.place = (uint8_t)worst,
-                                    .change_lb = step_lb[worst],
-                                    .block = block,
-                                    .least_lb = STAYS * step_lb[worst],
-                                    .from_lb = from_lb[worst]};
+    struct mr_band_candidate *doubt = &band->candidate;
+    *doubt = (struct mr_band_candidate){.position = (uint8_t)worst,
+                                        .change_lb = step_lb[worst],
+                                        .block = block,
+                                        .min_lb = PERSISTING_SHARE * step_lb[worst],
+                                        .from_lb = from_lb[worst]};
     if (rises) {
         doubt->reason = MR_BAND_PULLOUT;
     } else if (drops == 1) {
         doubt->reason = MR_BAND_STEP;
     } else {
-        unsigned other = sharper_neighbour(band, step_lb, worst);
+        unsigned other = find_larger_neighbour(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
         doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
-        doubt->least_lb = STAYS * weighted(band, step_lb);
-        doubt->from_lb = weighted(band, from_lb);
+        doubt->min_lb = PERSISTING_SHARE * weighted_mean_lb(band, step_lb);
+        doubt->from_lb = weighted_mean_lb(band, from_lb);
     }
 }
 
 /* After the hold time: reports the sudden change if it is still there. */
-static void judge_doubt(struct mr_bands *bands, unsigned number)
+static void confirm_candidate(struct mr_bands *bands, unsigned number)
 {
     struct mr_band *band = &bands->band[number];
-    const struct mr_band_doubt doubt = band->doubt;
+    const struct mr_band_candidate doubt = band->candidate;
     float now_lb[MR_GAGES];
-    band->doubt.reason = 0;
+    band->candidate.reason = 0;
     for (unsigned i = 0; i < band->gages; i++)
-        now_lb[i] = past(bands, band->gage[i], 0);
-    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted(band, now_lb) : now_lb[doubt.place]) -
+        now_lb[i] = tension_before_lb(bands, band->gage[i], 0);
+    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted_mean_lb(band, now_lb)
+                                                  : now_lb[doubt.position]) -
                     doubt.from_lb;
-    if (!(doubt.least_lb < 0.0f ? left_lb <= doubt.least_lb : left_lb >= doubt.least_lb))
+    if (!(doubt.min_lb < 0.0f ? left_lb <= doubt.min_lb : left_lb >= doubt.min_lb))
         return;
     band->frozen = true;
-    find(bands, number, band->gage[doubt.place] + 1u, doubt.other,
-         (enum mr_band_reason)doubt.reason,
-         doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
+    add_finding(bands, number, band->gage[doubt.position] + 1u, doubt.other,
+                (enum mr_band_reason)doubt.reason,
+                doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
 }
 
 /* A gage changed suddenly two to four steps ago: classifies the change from all gages of the
  * band. */
-static void judge_step(struct mr_bands *bands, unsigned number, uint32_t block)
+static void classify_step(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
-        if (past(bands, g, 6) < band->slack_lb || past(bands, g, 0) < band->slack_lb)
+        if (tension_before_lb(bands, g, 6) < band->slack_lb ||
+            tension_before_lb(bands, g, 0) < band->slack_lb)
             /* Appendix C.5 applies only while the whole band is in tension: a slack band also
              * changes suddenly as it tightens. */
             return;
-        trend_lb[i] =
-            0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
-        step_lb[i] = past(bands, g, 2) - past(bands, g, 4) - trend_lb[i];
+        trend_lb[i] = 0.5f * (tension_before_lb(bands, g, 4) - tension_before_lb(bands, g, 6) +
+                              tension_before_lb(bands, g, 0) - tension_before_lb(bands, g, 2));
+        step_lb[i] = tension_before_lb(bands, g, 2) - tension_before_lb(bands, g, 4) - trend_lb[i];
     }
-    band->hold = MR_BANDS_HOLD;
+    band->hold = MR_BANDS_HOLD_STEPS;
     block -= MR_BANDS_STEP_BLOCKS * 3u;
-    unsigned i = seek_pullout(bands, band, step_lb);
+    unsigned i = find_pullout(bands, band, step_lb);
     if (i == band->gages) {
-        note_doubt(bands, band, step_lb, trend_lb, block);
+        record_candidate(bands, band, step_lb, trend_lb, block);
         return;
     }
     band->frozen = true;
-    find(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
-         __builtin_fabsf(step_lb[i]) + __builtin_fabsf(step_lb[i + 1]), block);
+    add_finding(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
+                __builtin_fabsf(step_lb[i]) + __builtin_fabsf(step_lb[i + 1]), block);
 }
 
 static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, unsigned gage)
 {
-    float at2 = past(bands, gage, 2), at4 = past(bands, gage, 4);
+    float at2 = tension_before_lb(bands, gage, 2), at4 = tension_before_lb(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
-    if (!(step_lb >= band->step_lb) ||
-        __builtin_fabsf(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
+    if (!(step_lb >= band->step_lb) || __builtin_fabsf(tension_before_lb(bands, gage, 1) -
+                                                       tension_before_lb(bands, gage, 3)) > step_lb)
         /* no step, or the next mean shows a larger one: the step fell within a mean */
         return false;
-    float before_lb = __builtin_fabsf(at4 - past(bands, gage, 6)),
-          after_lb = __builtin_fabsf(past(bands, gage, 0) - at2);
-    return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
+    float before_lb = __builtin_fabsf(at4 - tension_before_lb(bands, gage, 6)),
+          after_lb = __builtin_fabsf(tension_before_lb(bands, gage, 0) - at2);
+    return step_lb >= SUDDEN_RATIO * before_lb && step_lb >= SUDDEN_RATIO * after_lb;
 }
 
-static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, float lb,
-                      float wheel_ft, uint32_t block)
+static void check_slack(struct mr_bands *bands, unsigned number, unsigned gage, float lb,
+                        float wheel_ft, uint32_t block)
 {
     const struct mr_band *band = &bands->band[number];
     if (!(lb < band->slack_lb)) {
@@ -266,59 +274,60 @@ static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, fl
     }
     if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS)
         bands->low_steps[gage]++;
-    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS || bands->low_told >> gage & 1u)
+    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS || bands->low_reported >> gage & 1u)
         return;
-    bands->low_told |= 1u << gage;
+    bands->low_reported |= 1u << gage;
     bool ahead = bands->channel[gage].station_ft > wheel_ft;
-    find(bands, number, gage + 1, 0, ahead ? MR_BAND_SLACK : MR_BAND_LOOSE, lb, block);
+    add_finding(bands, number, gage + 1, 0, ahead ? MR_BAND_SLACK : MR_BAND_LOOSE, lb, block);
 }
 
-static void extend(struct mr_band *band, unsigned gage, float lb, uint32_t block)
+static void update_extremes(struct mr_band *band, unsigned gage, float lb, uint32_t block)
 {
-    struct mr_band_extreme here = {.lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
-    if (!(lb >= band->least.lb)) /* negated: also true for the first reading, when least is NaN */
-        band->least = here;
-    if (!(lb <= band->most.lb))
-        band->most = here;
+    struct mr_band_extreme here = {.tension_lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
+    if (!(lb >=
+          band->min.tension_lb)) /* negated: also true for the first reading, when least is NaN */
+        band->min = here;
+    if (!(lb <= band->max.tension_lb))
+        band->max = here;
 }
 
-static void step_band(struct mr_bands *bands, unsigned number, const float *tension_lb, bool quiet,
-                      float wheel_ft, uint32_t block)
+static void update_band(struct mr_bands *bands, unsigned number, const float *tension_lb,
+                        bool quiet, float wheel_ft, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     bool sudden = false;
     if (quiet) /* movement before the landing does not count */
-        band->least = band->most = (struct mr_band_extreme){.lb = MR_NAN};
+        band->min = band->max = (struct mr_band_extreme){.tension_lb = MR_NAN};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
-        float change_lb = lb - past(bands, g, 1);
+        float change_lb = lb - tension_before_lb(bands, g, 1);
         bands->sum_lb[g] += lb;
-        bands->square[g] += bands->in_group ? change_lb * change_lb : 0.0f;
+        bands->square_sum_lb2[g] += bands->in_group ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
             bands->low_steps[g] = 0;
             continue;
         }
         if (!quiet)
-            extend(band, g, lb, block);
-        judge_low(bands, number, g, lb, wheel_ft, block);
-        if (band->yield_lb > 0.0f && lb >= band->yield_lb && !(bands->over_told >> g & 1u)) {
-            bands->over_told |= 1u << g;
-            find(bands, number, g + 1, 0, MR_BAND_OVERLOAD, lb, block);
+            update_extremes(band, g, lb, block);
+        check_slack(bands, number, g, lb, wheel_ft, block);
+        if (band->yield_lb > 0.0f && lb >= band->yield_lb && !(bands->over_reported >> g & 1u)) {
+            bands->over_reported |= 1u << g;
+            add_finding(bands, number, g + 1, 0, MR_BAND_OVERLOAD, lb, block);
         }
-        sudden |= bands->filled == MR_BANDS_HISTORY && is_sudden(bands, band, g);
+        sudden |= bands->filled == MR_BANDS_HISTORY_STEPS && is_sudden(bands, band, g);
     }
     if (!band->hold) {
         if (sudden)
-            judge_step(bands, number, block);
-    } else if (--band->hold == 0 && band->doubt.reason) {
-        judge_doubt(bands, number);
+            classify_step(bands, number, block);
+    } else if (--band->hold == 0 && band->candidate.reason) {
+        confirm_candidate(bands, number);
     }
 }
 
 /* ---- spread at rest before and after a group of steps ---- */
 
-static void judge_spread(struct mr_bands *bands, unsigned number, uint32_t block)
+static void check_spread(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     unsigned low = MR_GAGES, high = MR_GAGES, valid = 0;
@@ -338,21 +347,22 @@ static void judge_spread(struct mr_bands *bands, unsigned number, uint32_t block
     float mean_lb = sum_lb / (float)valid;
     set_limits(band, mean_lb > 0.0f ? mean_lb : 0.0f);
     float spread_lb = bands->before_lb[high] - bands->before_lb[low];
-    float low_error = mr_bands_error(&bands->channel[low], bands->before_lb[low]);
-    float high_error = mr_bands_error(&bands->channel[high], bands->before_lb[high]);
+    float low_error = mr_bands_tension_error_lb(&bands->channel[low], bands->before_lb[low]);
+    float high_error = mr_bands_tension_error_lb(&bands->channel[high], bands->before_lb[high]);
     float error_lb = __builtin_sqrtf(low_error * low_error + high_error * high_error);
-    if (spread_lb > MR_BANDS_SPREAD * mean_lb + SURE * error_lb && !band->unequal_told) {
-        band->unequal_told = true;
-        find(bands, number, low + 1, high + 1, MR_BAND_UNEQUAL, spread_lb, block);
+    if (spread_lb > MR_BANDS_SPREAD_SHARE * mean_lb + SIGNIFICANCE_SIGMA * error_lb &&
+        !band->unequal_reported) {
+        band->unequal_reported = true;
+        add_finding(bands, number, low + 1, high + 1, MR_BAND_UNEQUAL, spread_lb, block);
     }
 }
 
 static void end_group(struct mr_bands *bands, uint32_t block)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
-        bands->group_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP;
+        bands->group_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP_STEPS;
         bands->group_noise_lb[g] =
-            __builtin_sqrtf(bands->square[g] / (float)(2u * (MR_BANDS_GROUP - 1u)));
+            __builtin_sqrtf(bands->square_sum_lb2[g] / (float)(2u * (MR_BANDS_GROUP_STEPS - 1u)));
     }
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band *band = &bands->band[b];
@@ -362,7 +372,7 @@ static void end_group(struct mr_bands *bands, uint32_t block)
             bands->before_lb[band->gage[i]] = bands->group_lb[band->gage[i]];
             bands->before_noise_lb[band->gage[i]] = bands->group_noise_lb[band->gage[i]];
         }
-        judge_spread(bands, b, block);
+        check_spread(bands, b, block);
     }
     start_group(bands);
 }
@@ -370,21 +380,21 @@ static void end_group(struct mr_bands *bands, uint32_t block)
 unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
                          float wheel_ft, uint32_t block)
 {
-    bands->findings = 0;
+    bands->finding_count = 0;
     if (!bands->active)
         return 0;
-    bands->newest = (bands->newest + 1u) % MR_BANDS_HISTORY;
+    bands->newest = (bands->newest + 1u) % MR_BANDS_HISTORY_STEPS;
     memcpy(bands->history[bands->newest], tension_lb, sizeof bands->history[0]);
-    if (bands->filled < MR_BANDS_HISTORY)
+    if (bands->filled < MR_BANDS_HISTORY_STEPS)
         bands->filled++;
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         if (bands->band[b].gages)
-            step_band(bands, b, tension_lb, quiet, wheel_ft, block);
+            update_band(bands, b, tension_lb, quiet, wheel_ft, block);
     }
     bands->group_quiet &= quiet;
-    if (++bands->in_group == MR_BANDS_GROUP)
+    if (++bands->in_group == MR_BANDS_GROUP_STEPS)
         end_group(bands, block);
-    return bands->findings;
+    return bands->finding_count;
 }
 
 /* ---- the end ---- */
@@ -399,25 +409,27 @@ static float extreme_error(const struct mr_bands *bands, const struct mr_band_ex
     if (!extreme->gage)
         return MR_NAN;
     unsigned g = extreme->gage - 1u;
-    float error_lb = mr_bands_error(&bands->channel[g], extreme->lb),
+    float error_lb = mr_bands_tension_error_lb(&bands->channel[g], extreme->tension_lb),
           noise_lb = bands->before_noise_lb[g];
     return __builtin_sqrtf(error_lb * error_lb + noise_lb * noise_lb);
 }
 
-void mr_bands_figures(const struct mr_bands *bands, unsigned number,
-                      struct mr_band_figures *figures)
+void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
+                          struct mr_band_figures *figures)
 {
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
-    *figures = (struct mr_band_figures){.least = band->least, .most = band->most};
+    *figures = (struct mr_band_figures){.min = band->min, .max = band->max};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         const struct mr_channel_config *gage = &bands->channel[g];
         float before_lb = bands->before_lb[g], change_lb = bands->group_lb[g] - before_lb;
         if (__builtin_isnan(change_lb))
             continue;
-        float noise = bands->before_noise_lb[g] * bands->before_noise_lb[g] / (float)MR_BANDS_GROUP;
-        float error_lb = mr_bands_error(gage, before_lb), gain_lb = gage->gain_error * change_lb;
+        float noise = bands->before_noise_lb[g] * bands->before_noise_lb[g] /
+                      (float)MR_BANDS_GROUP_STEPS;
+        float error_lb = mr_bands_tension_error_lb(gage, before_lb),
+              gain_lb = gage->gain_error * change_lb;
         figures->gages++;
         figures->before_lb += before_lb;
         figures->change_lb += change_lb;
@@ -433,12 +445,12 @@ void mr_bands_figures(const struct mr_bands *bands, unsigned number,
     figures->before_error_lb = __builtin_sqrtf(before_variance) / count;
     figures->change_error_lb = __builtin_sqrtf(change_variance) / count;
     figures->spread_lb = high_lb - low_lb;
-    figures->least_error_lb = extreme_error(bands, &band->least);
-    figures->most_error_lb = extreme_error(bands, &band->most);
+    figures->min_error_lb = extreme_error(bands, &band->min);
+    figures->max_error_lb = extreme_error(bands, &band->max);
 }
 
-unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
-                      unsigned band, float *least_lb, float *mean_lb, float *most_lb)
+unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
+                           unsigned band, float *least_lb, float *mean_lb, float *most_lb)
 {
     unsigned count = 0;
     float sum_lb = 0.0f;

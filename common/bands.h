@@ -7,11 +7,11 @@
  *
  * The figures of a band are its pretension, its minimum and maximum tension since the first
  * movement (with gage and block), its tension after the landing, and the change (after minus
- * before). The pretension is the mean of the gages over the last MR_BANDS_GROUP steps at rest while
- * armed. The tension after the landing is the mean over the last whole group of steps. Standard
- * errors combine the calibration errors (zero, gain and linearity, independent between gages) with
- * the noise measured at rest. In a difference the zero error cancels, and the gain error applies to
- * the change only.
+ * before). The pretension is the mean of the gages over the last MR_BANDS_GROUP_STEPS steps at rest
+ * while armed. The tension after the landing is the mean over the last whole group of steps.
+ * Standard errors combine the calibration errors (zero, gain and linearity, independent between
+ * gages) with the noise measured at rest. In a difference the zero error cancels, and the gain
+ * error applies to the change only.
  *
  * Findings rest on the free body of report appendix C: a band of segments L_j between connections,
  * springs K at the anchors. The ends are fixed, so the changes of length cancel (C.5),
@@ -41,20 +41,21 @@
 #include "common/catalogue.h"
 #include "common/config.h"
 
-#define MR_BANDS_STEP_BLOCKS 4u
-#define MR_BANDS_GROUP       64u /* steps per group, 256 ms */
+#define MR_BANDS_STEP_BLOCKS           4u
+#define MR_BANDS_GROUP_STEPS           64u /* steps per group, 256 ms */
 /* steps: two intervals before, two during and two after a sudden change */
-#define MR_BANDS_HISTORY     7u
+#define MR_BANDS_HISTORY_STEPS         7u
 /* steps (40 ms) that a sudden change must persist; a later change is a new one */
-#define MR_BANDS_HOLD        10u
-#define MR_BANDS_LOW_STEPS   3u    /* steps (12 ms) below the limit before a gage counts as slack */
-#define MR_BANDS_SLACK       0.10f /* fraction of the pretension */
-#define MR_BANDS_STEP        0.05f /* fraction of the pretension */
-#define MR_BANDS_STEP_LB     5.0f  /* minimum */
+#define MR_BANDS_HOLD_STEPS            10u
+/* steps (12 ms) below the limit before a gage counts as slack */
+#define MR_BANDS_LOW_STEPS             3u
+#define MR_BANDS_SLACK_SHARE           0.10f /* fraction of the pretension */
+#define MR_BANDS_STEP_PRETENSION_SHARE 0.05f /* fraction of the pretension */
+#define MR_BANDS_STEP_LB               5.0f  /* minimum */
 /* fraction of the largest sudden change; smaller changes are ignored */
-#define MR_BANDS_SHARE       0.15f
-#define MR_BANDS_SPREAD      0.20f /* fraction of the mean */
-#define MR_BANDS_EVENTS      16u   /* findings of one step */
+#define MR_BANDS_STEP_SHARE            0.15f
+#define MR_BANDS_SPREAD_SHARE          0.20f /* fraction of the mean */
+#define MR_BANDS_FINDINGS_MAX          16u   /* findings of one step */
 
 struct mr_band_finding {
     uint8_t band, gage; /* band and gage, from 1 */
@@ -67,17 +68,17 @@ struct mr_band_finding {
 };
 
 struct mr_band_extreme {
-    float lb; /* tension; NaN: none yet */
+    float tension_lb; /* tension; NaN: none yet */
     uint8_t gage;
     uint32_t block;
 };
 
-struct mr_band_doubt { /* a sudden change that has not persisted long enough yet */
-    uint8_t reason;    /* enum mr_band_reason; 0: none */
-    uint8_t place, other;
-    float change_lb; /* change at the gage `place` */
+struct mr_band_candidate { /* a sudden change that has not persisted long enough yet */
+    uint8_t reason;        /* enum mr_band_reason; 0: none */
+    uint8_t position, other;
+    float change_lb; /* change at the gage `position` */
     /* change that must remain: of the weighted mean for a slip, else of the gage */
-    float least_lb;
+    float min_lb;
     float from_lb; /* tension before the change, extrapolated with the trend around it */
     uint32_t block;
 };
@@ -87,36 +88,36 @@ struct mr_band {
     uint8_t gage[MR_GAGES]; /* numbers from 0, ordered by station */
     float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
     float step_lb, slack_lb, yield_lb;
-    struct mr_band_extreme least, most;
-    uint8_t hold;              /* steps until the next search for a sudden change */
-    bool unequal_told, frozen; /* frozen: a failure was found; the baseline is kept */
-    struct mr_band_doubt doubt;
+    struct mr_band_extreme min, max;
+    uint8_t hold;                  /* steps until the next search for a sudden change */
+    bool unequal_reported, frozen; /* frozen: a failure was found; the baseline is kept */
+    struct mr_band_candidate candidate;
 };
 
 struct mr_bands {
     const struct mr_channel_config *channel; /* configuration of the gages */
     bool active;
     struct mr_band band[MR_CONFIG_BANDS];
-    float history[MR_BANDS_HISTORY][MR_GAGES];
+    float history[MR_BANDS_HISTORY_STEPS][MR_GAGES];
     unsigned newest, filled;
     /* sums over the group: tensions, and squared differences between successive steps */
-    float sum_lb[MR_GAGES], square[MR_GAGES];
+    float sum_lb[MR_GAGES], square_sum_lb2[MR_GAGES];
     unsigned in_group;
     bool group_quiet;
     float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
     uint8_t low_steps[MR_GAGES];
-    uint32_t low_told, over_told; /* one bit per gage: already reported */
-    struct mr_band_finding finding[MR_BANDS_EVENTS];
-    unsigned findings;
+    uint32_t low_reported, over_reported; /* one bit per gage: already reported */
+    struct mr_band_finding finding[MR_BANDS_FINDINGS_MAX];
+    unsigned finding_count;
 };
 
 struct mr_band_figures {
     unsigned gages; /* gages with a valid tension both before and after */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
-    struct mr_band_extreme least, most;
-    float least_error_lb, most_error_lb;
+    struct mr_band_extreme min, max;
+    float min_error_lb, max_error_lb;
 };
 
 /* Resets the state and starts watching the bands that have a gage. `gages` points to the MR_GAGES
@@ -134,14 +135,15 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
 void mr_bands_end(struct mr_bands *bands);
 
 /* Figures of band 0 to MR_CONFIG_BANDS - 1; unknown values are NaN. */
-void mr_bands_figures(const struct mr_bands *bands, unsigned band, struct mr_band_figures *figures);
+void mr_bands_get_figures(const struct mr_bands *bands, unsigned band,
+                          struct mr_band_figures *figures);
 
 /* Minimum, mean and maximum of a band's valid gages in this step, NaN if no gage is valid. Returns
  * the number of valid gages. */
-unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
-                      unsigned band, float *least_lb, float *mean_lb, float *most_lb);
+unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
+                           unsigned band, float *least_lb, float *mean_lb, float *most_lb);
 
 /* Standard error of a tension from the calibration, without noise. */
-float mr_bands_error(const struct mr_channel_config *gage, float tension_lb);
+float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb);
 
 #endif

@@ -7,8 +7,8 @@
 
 /* Two codes at a time, one in each half of a word. 8 codes of 12 bits need 15 bits, so no half
  * carries into the other. */
-#define BOTH(code) ((uint32_t)(code)*0x00010001u)
-#define CODES      4096u
+#define IN_BOTH_HALVES(code) ((uint32_t)(code)*0x00010001u)
+#define CODE_RANGE           4096u
 
 /* The codes of two neighbouring channels in one scan. */
 static inline uint32_t pair_at(const uint16_t *code)
@@ -23,16 +23,17 @@ static inline void put_pair(uint16_t *sums, uint32_t pair)
     __builtin_memcpy(sums, &pair, sizeof pair);
 }
 
-/* The bit of value CODES is set in a half with a saturated code. A half that borrows from its
+/* The bit of value CODE_RANGE is set in a half with a saturated code. A half that borrows from its
  * neighbour is saturated itself, so the word has such a bit exactly when a code is saturated. */
-static inline uint32_t extremes(uint32_t pair)
+static inline uint32_t saturation_bits(uint32_t pair)
 {
-    return (pair - BOTH(MR_CODE_LOW + 1u)) | (pair + BOTH(CODES - MR_CODE_HIGH));
+    return (pair - IN_BOTH_HALVES(MR_CODE_LOW + 1u)) |
+           (pair + IN_BOTH_HALVES(CODE_RANGE - MR_CODE_HIGH));
 }
 
-static inline bool any_saturated(uint32_t extreme)
+static inline bool has_saturation(uint32_t extreme)
 {
-    return (extreme & BOTH(CODES)) != 0;
+    return (extreme & IN_BOTH_HALVES(CODE_RANGE)) != 0;
 }
 
 static void count_saturation(struct mr_block *block, unsigned channel, const uint16_t *code,
@@ -70,11 +71,11 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                      reversed = pair_at(&transducers[scan + 1][i]);
             plus += forward;
             minus += reversed;
-            extreme |= extremes(forward) | extremes(reversed);
+            extreme |= saturation_bits(forward) | saturation_bits(reversed);
         }
         put_pair(&block->plus[i], plus);
         put_pair(&block->minus[i], minus);
-        if (any_saturated(extreme))
+        if (has_saturation(extreme))
             count_pair(block, i, &transducers[0][i], MR_TRANSDUCERS);
     }
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i += 2) {
@@ -83,10 +84,10 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
             uint32_t pair = pair_at(&adc1[scan][i]);
             sum += pair;
-            extreme |= extremes(pair);
+            extreme |= saturation_bits(pair);
         }
         put_pair(&block->sum[i], sum);
-        if (any_saturated(extreme))
+        if (has_saturation(extreme))
             count_pair(block, MR_TRANSDUCERS + i, &adc1[0][i], MR_ADC1_CHANNELS);
     }
 }
@@ -119,11 +120,11 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
             uint32_t first = pair_at(at), second = pair_at(at + count);
             sum_even += first;
             sum_odd += second;
-            extreme |= extremes(first) | extremes(second);
+            extreme |= saturation_bits(first) | saturation_bits(second);
         }
         put_pair(even + i, sum_even);
         put_pair(odd + i, sum_odd);
-        if (any_saturated(extreme)) {
+        if (has_saturation(extreme)) {
             count_saturation(block, channel[i], code + i, count);
             count_saturation(block, channel[i + 1], code + i + 1, count);
         }
@@ -138,8 +139,8 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     count_saturation(block, channel[i], code + i, count);
 }
 
-void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
-                        uint32_t tick, const uint16_t *transducers, const uint16_t *others)
+void mr_block_from_fitted(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
+                          uint32_t tick, const uint16_t *transducers, const uint16_t *others)
 {
     uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
     const uint8_t *channel = scan->channel;

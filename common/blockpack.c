@@ -41,17 +41,17 @@ static inline size_t mr_bits_end(struct mr_bits *to, const uint8_t *start)
 
 enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
 enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
-#define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
-#define OTHER_BITS  5u
-#define ESCAPE      8u /* this many zeroes introduce a 16-bit value */
+#define OTHER_TAG(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
+#define OTHER_BITS      5u
+#define ESCAPE_ZEROES   8u /* this many zeroes introduce a 16-bit value */
 /* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
-#define MEAN_START  128u
+#define INITIAL_MEAN16  128u
 
 /* The sums present in a block: first `four` sums of 4 codes each, then sums of 8. */
 struct sums {
     const uint16_t *value;
     unsigned four, count;
-    uint16_t some[MR_PACK_SUMS];
+    uint16_t gathered[MR_PACK_SUMS];
 };
 
 static unsigned plain_bits(const struct sums *sums, unsigned i)
@@ -65,7 +65,7 @@ static void count_sums(struct sums *sums, uint32_t absent)
     sums->count = MR_PACK_SUMS - (unsigned)__builtin_popcount(mr_block_absent_sums(absent));
 }
 
-static void gather(struct sums *sums, const struct mr_block *block)
+static void gather_sums(struct sums *sums, const struct mr_block *block)
 {
     sums->value = block->sums;
     sums->four = 2u * MR_TRANSDUCERS;
@@ -74,7 +74,7 @@ static void gather(struct sums *sums, const struct mr_block *block)
         return;
     count_sums(sums, block->absent);
     uint32_t absent = mr_block_absent_sums(block->absent);
-    uint16_t *to = sums->some;
+    uint16_t *to = sums->gathered;
     sums->value = to;
     for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
         if (!(absent >> i & 1u))
@@ -84,12 +84,12 @@ static void gather(struct sums *sums, const struct mr_block *block)
         *to = 0; /* is_wide reads pairs */
 }
 
-static unsigned parameter(const struct mr_pack *pack, unsigned i)
+static unsigned rice_parameter(const struct mr_pack *pack, unsigned i)
 {
     return 27u - (unsigned)__builtin_clz(pack->mean16[i] | 16u);
 }
 
-static void remember(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t value)
+static void update_prediction(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t value)
 {
     pack->mean16[i] += z - (pack->mean16[i] >> 4);
     pack->value[i] = value;
@@ -99,10 +99,10 @@ void mr_pack_reset(struct mr_pack *pack)
 {
     memset(pack, 0, sizeof *pack);
     for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-        pack->mean16[i] = MEAN_START;
+        pack->mean16[i] = INITIAL_MEAN16;
 }
 
-bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block)
+bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block)
 {
     return pack->keyed && block->index == pack->index && block->tick == pack->tick &&
            block->absent == pack->absent;
@@ -117,11 +117,11 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
     pack->index = block->index;
     pack->tick = block->tick;
     pack->absent = block->absent;
-    mr_bits_put(&w, OTHER(OTHER_KEY), OTHER_BITS);
+    mr_bits_put(&w, OTHER_TAG(OTHER_KEY), OTHER_BITS);
     mr_bits_put32(&w, block->index);
     mr_bits_put32(&w, block->tick);
     if (block->absent) {
-        mr_bits_put(&w, OTHER(OTHER_ABSENT), OTHER_BITS);
+        mr_bits_put(&w, OTHER_TAG(OTHER_ABSENT), OTHER_BITS);
         mr_bits_put(&w, block->absent, 24);
     }
     return mr_bits_end(&w, out);
@@ -142,7 +142,7 @@ static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct
         return;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         mask |= (block->low[c] || block->high[c] ? 1u : 0u) << c;
-    mr_bits_put(w, OTHER(OTHER_SATURATION), OTHER_BITS);
+    mr_bits_put(w, OTHER_TAG(OTHER_SATURATION), OTHER_BITS);
     mr_bits_put(w, mask, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (mask >> c & 1u)
@@ -162,16 +162,16 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
     for (unsigned i = 0; i < count; i++) {
         int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
         uint32_t z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
-        unsigned k = parameter(pack, i);
+        unsigned k = rice_parameter(pack, i);
         uint32_t q = z >> k;
-        remember(pack, i, z, value[i]);
+        update_prediction(pack, i, z, value[i]);
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
         unsigned length = q + 1u + k;
-        if (__builtin_expect(q >= ESCAPE, 0)) {
+        if (__builtin_expect(q >= ESCAPE_ZEROES, 0)) {
             /* a block with 17-bit values of z is sent in the wide form, which overwrites this
              * one */
-            code = z << ESCAPE;
-            length = ESCAPE + 16u;
+            code = z << ESCAPE_ZEROES;
+            length = ESCAPE_ZEROES + 16u;
         }
         mr_bits_put(&w, code, length);
     }
@@ -205,14 +205,14 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
      * fit. */
     struct mr_bits before = w;
     struct sums sums;
-    gather(&sums, block);
+    gather_sums(&sums, block);
     size_t packed = put_packed(&w, pack, sums.value, sums.count);
     bool wide_now = is_wide(&sums), wide = wide_now || pack->wide;
     pack->wide = wide_now;
     if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four) {
         w = before;
         if (wide)
-            mr_bits_put(&w, OTHER(OTHER_WIDE), OTHER_BITS);
+            mr_bits_put(&w, OTHER_TAG(OTHER_WIDE), OTHER_BITS);
         else
             mr_bits_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
         for (unsigned i = 0; i < sums.count; i++)
@@ -227,7 +227,7 @@ size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length,
                        uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bits w = {.next = out};
-    mr_bits_put(&w, OTHER(OTHER_MESSAGE), OTHER_BITS);
+    mr_bits_put(&w, OTHER_TAG(OTHER_MESSAGE), OTHER_BITS);
     mr_bits_put(&w, id & 0x7ffu, 11);
     mr_bits_put(&w, (uint32_t)length & 15u, 4);
     for (size_t i = 0; i < length; i++)
@@ -241,7 +241,7 @@ size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
     if (at % 8u == 0)
         return 0;
     unsigned after = (at + OTHER_BITS) % 8u;
-    mr_bits_put(&w, OTHER(OTHER_PADDING), OTHER_BITS);
+    mr_bits_put(&w, OTHER_TAG(OTHER_PADDING), OTHER_BITS);
     mr_bits_put(&w, 0, after ? 8u - after : 0u);
     return mr_bits_end(&w, out);
 }
@@ -249,14 +249,14 @@ size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
 struct reader {
     const uint8_t *stream;
     size_t bits, at;
-    bool short_of; /* more bits were read than exist */
+    bool is_truncated; /* more bits were read than exist */
 };
 
-static uint32_t get(struct reader *r, unsigned bits)
+static uint32_t get_bits(struct reader *r, unsigned bits)
 {
     uint32_t value = 0;
     if (bits > r->bits - r->at) {
-        r->short_of = true;
+        r->is_truncated = true;
         r->at = r->bits;
         return 0;
     }
@@ -268,9 +268,9 @@ static uint32_t get(struct reader *r, unsigned bits)
 static uint32_t get_rice(struct reader *r, unsigned k)
 {
     uint32_t q = 0;
-    while (q < ESCAPE && !r->short_of && get(r, 1) == 0)
+    while (q < ESCAPE_ZEROES && !r->is_truncated && get_bits(r, 1) == 0)
         q++;
-    return q < ESCAPE ? q << k | get(r, k) : get(r, 16);
+    return q < ESCAPE_ZEROES ? q << k | get_bits(r, k) : get_bits(r, 16);
 }
 
 static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, struct mr_block *block)
@@ -286,15 +286,15 @@ static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, stru
         uint16_t *value = &block->sums[place];
         uint32_t z;
         if (tag == TAG_PACKED) {
-            z = get_rice(r, parameter(pack, i));
+            z = get_rice(r, rice_parameter(pack, i));
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
             *value = (uint16_t)((int32_t)pack->value[i] + d);
         } else {
-            *value = (uint16_t)get(r, tag == TAG_PLAIN ? plain_bits(&sums, i) : 16u);
+            *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? plain_bits(&sums, i) : 16u);
             int32_t d = (int32_t)*value - (int32_t)pack->value[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }
-        remember(pack, i, z, *value);
+        update_prediction(pack, i, z, *value);
     }
     memcpy(block->low, pack->low, sizeof block->low);
     memcpy(block->high, pack->high, sizeof block->high);
@@ -302,9 +302,9 @@ static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, stru
 
 static void get_saturation(struct reader *r, struct mr_pack *pack)
 {
-    uint32_t mask = get(r, 24);
+    uint32_t mask = get_bits(r, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        uint32_t counts = mask >> c & 1u ? get(r, 8) : 0;
+        uint32_t counts = mask >> c & 1u ? get_bits(r, 8) : 0;
         pack->low[c] = (uint8_t)(counts >> 4);
         pack->high[c] = (uint8_t)(counts & 15u);
     }
@@ -313,21 +313,21 @@ static void get_saturation(struct reader *r, struct mr_pack *pack)
 static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct mr_record *record)
 {
     record->kind = MR_RECORD_OTHER;
-    switch (get(r, OTHER_BITS - MR_PACK_TAG_BITS)) {
+    switch (get_bits(r, OTHER_BITS - MR_PACK_TAG_BITS)) {
     case OTHER_MESSAGE:
         record->kind = MR_RECORD_MESSAGE;
-        record->id = (uint16_t)get(r, 11);
-        record->length = (uint8_t)get(r, 4);
+        record->id = (uint16_t)get_bits(r, 11);
+        record->length = (uint8_t)get_bits(r, 4);
         for (unsigned i = 0; i < record->length; i++)
-            record->payload[i] = (uint8_t)get(r, 8);
+            record->payload[i] = (uint8_t)get_bits(r, 8);
         return MR_OK;
     case OTHER_KEY:
         mr_pack_reset(pack);
         pack->keyed = true;
-        pack->index = get(r, 16);
-        pack->index |= get(r, 16) << 16;
-        pack->tick = get(r, 16);
-        pack->tick |= get(r, 16) << 16;
+        pack->index = get_bits(r, 16);
+        pack->index |= get_bits(r, 16) << 16;
+        pack->tick = get_bits(r, 16);
+        pack->tick |= get_bits(r, 16) << 16;
         return MR_OK;
     case OTHER_SATURATION: get_saturation(r, pack); return MR_OK;
     case OTHER_WIDE:
@@ -337,7 +337,7 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
         get_block(r, pack, TAG_OTHER, &record->block);
         return MR_OK;
     case OTHER_ABSENT:
-        pack->absent = get(r, 24);
+        pack->absent = get_bits(r, 24);
         return pack->keyed && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
     case OTHER_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
     default: return MR_MALFORMED;
@@ -350,8 +350,8 @@ enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bit
     struct reader r = {.stream = stream, .bits = bits, .at = *at};
     struct mr_pack before = *pack;
     enum mr_status status = MR_OK;
-    unsigned tag = get(&r, MR_PACK_TAG_BITS);
-    if (r.short_of)
+    unsigned tag = get_bits(&r, MR_PACK_TAG_BITS);
+    if (r.is_truncated)
         return MR_TRUNCATED;
     if (tag == TAG_OTHER) {
         status = get_other(&r, pack, record);
@@ -363,7 +363,7 @@ enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bit
         record->kind = MR_RECORD_BLOCK;
         get_block(&r, pack, tag, &record->block);
     }
-    if (r.short_of) {
+    if (r.is_truncated) {
         *pack = before;
         return MR_TRUNCATED;
     }

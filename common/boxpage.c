@@ -5,27 +5,27 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define CRC_AT (MR_BOXPAGE - 4u)
+#define CRC_OFFSET (MR_BOXPAGE - 4u)
 
 static uint32_t page_crc(const uint8_t page[MR_BOXPAGE])
 {
     uint8_t kind = page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE;
     uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND);
     crc = mr_crc32(crc, &kind, 1);
-    return mr_crc32(crc, page + MR_BOXPAGE_FIRST, CRC_AT - MR_BOXPAGE_FIRST);
+    return mr_crc32(crc, page + MR_BOXPAGE_FIRST, CRC_OFFSET - MR_BOXPAGE_FIRST);
 }
 
 void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record)
 {
     mr_put_u16(mr_put_u32(page, seq), record);
     page[MR_BOXPAGE_KIND] |= MR_BOXPAGE_LIVE;
-    mr_put_u32(page + CRC_AT, page_crc(page));
+    mr_put_u32(page + CRC_OFFSET, page_crc(page));
 }
 
 enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header)
 {
     const uint8_t *p = page;
-    const uint8_t *crc = page + CRC_AT;
+    const uint8_t *crc = page + CRC_OFFSET;
     size_t i = 0;
     while (i < MR_BOXPAGE && page[i] == 0xff)
         i++;
@@ -42,7 +42,7 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpag
     return header->kind >= MR_BOXPAGE_START && header->kind <= MR_BOXPAGE_END ? MR_OK : MR_CRC;
 }
 
-static uint8_t *begin(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
+static uint8_t *begin_page(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
 {
     memset(page, 0xff, MR_BOXPAGE);
     page[MR_BOXPAGE_KIND] = (uint8_t)(MR_BOXPAGE_LIVE | kind);
@@ -51,7 +51,7 @@ static uint8_t *begin(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
 
 void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start_page *start)
 {
-    uint8_t *p = begin(page, MR_BOXPAGE_START);
+    uint8_t *p = begin_page(page, MR_BOXPAGE_START);
     p = mr_put_u16(mr_put_u16(p, start->layout), start->landing);
     p = mr_put_u32(mr_put_u32(p, start->armed_block), start->trigger_block);
     for (unsigned i = 0; i < 3; i++)
@@ -80,9 +80,9 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
 
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end)
 {
-    uint8_t *p = begin(page, MR_BOXPAGE_END);
+    uint8_t *p = begin_page(page, MR_BOXPAGE_END);
     mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost),
-               end->notes_lost);
+               end->messages_lost);
 }
 
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end)
@@ -91,7 +91,7 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *e
     end->first_block = mr_get_u32(&p);
     end->blocks = mr_get_u32(&p);
     end->lost = mr_get_u32(&p);
-    end->notes_lost = mr_get_u32(&p);
+    end->messages_lost = mr_get_u32(&p);
 }
 
 /* ---- boxread ---- */
@@ -115,35 +115,35 @@ static const uint8_t *stream_page(const struct mr_boxread *reader, size_t i)
     return there ? page : NULL;
 }
 
-static bool find_step(struct mr_boxread *reader)
+static bool resynchronise(struct mr_boxread *reader)
 {
     for (; reader->page < reader->count; reader->page++) {
         const uint8_t *page = stream_page(reader, reader->page);
         if (page && page[MR_BOXPAGE_FIRST] < MR_BOXPAGE_PAYLOAD) {
             reader->bit = 8u * page[MR_BOXPAGE_FIRST];
             reader->pack.keyed = false;
-            reader->in_step = true;
+            reader->is_synchronised = true;
             return true;
         }
     }
     return false;
 }
 
-static void lose_step(struct mr_boxread *reader, size_t pages)
+static void skip_pages(struct mr_boxread *reader, size_t pages)
 {
     reader->page += pages;
-    reader->in_step = false;
+    reader->is_synchronised = false;
 }
 
 enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record)
 {
     uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* a record is at most one page long */
     for (;;) {
-        if (!reader->in_step && !find_step(reader))
+        if (!reader->is_synchronised && !resynchronise(reader))
             return MR_TOO_FEW;
         const uint8_t *page = stream_page(reader, reader->page);
         if (!page) {
-            lose_step(reader, 0);
+            skip_pages(reader, 0);
             continue;
         }
         const uint8_t *next = stream_page(reader, reader->page + 1);
@@ -154,11 +154,11 @@ enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *reco
         enum mr_status status = mr_unpack(&reader->pack, window, next ? 2 * PAGE_BITS : PAGE_BITS,
                                           &at, record);
         if (status != MR_OK) {
-            lose_step(reader, 1);
+            skip_pages(reader, 1);
             continue;
         }
         if (record->kind == MR_RECORD_END) {
-            lose_step(reader, (at - 1) / PAGE_BITS + 1);
+            skip_pages(reader, (at - 1) / PAGE_BITS + 1);
             continue;
         }
         reader->page += at / PAGE_BITS;

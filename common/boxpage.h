@@ -64,7 +64,7 @@ struct mr_boxpage_end {
     uint32_t blocks;      /* number of blocks stored */
     /* blocks not stored since first_block: no room, or lost earlier by the board */
     uint32_t lost;
-    uint32_t notes_lost; /* messages not stored */
+    uint32_t messages_lost; /* messages not stored */
 };
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end);
@@ -83,7 +83,7 @@ struct mr_boxread {
     size_t count;
     size_t page; /* page at which the next record of the stream begins */
     size_t bit;
-    bool in_step;
+    bool is_synchronised;
     struct mr_pack pack;
 };
 

@@ -12,18 +12,18 @@
 
 #include "common/catalogue.h"
 
-#define MR_CAN_ID_MOST   0x7ffu /* largest 11-bit identifier */
+#define MR_CAN_ID_MAX   0x7ffu /* largest 11-bit identifier */
 /* the catalogue ends with config_word */
-#define MR_CAN_BASE_MOST (MR_CAN_ID_MOST - MR_ID_CONFIG_WORD)
+#define MR_CAN_BASE_MAX (MR_CAN_ID_MAX - MR_ID_CONFIG_WORD)
 
 /* Convert between the identifier in the catalogue and the identifier on the bus. */
 static inline uint16_t mr_can_to_bus(uint16_t id, uint16_t base)
 {
-    return (uint16_t)((id + base) & MR_CAN_ID_MOST);
+    return (uint16_t)((id + base) & MR_CAN_ID_MAX);
 }
 static inline uint16_t mr_can_from_bus(uint16_t id, uint16_t base)
 {
-    return (uint16_t)((id - base) & MR_CAN_ID_MOST);
+    return (uint16_t)((id - base) & MR_CAN_ID_MAX);
 }
 
 #endif

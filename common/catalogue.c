@@ -55,7 +55,7 @@
 
 #define ENUM(values) static const struct mr_value values##_values[] = {
 #define VALUE(values, NAME, number, word) {number, word},
-#define UNSAID(values, NAME, number, text) {number, ""},
+#define UNSENT(values, NAME, number, text) {number, ""},
 #define END_ENUM(values) {0, NULL}};
 #include "common/catalogue.def"
 
@@ -64,7 +64,7 @@
     {                                              \
         switch (value) {
 #define VALUE(values, NAME, number, word) case number: return word;
-#define WORDED(values, NAME, number, word, text) case number: return text;
+#define DESCRIBED(values, NAME, number, word, text) case number: return text;
 #define END_ENUM(values)           \
         default: return "unknown"; \
         }                          \
@@ -98,7 +98,7 @@
 static const struct mr_message_info messages[] = {
 /* clang-format off */
 #define MESSAGE(this, NAME, number, way, words)                                                 \
-    [MR_PLACE_##NAME] = {.name = #this, .text = words, .id = number,                            \
+    [MR_INDEX_##NAME] = {.name = #this, .text = words, .id = number,                            \
                          .direction = MR_DIRECTION_##way, .length = sizeof(struct this##_wire), \
                          .field_count = sizeof this##_fields / sizeof this##_fields[0],         \
                              .fields = this##_fields,
@@ -116,26 +116,26 @@ const struct mr_message_info *mr_catalogue(size_t *count)
 
 const struct mr_message_info *mr_message_find(uint16_t id)
 {
-    unsigned place = mr_message_place(id);
+    unsigned place = mr_message_index(id);
     return place < sizeof messages / sizeof messages[0] ? &messages[place] : NULL;
 }
 
-unsigned mr_message_place(uint16_t id)
+unsigned mr_message_index(uint16_t id)
 {
     switch (id) {
 /* clang-format off */
-#define MESSAGE(name, NAME, id, direction, text) case id: return MR_PLACE_##NAME;
+#define MESSAGE(name, NAME, id, direction, text) case id: return MR_INDEX_##NAME;
 /* clang-format on */
 #include "common/catalogue.def"
-    case MR_ID_BLOCK: return MR_PLACE_BLOCK;
-    case MR_ID_BOX_PART: return MR_PLACE_BOX_PART;
-    default: return MR_PLACES;
+    case MR_ID_BLOCK: return MR_INDEX_BLOCK;
+    case MR_ID_BOX_PART: return MR_INDEX_BOX_PART;
+    default: return MR_MESSAGES;
     }
 }
 
 /* A second list of the identifiers: with the table above, the board would have to store its
  * texts. */
-uint16_t mr_message_at(unsigned place)
+uint16_t mr_message_id_at(unsigned place)
 {
     static const uint16_t ids[] = {
 #define MESSAGE(name, NAME, id, direction, text) id,
@@ -143,23 +143,23 @@ uint16_t mr_message_at(unsigned place)
         MR_ID_BLOCK,
         MR_ID_BOX_PART,
     };
-    return place < MR_PLACES ? ids[place] : 0;
+    return place < MR_MESSAGES ? ids[place] : 0;
 }
 
-const char *mr_message_text(unsigned place)
+const char *mr_message_name(unsigned place)
 {
     if (place < sizeof messages / sizeof messages[0])
         return messages[place].name;
-    return place == MR_PLACE_BLOCK ? "block" : "box_part";
+    return place == MR_INDEX_BLOCK ? "block" : "box_part";
 }
 
-static void add(char **out, const char *end, const char *text)
+static void append(char **out, const char *end, const char *text)
 {
     while (*text && *out < end)
         *(*out)++ = *text++;
 }
 
-static void add_number(char **out, const char *end, long number)
+static void append_number(char **out, const char *end, long number)
 {
     char digits[3 * sizeof number + 1], *at = digits + sizeof digits;
     *--at = '\0';
@@ -167,11 +167,11 @@ static void add_number(char **out, const char *end, long number)
         *--at = (char)('0' + number % 10);
         number /= 10;
     } while (number > 0);
-    add(out, end, at);
+    append(out, end, at);
 }
 
 /* Writes "0 idle, 1 armed, 2 landing"; for a bit field the bit numbers. */
-static void add_values(char **out, const char *end, const struct mr_field_info *field)
+static void append_values(char **out, const char *end, const struct mr_field_info *field)
 {
     bool first = true;
     for (const struct mr_value *value = field->values; value->word; value++) {
@@ -181,10 +181,10 @@ static void add_values(char **out, const char *end, const struct mr_field_info *
         for (number = field->coding == MR_CODING_BITS ? 0 : number;
              field->coding == MR_CODING_BITS && value->number >> number > 1;)
             number++;
-        add(out, end, first ? "" : ", ");
-        add_number(out, end, number);
-        add(out, end, " ");
-        add(out, end, value->word);
+        append(out, end, first ? "" : ", ");
+        append_number(out, end, number);
+        append(out, end, " ");
+        append(out, end, value->word);
         first = false;
     }
 }
@@ -194,9 +194,9 @@ void mr_field_text(const struct mr_field_info *field, char *out, size_t size)
     const char *end = out + size - 1;
     for (const char *text = field->text; *text; text++) {
         if (*text == '*' && field->values)
-            add_values(&out, end, field);
+            append_values(&out, end, field);
         else
-            add(&out, end, (const char[]){*text, '\0'});
+            append(&out, end, (const char[]){*text, '\0'});
     }
     *out = '\0';
 }
@@ -223,7 +223,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 /* ---- message ---- */
 
 /* Block of the event: the last field, if it is `block16` or `block`. */
-static void take_block(struct mr_message *message, const struct mr_message_info *info,
+static void read_block(struct mr_message *message, const struct mr_message_info *info,
                        const uint8_t *payload)
 {
     const struct mr_field_info *last = &info->fields[info->field_count - 1];
@@ -236,7 +236,7 @@ static void take_block(struct mr_message *message, const struct mr_message_info 
 enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
                                size_t length)
 {
-    unsigned place = mr_message_place(id);
+    unsigned place = mr_message_index(id);
     const struct mr_message_info *info = mr_message_find(id);
     if (!info)
         return MR_UNKNOWN;
@@ -244,13 +244,13 @@ enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const ui
         return length < info->length ? MR_TRUNCATED : MR_TOO_LONG;
     memset(message, 0, sizeof *message);
     message->info = info;
-    message->place = place;
-    take_block(message, info, payload);
+    message->index = place;
+    read_block(message, info, payload);
     memcpy(message->payload, payload, length);
     switch (place) {
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text) \
-    case MR_PLACE_##NAME: return mr_##name##_get(&message->as.name, payload, length);
+    case MR_INDEX_##NAME: return mr_##name##_get(&message->as.name, payload, length);
 /* clang-format on */
 #include "common/catalogue.def"
     default: return MR_UNKNOWN;
@@ -292,7 +292,7 @@ unsigned mr_series_pack_find(uint16_t id)
     return number;
 }
 
-static uint16_t missing_of(const float *readings, unsigned count)
+static uint16_t missing_bits(const float *readings, unsigned count)
 {
     uint16_t mask = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -310,7 +310,7 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
     for (unsigned i = 0; i < pack->count; i++)
         p = mr_put_real_i16(p, readings[pack->first - 1u + i], series->per_unit);
     if (pack->count < MR_PACK_READINGS)
-        p = mr_put_u16(p, missing_of(readings, series->readings));
+        p = mr_put_u16(p, missing_bits(readings, series->readings));
     p = mr_put_u16(p, (uint16_t)index);
     return (size_t)(p - out);
 }

@@ -67,12 +67,12 @@ enum mr_message_id {
 
 /* Index of each message, from 0, for tables of counts. Block records and black-box parts have an
  * index too. */
-enum mr_message_place {
-#define MESSAGE(name, NAME, id, direction, text) MR_PLACE_##NAME,
+enum mr_message_index {
+#define MESSAGE(name, NAME, id, direction, text) MR_INDEX_##NAME,
 #include "common/catalogue.def"
-    MR_PLACE_BLOCK,
-    MR_PLACE_BOX_PART,
-    MR_PLACES
+    MR_INDEX_BLOCK,
+    MR_INDEX_BOX_PART,
+    MR_MESSAGES
 };
 
 #define MESSAGE(name, NAME, id, direction, text)                                          \
@@ -125,12 +125,12 @@ struct mr_message_info {
 const struct mr_message_info *mr_catalogue(size_t *count);
 /* The message with this identifier, or NULL. */
 const struct mr_message_info *mr_message_find(uint16_t id);
-/* Conversions between identifier and index. mr_message_place returns MR_PLACES when the catalogue
+/* Conversions between identifier and index. mr_message_index returns MR_MESSAGES when the catalogue
  * has no such message. */
-unsigned mr_message_place(uint16_t id);
-uint16_t mr_message_at(unsigned place);
+unsigned mr_message_index(uint16_t id);
+uint16_t mr_message_id_at(unsigned place);
 /* Name of the message with this index. Static storage. */
-const char *mr_message_text(unsigned place);
+const char *mr_message_name(unsigned place);
 /* Text of a field including its list of values, truncated to `size`. */
 void mr_field_text(const struct mr_field_info *field, char *out, size_t size);
 /* Value of a field, in the unit of the field; NaN when missing. `payload` has the message's
@@ -143,7 +143,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 
 struct mr_message {
     const struct mr_message_info *info;
-    unsigned place; /* enum mr_message_place: selects the member of `as` */
+    unsigned index; /* enum mr_message_index: selects the member of `as` */
     /* low 16 bits of the block that the message belongs to; -1: no such field */
     int32_t block16;
     int64_t block;                   /* full block index; -1: no such field */

@@ -1,7 +1,7 @@
 /* Law of a chain of mats over one step: the tension of a joint, and the speed of a mat under
  * Coulomb friction. The code is generic over the number type. Include this file once per type,
- * after defining LAW(name) (the name of function `name` for this type), LAW_REAL, LAW_SIZE(x)
- * (fabs) and LAW_SIGNED(size, sign) (copysign).
+ * after defining LAW(name) (the name of function `name` for this type), LAW_REAL, LAW_ABS(x)
+ * (fabs) and LAW_COPYSIGN(size, sign) (copysign).
  *
  * For a scalar type only the case that applies is computed. For a vector type, every case is
  * computed and the result is selected; LAW_VECTOR and the macros below are then defined before the
@@ -10,22 +10,22 @@
  * landings". */
 
 #ifndef LAW_VECTOR
-#define LAW_MASK                bool
-#define LAW_ABOVE(a, b)         ((a) > (b))
-#define LAW_REACHES(a, b)       ((a) >= (b))
-#define LAW_EQUALS(a, b)        ((a) == (b))
-#define LAW_IF(mask, yes, no)   ((mask) ? (yes) : (no))
-#define LAW_ONLY(mask, yes)     ((mask) ? (yes) : none)
-#define LAW_PICK(mask, yes, no) ((mask) ? (yes) : (no))
-#define LAW_BOTH(a, b)          ((a) && (b))
-#define LAW_EITHER(a, b)        ((a) || (b))
-#define LAW_NOT(a)              (!(a))
+#define LAW_MASK                           bool
+#define LAW_IS_GREATER(a, b)               ((a) > (b))
+#define LAW_IS_AT_LEAST(a, b)              ((a) >= (b))
+#define LAW_IS_EQUAL(a, b)                 ((a) == (b))
+#define LAW_IF(mask, yes, no)              ((mask) ? (yes) : (no))
+#define LAW_OR_ZERO(mask, yes)             ((mask) ? (yes) : none)
+#define LAW_SELECT(mask, yes, no)          ((mask) ? (yes) : (no))
+#define LAW_AND(a, b)                      ((a) && (b))
+#define LAW_OR(a, b)                       ((a) || (b))
+#define LAW_NOT(a)                         (!(a))
 /* true if the time after a stop must be computed */
-#define LAW_LATE(stops, pushes) ((stops) && (pushes))
-#define LAW_ONE(mask)           (mask) /* false for a vector, whose lanes may differ */
-#define LAW_LESSER(a, b)        ((a) < (b) ? (a) : (b))
-#define LAW_GREATER(a, b)       ((a) > (b) ? (a) : (b))
-#define LAW_VALUE(x)            ((LAW_REAL)(x))
+#define LAW_NEEDS_REMAINDER(stops, pushes) ((stops) && (pushes))
+#define LAW_IS_SCALAR_TRUE(mask)           (mask) /* false for a vector, whose lanes may differ */
+#define LAW_MIN(a, b)                      ((a) < (b) ? (a) : (b))
+#define LAW_MAX(a, b)                      ((a) > (b) ? (a) : (b))
+#define LAW_VALUE(x)                       ((LAW_REAL)(x))
 #endif
 #define LAW_FUNCTION static inline __attribute__((always_inline))
 
@@ -67,17 +67,19 @@ LAW_FUNCTION struct LAW(pull)
     const LAW_REAL kl = joint.kl_lb_ft, cl = joint.cl_lb_s_ft, slack_ft = joint.slack_ft;
     LAW_REAL held_lb = kl * (g_ft - reach_ft);
     LAW_REAL yielded_ft = g_ft + give_ft;
-    LAW_MASK dirty = LAW_ABOVE(reach_ft, none);
-    return LAW_PICK(
-        LAW_REACHES(g_ft, reach_ft),
-        LAW(pulled)(LAW_ONLY(LAW_ABOVE(g_ft, slack_ft), kl * (g_ft - slack_ft) + cl * rate_ft_s),
-                    LAW_LESSER(slack_ft, g_ft)),
-        LAW_PICK(
-            LAW_BOTH(dirty, LAW_REACHES(held_lb, -grit_lb)),
-            LAW(held)(LAW_LESSER(LAW_GREATER(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
-            LAW_PICK(
-                LAW_BOTH(dirty, LAW_ABOVE(yielded_ft, none)), LAW(pulled)(-grit_lb, yielded_ft),
-                LAW(pulled)(LAW_ONLY(LAW_ABOVE(none, g_ft), kl * g_ft + cl * rate_ft_s), none))));
+    LAW_MASK dirty = LAW_IS_GREATER(reach_ft, none);
+    return LAW_SELECT(
+        LAW_IS_AT_LEAST(g_ft, reach_ft),
+        LAW(pulled)(
+            LAW_OR_ZERO(LAW_IS_GREATER(g_ft, slack_ft), kl * (g_ft - slack_ft) + cl * rate_ft_s),
+            LAW_MIN(slack_ft, g_ft)),
+        LAW_SELECT(
+            LAW_AND(dirty, LAW_IS_AT_LEAST(held_lb, -grit_lb)),
+            LAW(held)(LAW_MIN(LAW_MAX(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
+            LAW_SELECT(
+                LAW_AND(dirty, LAW_IS_GREATER(yielded_ft, none)), LAW(pulled)(-grit_lb, yielded_ft),
+                LAW(pulled)(LAW_OR_ZERO(LAW_IS_GREATER(none, g_ft), kl * g_ft + cl * rate_ft_s),
+                            none))));
 }
 
 /* Motion of a mat after a step. */
@@ -94,22 +96,21 @@ LAW_FUNCTION struct LAW(slip)
     LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL per_lb)
 {
     const LAW_REAL none = LAW_VALUE(0);
-    LAW_MASK rests = LAW_EQUALS(v_ft_s, none);
-    LAW_MASK pushes = LAW_ABOVE(LAW_SIZE(x_lb), friction_lb);
-    LAW_REAL braking_lb = x_lb - LAW_SIGNED(friction_lb, LAW_IF(rests, x_lb, v_ft_s));
+    LAW_MASK rests = LAW_IS_EQUAL(v_ft_s, none);
+    LAW_MASK pushes = LAW_IS_GREATER(LAW_ABS(x_lb), friction_lb);
+    LAW_REAL braking_lb = x_lb - LAW_COPYSIGN(friction_lb, LAW_IF(rests, x_lb, v_ft_s));
     LAW_REAL after_ft_s = v_ft_s + braking_lb * per_lb;
-    LAW_MASK goes_on = LAW_ABOVE(after_ft_s * v_ft_s, none);
-    if (LAW_ONE(goes_on))
+    LAW_MASK goes_on = LAW_IS_GREATER(after_ft_s * v_ft_s, none);
+    if (LAW_IS_SCALAR_TRUE(goes_on))
         return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on), none};
-    LAW_REAL moved_ft_s = LAW_ONLY(LAW_EITHER(goes_on, pushes), after_ft_s);
-    LAW_MASK stops = LAW_NOT(LAW_EITHER(rests, goes_on));
-    if (!LAW_LATE(stops, pushes))
+    LAW_REAL moved_ft_s = LAW_OR_ZERO(LAW_OR(goes_on, pushes), after_ft_s);
+    LAW_MASK stops = LAW_NOT(LAW_OR(rests, goes_on));
+    if (!LAW_NEEDS_REMAINDER(stops, pushes))
         return (struct LAW(slip)){moved_ft_s, stops, none};
-    LAW_REAL left = LAW_ONLY(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
-    LAW_REAL back_lb = x_lb - LAW_SIGNED(friction_lb, x_lb);
-    LAW_REAL thrown_ft_s = LAW_ONLY(LAW_ABOVE(left, none), back_lb * per_lb * left);
-    return (struct LAW(slip)){LAW_IF(LAW_BOTH(stops, pushes), thrown_ft_s, moved_ft_s), stops,
-                              left};
+    LAW_REAL left = LAW_OR_ZERO(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
+    LAW_REAL back_lb = x_lb - LAW_COPYSIGN(friction_lb, x_lb);
+    LAW_REAL thrown_ft_s = LAW_OR_ZERO(LAW_IS_GREATER(left, none), back_lb * per_lb * left);
+    return (struct LAW(slip)){LAW_IF(LAW_AND(stops, pushes), thrown_ft_s, moved_ft_s), stops, left};
 }
 
 #undef LAW_FUNCTION
@@ -118,19 +119,19 @@ LAW_FUNCTION struct LAW(slip)
 #undef LAW_REAL
 #undef LAW_MASK
 #undef LAW_VALUE
-#undef LAW_ABOVE
-#undef LAW_REACHES
-#undef LAW_EQUALS
+#undef LAW_IS_GREATER
+#undef LAW_IS_AT_LEAST
+#undef LAW_IS_EQUAL
 #undef LAW_IF
-#undef LAW_ONLY
-#undef LAW_PICK
-#undef LAW_BOTH
-#undef LAW_EITHER
+#undef LAW_OR_ZERO
+#undef LAW_SELECT
+#undef LAW_AND
+#undef LAW_OR
 #undef LAW_NOT
-#undef LAW_LATE
-#undef LAW_ONE
-#undef LAW_LESSER
-#undef LAW_GREATER
-#undef LAW_SIZE
-#undef LAW_SIGNED
+#undef LAW_NEEDS_REMAINDER
+#undef LAW_IS_SCALAR_TRUE
+#undef LAW_MIN
+#undef LAW_MAX
+#undef LAW_ABS
+#undef LAW_COPYSIGN
 #endif

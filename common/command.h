@@ -45,7 +45,7 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
 /* True for statuses that refuse a command because of its sender or link, whatever the command is. A
  * replay has all rights, so it sends MR_COMMAND_NONE instead of such a command; the number of
  * answers is then the same. */
-static inline bool mr_command_giver_refused(int status)
+static inline bool mr_command_is_sender_refused(int status)
 {
     return status <= MR_CABLE && status >= MR_LOCKOUT;
 }

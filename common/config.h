@@ -98,11 +98,11 @@ enum mr_config_type {
 
 struct mr_config_field {
     const char *name;
-    uint8_t type;         /* enum mr_config_type */
-    uint8_t count;        /* elements; for a text: bytes */
-    uint16_t offset;      /* offset in the struct of its group */
-    uint32_t least, most; /* limits of an integer */
-    float low, high;      /* limits of a real */
+    uint8_t type;              /* enum mr_config_type */
+    uint8_t count;             /* elements; for a text: bytes */
+    uint16_t offset;           /* offset in the struct of its group */
+    uint32_t int_min, int_max; /* limits of an integer */
+    float real_min, real_max;  /* limits of a real */
 };
 
 struct mr_config_group {
@@ -180,8 +180,8 @@ struct mr_config_reason {
  * because a smaller change is not a step. From each other: an edge is assigned to the switch with
  * the nearest step, and measured steps (matrig ready --walk) repeat to 2 codes. Steps that are set
  * by design values should be 8 apart. */
-#define MR_CONFIG_STEP_CODES       8u
-#define MR_CONFIG_STEP_APART_CODES 6u
+#define MR_CONFIG_STEP_CODES          8u
+#define MR_CONFIG_STEP_DISTANCE_CODES 6u
 
 /* MR_OK, or MR_LIMIT with the first violation in `reason`. The limits of all fields are checked
  * first, then the relations between fields. */

@@ -12,7 +12,7 @@
 
 #define MAGIC        0x4643524du /* "MRCF" */
 #define MISSING_BITS 0x7fc00000u
-#define CODES        4095u
+#define CODE_MAX     4095u
 #define G_FT_S2      32.174f
 #define IN_PER_FT    12.0f
 #define MS_PER_S     1000.0f
@@ -127,8 +127,8 @@ static uint32_t get_bits(const uint8_t **p, unsigned size)
     return size == 1 ? mr_get_u8(p) : size == 2 ? mr_get_u16(p) : mr_get_u32(p);
 }
 
-static uint8_t *member(struct mr_config *config, const struct mr_config_group *group,
-                       unsigned index)
+static uint8_t *group_address(struct mr_config *config, const struct mr_config_group *group,
+                              unsigned index)
 {
     return (uint8_t *)config + group->offset + index * group->size;
 }
@@ -142,7 +142,7 @@ static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_ima
         const struct mr_config_group *group = &mr_config_groups[g];
         for (unsigned n = 0; n < group->count * group->field_count; n++) {
             const struct mr_config_field *field = &group->fields[n % group->field_count];
-            uint8_t *at = member(config, group, n / group->field_count) + field->offset;
+            uint8_t *at = group_address(config, group, n / group->field_count) + field->offset;
             unsigned size = element_size(field);
             for (unsigned e = 0; e < field->count; e++, at += size, p += size) {
                 const uint8_t *stored = p;
@@ -220,9 +220,9 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
         return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS
                  ? MR_RULE_NONE
                  : MR_RULE_NOT_A_NUMBER;
-    return value < field->low  ? MR_RULE_TOO_SMALL
-         : value > field->high ? MR_RULE_TOO_LARGE
-                               : MR_RULE_NONE;
+    return value < field->real_min ? MR_RULE_TOO_SMALL
+         : value > field->real_max ? MR_RULE_TOO_LARGE
+                                   : MR_RULE_NONE;
 }
 
 static enum mr_config_rule check_text(const struct mr_config_field *field, const uint8_t *at)
@@ -242,9 +242,9 @@ static enum mr_config_rule check_element(const struct mr_config_field *field, co
     if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
         return check_real(field, at);
     uint32_t value = get_element(at, element_size(field));
-    return value < field->least ? MR_RULE_TOO_SMALL
-         : value > field->most  ? MR_RULE_TOO_LARGE
-                                : MR_RULE_NONE;
+    return value < field->int_min ? MR_RULE_TOO_SMALL
+         : value > field->int_max ? MR_RULE_TOO_LARGE
+                                  : MR_RULE_NONE;
 }
 
 static enum mr_config_rule check_field(const struct mr_config_field *field, const uint8_t *at,
@@ -279,9 +279,9 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
     return true;
 }
 
-/* Sets the reason why a field is refused: REFUSE(reason, channel, i, kind, MR_RULE_PLACE). More
+/* Sets the reason why a field is refused: SET_REASON(reason, channel, i, kind, MR_RULE_PLACE). More
  * members may follow: .element, .other. */
-#define REFUSE(reason, name, n, which, ...)                                    \
+#define SET_REASON(reason, name, n, which, ...)                                \
     (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name,           \
                                            .index = (uint8_t)(n),              \
                                            .field = MR_FIELD_##name##_##which, \
@@ -308,7 +308,7 @@ static bool check_place(const struct mr_config *config, unsigned i, struct mr_co
                : i == MR_TRANSDUCERS + MR_ADC1_STAIRCASE
                    ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !has_switch(config))
                    : kind == MR_KIND_REFERENCE;
-    return right || REFUSE(reason, channel, i, kind, MR_RULE_PLACE);
+    return right || SET_REASON(reason, channel, i, kind, MR_RULE_PLACE);
 }
 
 static bool check_number(const struct mr_config *config, unsigned i,
@@ -318,11 +318,11 @@ static bool check_number(const struct mr_config *config, unsigned i,
     if (channel->kind != MR_KIND_DISPLACEMENT && channel->kind != MR_KIND_TENSION)
         return true;
     if (channel->number == 0)
-        return REFUSE(reason, channel, i, number, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, number, MR_RULE_ZERO);
     for (unsigned k = 0; k < i; k++) {
         if (config->channel[k].kind == channel->kind &&
             config->channel[k].number == channel->number)
-            return REFUSE(reason, channel, i, number, MR_RULE_TAKEN, .other = (uint8_t)k);
+            return SET_REASON(reason, channel, i, number, MR_RULE_TAKEN, .other = (uint8_t)k);
     }
     return true;
 }
@@ -335,11 +335,12 @@ static bool check_station(const struct mr_config *config, unsigned i,
     if (channel->kind != MR_KIND_DISPLACEMENT)
         return true;
     if (__builtin_isnan(channel->station_ft))
-        return REFUSE(reason, channel, i, station_ft, MR_RULE_NO_STATION);
+        return SET_REASON(reason, channel, i, station_ft, MR_RULE_NO_STATION);
     for (unsigned k = 0; k < i; k++) {
         if (config->channel[k].kind == MR_KIND_DISPLACEMENT &&
             !(channel->station_ft > config->channel[k].station_ft))
-            return REFUSE(reason, channel, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
+            return SET_REASON(reason, channel, i, station_ft, MR_RULE_NOT_RISING,
+                              .other = (uint8_t)k);
     }
     return true;
 }
@@ -348,14 +349,14 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
                          struct mr_config_reason *reason)
 {
     if (channel->points == 1)
-        return REFUSE(reason, channel, i, points, MR_RULE_ONE_POINT);
+        return SET_REASON(reason, channel, i, points, MR_RULE_ONE_POINT);
     for (unsigned k = 1; k < channel->points; k++) {
         if (!(channel->point_reading[k] > channel->point_reading[k - 1]))
-            return REFUSE(reason, channel, i, point_reading, MR_RULE_NOT_RISING,
-                          .element = (uint8_t)k, .other = (uint8_t)(k - 1));
+            return SET_REASON(reason, channel, i, point_reading, MR_RULE_NOT_RISING,
+                              .element = (uint8_t)k, .other = (uint8_t)(k - 1));
         if (!(channel->point_value[k] > channel->point_value[k - 1]))
-            return REFUSE(reason, channel, i, point_value, MR_RULE_NOT_RISING,
-                          .element = (uint8_t)k, .other = (uint8_t)(k - 1));
+            return SET_REASON(reason, channel, i, point_value, MR_RULE_NOT_RISING,
+                              .element = (uint8_t)k, .other = (uint8_t)(k - 1));
     }
     return true;
 }
@@ -365,7 +366,7 @@ static bool check_gain(const struct mr_channel_config *channel, unsigned i,
                        struct mr_config_reason *reason)
 {
     enum mr_config_rule rule = mr_channel_measures(channel) ? mr_gain_check(channel) : MR_RULE_NONE;
-    return rule == MR_RULE_NONE || REFUSE(reason, channel, i, unit_per_code, rule);
+    return rule == MR_RULE_NONE || SET_REASON(reason, channel, i, unit_per_code, rule);
 }
 
 static bool check_channel(const struct mr_config *config, unsigned i,
@@ -377,17 +378,18 @@ static bool check_channel(const struct mr_config *config, unsigned i,
     if (channel->kind == MR_KIND_NONE)
         return true;
     if (channel->unit_per_code == 0.0f)
-        return REFUSE(reason, channel, i, unit_per_code, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, unit_per_code, MR_RULE_ZERO);
     bool ranged = channel->low != 0.0f || channel->high != 0.0f;
     if (ranged && !(channel->high > channel->low))
-        return REFUSE(reason, channel, i, high, MR_RULE_NOT_ABOVE, .other = MR_FIELD_channel_low);
+        return SET_REASON(reason, channel, i, high, MR_RULE_NOT_ABOVE,
+                          .other = MR_FIELD_channel_low);
     if (channel->expires_day && channel->expires_day <= channel->calibrated_day)
-        return REFUSE(reason, channel, i, expires_day, MR_RULE_NOT_ABOVE,
-                      .other = MR_FIELD_channel_calibrated_day);
+        return SET_REASON(reason, channel, i, expires_day, MR_RULE_NOT_ABOVE,
+                          .other = MR_FIELD_channel_calibrated_day);
     if (channel->expires_day && !channel->calibrated_day)
-        return REFUSE(reason, channel, i, calibrated_day, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, calibrated_day, MR_RULE_ZERO);
     if (channel->band && !(config->band[channel->band - 1].pretension_lb > 0.0f))
-        return REFUSE(reason, channel, i, band, MR_RULE_NO_BAND);
+        return SET_REASON(reason, channel, i, band, MR_RULE_NO_BAND);
     return check_number(config, i, reason) && check_station(config, i, reason) &&
            check_points(channel, i, reason) && check_gain(channel, i, reason);
 }
@@ -398,7 +400,7 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
     if (!gate->step_codes)
         return true;
     if (gate->step_codes < MR_CONFIG_STEP_CODES)
-        return REFUSE(reason, gate, i, step_codes, MR_RULE_TOO_SMALL);
+        return SET_REASON(reason, gate, i, step_codes, MR_RULE_TOO_SMALL);
     float sum_codes = config->channel[MR_TRANSDUCERS + MR_ADC1_STAIRCASE].zero_code +
                       (float)gate->step_codes;
     for (unsigned k = 0; k < i; k++) {
@@ -408,11 +410,11 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
                            : gate->step_codes - before->step_codes;
         sum_codes += (float)before->step_codes;
         if (before->step_codes && !(gate->station_ft > before->station_ft))
-            return REFUSE(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
-        if (before->step_codes && apart < MR_CONFIG_STEP_APART_CODES)
-            return REFUSE(reason, gate, i, step_codes, MR_RULE_ALIKE, .other = (uint8_t)k);
+            return SET_REASON(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
+        if (before->step_codes && apart < MR_CONFIG_STEP_DISTANCE_CODES)
+            return SET_REASON(reason, gate, i, step_codes, MR_RULE_ALIKE, .other = (uint8_t)k);
     }
-    return sum_codes <= (float)CODES || REFUSE(reason, gate, i, step_codes, MR_RULE_SUM);
+    return sum_codes <= (float)CODE_MAX || SET_REASON(reason, gate, i, step_codes, MR_RULE_SUM);
 }
 
 void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor)
@@ -445,8 +447,8 @@ static bool check_band(const struct mr_config *config, unsigned i, struct mr_con
 {
     const struct mr_band_config *band = &config->band[i];
     bool right = band->yield_lb == 0.0f || band->yield_lb > band->pretension_lb;
-    return right || REFUSE(reason, band, i, yield_lb, MR_RULE_NOT_ABOVE,
-                           .other = MR_FIELD_band_pretension_lb);
+    return right || SET_REASON(reason, band, i, yield_lb, MR_RULE_NOT_ABOVE,
+                               .other = MR_FIELD_band_pretension_lb);
 }
 
 /* A predictor that does not run may have any values within the limits. */
@@ -458,7 +460,7 @@ static bool check_predictor(const struct mr_config *config, struct mr_config_rea
     mr_config_predictor(config, &predictor);
     return predictor.chain.step_s <=
                MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&predictor.chain) ||
-           REFUSE(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);
+           SET_REASON(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);
 }
 
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason)
@@ -480,7 +482,7 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
     if (!check_predictor(config, reason))
         return MR_LIMIT;
     if (config->site[0].wheel_pulses && !(config->site[0].wheel_radius_ft > 0.0f)) {
-        (void)REFUSE(reason, site, 0, wheel_radius_ft, MR_RULE_ZERO);
+        (void)SET_REASON(reason, site, 0, wheel_radius_ft, MR_RULE_ZERO);
         return MR_LIMIT;
     }
     *reason = (struct mr_config_reason){0};

@@ -5,22 +5,22 @@
 /* Entry i of a table is the register after shifting byte i through the reflected polynomial,
  * followed by no or one zero byte. Shifting is linear: an entry is the sum of the entries of its
  * bits. */
-#define ENTRY(i, b0, b1, b2, b3, b4, b5, b6, b7)                                     \
+#define TABLE_ENTRY(i, b0, b1, b2, b3, b4, b5, b6, b7)                               \
     (((i)&1 ? b0 : 0u) ^ ((i)&2 ? b1 : 0u) ^ ((i)&4 ? b2 : 0u) ^ ((i)&8 ? b3 : 0u) ^ \
      ((i)&16 ? b4 : 0u) ^ ((i)&32 ? b5 : 0u) ^ ((i)&64 ? b6 : 0u) ^ ((i)&128 ? b7 : 0u))
-#define FOUR(i, ...)                                                                 \
-    ENTRY(i, __VA_ARGS__), ENTRY((i) + 1, __VA_ARGS__), ENTRY((i) + 2, __VA_ARGS__), \
-        ENTRY((i) + 3, __VA_ARGS__)
-#define SIXTEEN(i, ...)                                                           \
-    FOUR(i, __VA_ARGS__), FOUR((i) + 4, __VA_ARGS__), FOUR((i) + 8, __VA_ARGS__), \
-        FOUR((i) + 12, __VA_ARGS__)
-#define SIXTY_FOUR(i, ...)                                                                   \
-    SIXTEEN(i, __VA_ARGS__), SIXTEEN((i) + 16, __VA_ARGS__), SIXTEEN((i) + 32, __VA_ARGS__), \
-        SIXTEEN((i) + 48, __VA_ARGS__)
+#define ENTRIES_4(i, ...)                                           \
+    TABLE_ENTRY(i, __VA_ARGS__), TABLE_ENTRY((i) + 1, __VA_ARGS__), \
+        TABLE_ENTRY((i) + 2, __VA_ARGS__), TABLE_ENTRY((i) + 3, __VA_ARGS__)
+#define ENTRIES_16(i, ...)                                                                       \
+    ENTRIES_4(i, __VA_ARGS__), ENTRIES_4((i) + 4, __VA_ARGS__), ENTRIES_4((i) + 8, __VA_ARGS__), \
+        ENTRIES_4((i) + 12, __VA_ARGS__)
+#define ENTRIES_64(i, ...)                                         \
+    ENTRIES_16(i, __VA_ARGS__), ENTRIES_16((i) + 16, __VA_ARGS__), \
+        ENTRIES_16((i) + 32, __VA_ARGS__), ENTRIES_16((i) + 48, __VA_ARGS__)
 #define TABLE(...)                                                                             \
     {                                                                                          \
-        SIXTY_FOUR(0, __VA_ARGS__), SIXTY_FOUR(64, __VA_ARGS__), SIXTY_FOUR(128, __VA_ARGS__), \
-            SIXTY_FOUR(192, __VA_ARGS__)                                                       \
+        ENTRIES_64(0, __VA_ARGS__), ENTRIES_64(64, __VA_ARGS__), ENTRIES_64(128, __VA_ARGS__), \
+            ENTRIES_64(192, __VA_ARGS__)                                                       \
     }
 
 static const uint32_t shifted[2][256] = {

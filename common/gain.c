@@ -4,12 +4,12 @@ struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel)
 {
     const float corrected = 1.0f + MR_REFERENCE_SPAN;
     if (channel->kind == MR_KIND_DISPLACEMENT)
-        return (struct mr_gain_limits){MR_TRANSDUCER_HALF_RANGE_LEAST_IN / MR_TRANSDUCER_HALF_CODES,
-                                       MR_TRANSDUCER_HALF_RANGE_MOST_IN / MR_TRANSDUCER_HALF_CODES,
+        return (struct mr_gain_limits){MR_TRANSDUCER_HALF_RANGE_MIN_IN / MR_TRANSDUCER_HALF_CODES,
+                                       MR_TRANSDUCER_HALF_RANGE_MAX_IN / MR_TRANSDUCER_HALF_CODES,
                                        -MR_TRANSDUCER_HALF_CODES * corrected,
                                        MR_TRANSDUCER_HALF_CODES * corrected};
-    return (struct mr_gain_limits){MR_GAGE_RANGE_LEAST_LB / MR_GAGE_CODES,
-                                   MR_GAGE_RANGE_MOST_LB / MR_GAGE_CODES, 0.0f,
+    return (struct mr_gain_limits){MR_GAGE_RANGE_MIN_LB / MR_GAGE_CODES,
+                                   MR_GAGE_RANGE_MAX_LB / MR_GAGE_CODES, 0.0f,
                                    MR_GAGE_CODES * corrected};
 }
 
@@ -35,7 +35,7 @@ static float value_at(const struct mr_channel_config *channel, float code)
     return mr_channel_linearise(channel, (code - channel->zero_code) * channel->unit_per_code);
 }
 
-float mr_channel_reached(const struct mr_channel_config *channel)
+float mr_channel_range_share(const struct mr_channel_config *channel)
 {
     struct mr_gain_limits limits = mr_gain_limits(channel);
     float one = value_at(channel, limits.low_code), other = value_at(channel, limits.high_code);
@@ -51,11 +51,11 @@ enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel)
 {
     struct mr_gain_limits limits = mr_gain_limits(channel);
     float gain = __builtin_fabsf(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
-    if (!(gain <= limits.most))
+    if (!(gain <= limits.max))
         return MR_RULE_COARSE;
-    if (!(gain >= limits.least))
+    if (!(gain >= limits.min))
         return MR_RULE_FINE;
-    if (codes > 0.0f && codes < MR_RANGE_LEAST_CODES)
+    if (codes > 0.0f && codes < MR_RANGE_MIN_CODES)
         return MR_RULE_NARROW;
-    return mr_channel_reached(channel) < MR_RANGE_REACHED ? MR_RULE_UNREACHED : MR_RULE_NONE;
+    return mr_channel_range_share(channel) < MR_RANGE_MIN_SHARE ? MR_RULE_UNREACHED : MR_RULE_NONE;
 }

@@ -39,17 +39,17 @@
 #include "common/channels.h"
 #include "common/config.h"
 
-#define MR_TRANSDUCER_HALF_CODES          2047.5f
-#define MR_GAGE_CODES                     4095.0f
-#define MR_TRANSDUCER_HALF_RANGE_MOST_IN  28.0f
-#define MR_TRANSDUCER_HALF_RANGE_LEAST_IN 0.4375f
-#define MR_GAGE_RANGE_MOST_LB             2600.0f
-#define MR_GAGE_RANGE_LEAST_LB            40.0f
-#define MR_RANGE_LEAST_CODES              100.0f
-#define MR_RANGE_REACHED                  0.25f
+#define MR_TRANSDUCER_HALF_CODES        2047.5f
+#define MR_GAGE_CODES                   4095.0f
+#define MR_TRANSDUCER_HALF_RANGE_MAX_IN 28.0f
+#define MR_TRANSDUCER_HALF_RANGE_MIN_IN 0.4375f
+#define MR_GAGE_RANGE_MAX_LB            2600.0f
+#define MR_GAGE_RANGE_MIN_LB            40.0f
+#define MR_RANGE_MIN_CODES              100.0f
+#define MR_RANGE_MIN_SHARE              0.25f
 
 struct mr_gain_limits {
-    float least, most;         /* magnitude, in or lb per code */
+    float min, max;            /* magnitude, in or lb per code */
     float low_code, high_code; /* readable range: code times the reference's ratio */
 };
 
@@ -61,7 +61,7 @@ float mr_channel_gain(const struct mr_channel_config *channel);
 float mr_channel_range_codes(const struct mr_channel_config *channel);
 /* Share of the range low to high that is within the converter's range, 0 to 1; 1 if no range is
  * set. */
-float mr_channel_reached(const struct mr_channel_config *channel);
+float mr_channel_range_share(const struct mr_channel_config *channel);
 /* Returns MR_RULE_NONE, COARSE, FINE, NARROW or UNREACHED. The gain must not be 0, and the table of
  * points must rise. */
 enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel);

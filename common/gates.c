@@ -10,7 +10,7 @@
 static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571,
                                      2.447,  2.365, 2.306, 2.262, 2.228};
 
-double mr_gates_student(unsigned freedom)
+double mr_gates_student_factor(unsigned freedom)
 {
     unsigned known = sizeof student_975 / sizeof student_975[0];
     if (freedom == 0)
@@ -22,11 +22,11 @@ double mr_gates_student(unsigned freedom)
  * 1, 1/s, 1/s^2. */
 struct basis {
     double value[TERMS];
-    double rate[TERMS];
-    double curvature[TERMS];
+    double first_derivative[TERMS];
+    double second_derivative[TERMS];
 };
 
-static double scaled(const struct mr_gates_fit *fit, double t_s)
+static double scaled_time(const struct mr_gates_fit *fit, double t_s)
 {
     return (t_s - fit->mid_s) / fit->half_s;
 }
@@ -42,16 +42,18 @@ static void values_at(const struct mr_gates_fit *fit, double tau, double value[T
 
 static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
 {
-    double tau = scaled(fit, t_s);
+    double tau = scaled_time(fit, t_s);
     double per_s = 1.0 / fit->half_s;
     memset(basis, 0, sizeof *basis);
     values_at(fit, tau, basis->value);
-    basis->rate[1] = per_s;
+    basis->first_derivative[1] = per_s;
     for (unsigned k = 2; k <= fit->order; k++) {
-        basis->rate[k] = 2.0 * per_s * basis->value[k - 1] + 2.0 * tau * basis->rate[k - 1] -
-                         basis->rate[k - 2];
-        basis->curvature[k] = 4.0 * per_s * basis->rate[k - 1] +
-                              2.0 * tau * basis->curvature[k - 1] - basis->curvature[k - 2];
+        basis->first_derivative[k] = 2.0 * per_s * basis->value[k - 1] +
+                                     2.0 * tau * basis->first_derivative[k - 1] -
+                                     basis->first_derivative[k - 2];
+        basis->second_derivative[k] = 4.0 * per_s * basis->first_derivative[k - 1] +
+                                      2.0 * tau * basis->second_derivative[k - 1] -
+                                      basis->second_derivative[k - 2];
     }
 }
 
@@ -61,7 +63,7 @@ static double root_sum_square(double a, double b)
     return sqrt(a * a + b * b);
 }
 
-static double dot(const struct mr_gates_fit *fit, const double *terms)
+static double fit_value(const struct mr_gates_fit *fit, const double *terms)
 {
     double sum = 0.0;
     for (unsigned k = 0; k <= fit->order; k++)
@@ -80,14 +82,14 @@ static double variance_of(const double covariance[TERMS][TERMS], unsigned n, con
     return variance > 0.0 ? variance : 0.0;
 }
 
-static double error_of(const struct mr_gates_fit *fit, const double *gradient)
+static double standard_error_of(const struct mr_gates_fit *fit, const double *gradient)
 {
     return sqrt(variance_of(fit->covariance, fit->order + 1, gradient));
 }
 
 /* Cholesky factor in place (lower triangle). False if the matrix is not positive definite to
  * working accuracy. */
-static bool factor(double matrix[TERMS][TERMS], unsigned n)
+static bool cholesky_factor(double matrix[TERMS][TERMS], unsigned n)
 {
     for (unsigned i = 0; i < n; i++) {
         for (unsigned k = 0; k <= i; k++) {
@@ -154,14 +156,14 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 
     for (size_t g = 0; g < count; g++) {
         double value[TERMS];
-        values_at(fit, scaled(fit, gates[g].t_s), value);
+        values_at(fit, scaled_time(fit, gates[g].t_s), value);
         for (unsigned i = 0; i < terms; i++) {
             right[i] += value[i] * gates[g].station_ft;
             for (unsigned k = 0; k <= i; k++)
                 matrix[i][k] += value[i] * value[k];
         }
     }
-    if (!factor(matrix, terms))
+    if (!cholesky_factor(matrix, terms))
         return MR_NUMERICS;
     solve(matrix, terms, right);
     memcpy(fit->coefficient, right, sizeof right);
@@ -169,16 +171,16 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     double squares = 0.0;
     for (size_t g = 0; g < count; g++) {
         double value[TERMS];
-        values_at(fit, scaled(fit, gates[g].t_s), value);
-        double residual = gates[g].station_ft - dot(fit, value);
+        values_at(fit, scaled_time(fit, gates[g].t_s), value);
+        double residual = gates[g].station_ft - fit_value(fit, value);
         squares += residual * residual;
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
 
     double deviation = position_error_ft;
     if (count > terms &&
-        squares > mr_chi_square((unsigned)count - terms, MR_ONE_IN_100) * deviation * deviation)
-        deviation = fit->residual_ft * mr_gates_student((unsigned)count - terms);
+        squares > mr_chi_square((unsigned)count - terms, MR_SIGMA_1_IN_100) * deviation * deviation)
+        deviation = fit->residual_ft * mr_gates_student_factor((unsigned)count - terms);
     invert(matrix, terms, deviation * deviation, fit->covariance);
     return MR_OK;
 }
@@ -201,29 +203,33 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
             break;
         double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) /
                       (position_error_ft * position_error_ft);
-        if (gain > mr_chi_square(order - fit->order, MR_ONE_IN_100))
+        if (gain > mr_chi_square(order - fit->order, MR_SIGMA_1_IN_100))
             *fit = higher;
     }
     return MR_OK;
 }
 
-void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion)
+void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
+                        struct mr_motion_estimate *motion)
 {
     struct basis basis;
     basis_at(fit, t_s, &basis);
     motion->t_s = t_s;
-    motion->position_ft = (struct mr_estimate){dot(fit, basis.value), error_of(fit, basis.value)};
-    motion->speed_ft_s = (struct mr_estimate){dot(fit, basis.rate), error_of(fit, basis.rate)};
+    motion->position_ft = (struct mr_estimate){fit_value(fit, basis.value),
+                                               standard_error_of(fit, basis.value)};
+    motion->speed_ft_s = (struct mr_estimate){fit_value(fit, basis.first_derivative),
+                                              standard_error_of(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->order >= 2)
-        motion->deceleration_ft_s2 = (struct mr_estimate){-dot(fit, basis.curvature),
-                                                          error_of(fit, basis.curvature)};
+        motion->deceleration_ft_s2 =
+            (struct mr_estimate){-fit_value(fit, basis.second_derivative),
+                                 standard_error_of(fit, basis.second_derivative)};
 }
 
-static bool parabola_holds(const struct mr_gates_fit *fit, double position_error_ft)
+static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft)
 {
     unsigned freedom = fit->count - 3;
-    return freedom == 0 || sum_of_squares(fit) <= mr_chi_square(freedom, MR_ONE_IN_100) *
+    return freedom == 0 || sum_of_squares(fit) <= mr_chi_square(freedom, MR_SIGMA_1_IN_100) *
                                                       position_error_ft * position_error_ft;
 }
 
@@ -231,16 +237,17 @@ static bool parabola_holds(const struct mr_gates_fit *fit, double position_error
 static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
                         double position_error_ft, struct mr_gates_fit *fit)
 {
-    struct mr_gate rest[MR_GATES_END];
+    struct mr_gate rest[MR_GATES_END_MAX];
     struct mr_motion_estimate there;
     memcpy(rest, gates, out * sizeof gates[0]);
     memcpy(rest + out, gates + out + 1, (count - out - 1) * sizeof gates[0]);
     if (mr_gates_fit(rest, count - 1, 2, position_error_ft, fit) != MR_OK ||
-        !parabola_holds(fit, position_error_ft))
+        !is_parabola(fit, position_error_ft))
         return false;
-    mr_gates_at(fit, gates[out].t_s, &there);
+    mr_gates_motion_at(fit, gates[out].t_s, &there);
     double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
-    return off_ft > MR_GATE_OUTLIER * root_sum_square(position_error_ft, there.position_ft.error);
+    return off_ft >
+           MR_GATE_OUTLIER_SIGMA * root_sum_square(position_error_ft, there.position_ft.error);
 }
 
 /* One step of the outlier search: tries the next gate. False: the search has ended; if it found an
@@ -251,10 +258,10 @@ static bool search_outlier(const struct mr_gate *gates, size_t count, double pos
     struct mr_gates_fit without;
     if (count > 5 && search->next < count) {
         if (fit_without(gates, count, search->next, position_error_ft, &without) &&
-            (!search->found || without.residual_ft < search->least_ft)) {
+            (!search->found || without.residual_ft < search->min_residual_ft)) {
             search->found = true;
             search->outlier = search->next;
-            search->least_ft = without.residual_ft;
+            search->min_residual_ft = without.residual_ft;
         }
         search->next++;
         return true;
@@ -264,22 +271,22 @@ static bool search_outlier(const struct mr_gate *gates, size_t count, double pos
     return false;
 }
 
-enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
-                            struct mr_motion_estimate *motion)
+enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
+                                      double position_error_ft, struct mr_motion_estimate *motion)
 {
     struct mr_gates_fit fit;
-    size_t used = count < MR_GATES_LOCAL ? count : MR_GATES_LOCAL;
+    size_t used = count < MR_GATES_ONLINE ? count : MR_GATES_ONLINE;
     if (used < 2)
         return MR_TOO_FEW;
     enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1,
                                          position_error_ft, &fit);
     struct mr_gates_search search = {0};
-    if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft)) {
+    if (status == MR_OK && used == MR_GATES_ONLINE && !is_parabola(&fit, position_error_ft)) {
         while (search_outlier(gates + (count - used), used, position_error_ft, &fit, &search)) {
         }
     }
     if (status == MR_OK)
-        mr_gates_at(&fit, gates[count - 1].t_s, motion);
+        mr_gates_motion_at(&fit, gates[count - 1].t_s, motion);
     return status;
 }
 
@@ -292,13 +299,14 @@ static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, doub
         struct basis basis;
         double mid_s = 0.5 * (low_s + high_s);
         basis_at(fit, mid_s, &basis);
-        double excess = sign * (dot(fit, speed ? basis.rate : basis.value) - target);
+        double excess = sign *
+                        (fit_value(fit, speed ? basis.first_derivative : basis.value) - target);
         if (i == 0) {
             struct basis low, high;
             basis_at(fit, low_s, &low);
             basis_at(fit, high_s, &high);
-            if (sign * (dot(fit, speed ? low.rate : low.value) - target) > 0.0 ||
-                sign * (dot(fit, speed ? high.rate : high.value) - target) < 0.0)
+            if (sign * (fit_value(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
+                sign * (fit_value(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
                 return false;
         }
         if (excess < 0.0)
@@ -310,8 +318,8 @@ static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, doub
     return true;
 }
 
-enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
-                                   bool beyond_last, struct mr_motion_estimate *motion)
+enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double station_ft,
+                                          bool beyond_last, struct mr_motion_estimate *motion)
 {
     double first_s = fit->mid_s - fit->half_s, last_s = fit->mid_s + fit->half_s;
     double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
@@ -322,32 +330,33 @@ enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double statio
     if (!bisect(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
                 last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
-    mr_gates_at(fit, t_s, motion);
+    mr_gates_motion_at(fit, t_s, motion);
     /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc =
      * T' + a_dec T/v. */
     basis_at(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
-        gradient[k] = basis.rate[k] - dot(fit, basis.curvature) * basis.value[k] / speed_ft_s;
-    motion->speed_ft_s.error = error_of(fit, gradient);
+        gradient[k] = basis.first_derivative[k] -
+                      fit_value(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
+    motion->speed_ft_s.error = standard_error_of(fit, gradient);
     return MR_OK;
 }
 
 /* Extrapolates a fit beyond its last gate to time and station of rest. */
-static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
-                      struct mr_estimate *station_ft)
+static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
+                             struct mr_estimate *station_ft)
 {
     struct mr_motion_estimate last, stop;
     double last_s = fit->mid_s + fit->half_s;
     double stop_s;
 
-    mr_gates_at(fit, last_s, &last);
+    mr_gates_motion_at(fit, last_s, &last);
     if (!(last.deceleration_ft_s2.value > 0.0) || !(last.speed_ft_s.value > 0.0))
         return false;
     double horizon_s = 4.0 * last.speed_ft_s.value / last.deceleration_ft_s2.value;
     if (!bisect(fit, true, -1.0, 0.0, last_s, last_s + horizon_s, &stop_s))
         return false;
-    mr_gates_at(fit, stop_s, &stop);
+    mr_gates_motion_at(fit, stop_s, &stop);
     if (!(stop.deceleration_ft_s2.value > 0.0))
         return false;
     *t_s = (struct mr_estimate){stop_s, stop.speed_ft_s.error / stop.deceleration_ft_s2.value};
@@ -360,10 +369,10 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
                                     uint32_t left_out, struct mr_braking *fit);
 static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
                                           double position_error_ft, struct mr_braking *fit);
-static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
-                     struct mr_braking *fit, enum mr_status *status);
+static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
+                    struct mr_braking *fit, enum mr_status *status);
 
-static void note_outliers(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
+static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
                           struct mr_gates_summary *summary)
 {
     for (size_t g = 0; g < count; g++) {
@@ -386,11 +395,11 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     if (on_track >= 2) {
         status = mr_gates_fit(gates, on_track, 1, position_error_ft, &fit);
     } else {
-        size_t used = count - on_track < MR_GATES_END ? count - on_track : MR_GATES_END;
+        size_t used = count - on_track < MR_GATES_END_MAX ? count - on_track : MR_GATES_END_MAX;
         status = mr_gates_fit_best(gates + on_track, used, position_error_ft, &fit);
     }
     if (status == MR_OK)
-        status = mr_gates_at_station(&fit, touchdown_ft, on_track >= 2, &touchdown);
+        status = mr_gates_motion_at_station(&fit, touchdown_ft, on_track >= 2, &touchdown);
     if (status != MR_OK)
         return status;
     summary->touchdown_speed_ft_s = touchdown.speed_ft_s;
@@ -407,9 +416,10 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
 }
 
 /* Braking was not quite constant: widens the errors by the residuals. */
-static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary)
+static void widen_errors(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
-    double factor = sqrt(fit->chi_square / (double)fit->freedom) * mr_gates_student(fit->freedom);
+    double factor = sqrt(fit->chi_square / (double)fit->freedom) *
+                    mr_gates_student_factor(fit->freedom);
     struct mr_estimate *const estimate[] = {&summary->touchdown_speed_ft_s, &summary->touchdown_t_s,
                                             &summary->stop_t_s, &summary->stop_station_ft,
                                             &summary->mean_deceleration_ft_s2};
@@ -417,7 +427,7 @@ static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary
         estimate[i]->error *= factor;
 }
 
-static void find_mean(struct mr_gates_summary *summary)
+static void compute_mean_deceleration(struct mr_gates_summary *summary)
 {
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double duration_s = summary->stop_t_s.value - summary->touchdown_t_s.value;
@@ -448,89 +458,89 @@ void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, 
             work->status = MR_MALFORMED;
     }
     if (work->status != MR_OK)
-        work->stage = MR_FINAL_OVER;
+        work->stage = MR_FINAL_DONE;
 }
 
-static void end(struct mr_final_fit *work, enum mr_status status)
+static void finish_fit(struct mr_final_fit *work, enum mr_status status)
 {
     work->status = status;
-    work->stage = MR_FINAL_OVER;
+    work->stage = MR_FINAL_DONE;
 }
 
 /* One round of a constant-braking fit to the gates on the track and `used` gates beyond. MR_OK: it
  * fits; MR_TOO_FEW: call again, later rounds leave out the worst gate; MR_LIMIT: braking is not
  * constant. */
-static enum mr_status try_even(struct mr_final_fit *work)
+static enum mr_status try_uniform(struct mr_final_fit *work)
 {
     size_t count = work->on_track + work->used;
     enum mr_status status;
-    if (!work->begun) {
-        status = work->fitted
+    if (!work->is_begun) {
+        status = work->is_fitted
                    ? begin_without_worst(work->gates, count, work->position_error_ft,
                                          &work->braking)
                    : begin_braking(work->gates, count, work->touchdown_ft, 0, &work->braking);
-        work->begun = status == MR_OK;
-        return work->begun ? MR_TOO_FEW : MR_LIMIT;
+        work->is_begun = status == MR_OK;
+        return work->is_begun ? MR_TOO_FEW : MR_LIMIT;
     }
-    if (go_round(work->gates, count, work->position_error_ft, &work->braking, &status))
+    if (iterate(work->gates, count, work->position_error_ft, &work->braking, &status))
         return MR_TOO_FEW;
-    work->begun = false;
+    work->is_begun = false;
     if (status != MR_OK)
         return MR_LIMIT;
-    work->fitted = true;
-    return mr_braking_holds(&work->braking) ? MR_OK : MR_TOO_FEW;
+    work->is_fitted = true;
+    return mr_braking_is_accepted(&work->braking) ? MR_OK : MR_TOO_FEW;
 }
 
 /* Fits all gates. With fewer than four beyond touchdown no other fit is possible, so a poor one is
  * accepted. */
-static void fit_whole(struct mr_final_fit *work)
+static void fit_all(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
-    enum mr_status status = try_even(work);
+    enum mr_status status = try_uniform(work);
     if (status == MR_TOO_FEW)
         return;
     if (status == MR_OK) {
-        summary->even = true;
-        note_outliers(&work->braking, work->gates, work->count, summary);
+        summary->is_uniform = true;
+        mark_outliers(&work->braking, work->gates, work->count, summary);
         summary->used_for_stop = work->braking.freedom + 3;
-        end(work, mr_braking_summarise(&work->braking, summary));
+        finish_fit(work, mr_braking_summarise(&work->braking, summary));
     } else if (work->used < 4) {
         status = mr_braking_fit(work->gates, work->count, work->touchdown_ft,
                                 work->position_error_ft, 0, &work->braking);
         summary->used_for_stop = (unsigned)work->count;
         if (status == MR_OK)
             status = mr_braking_summarise(&work->braking, summary);
-        if (status == MR_OK && !mr_braking_holds(&work->braking))
-            widen(&work->braking, summary);
-        end(work, status);
+        if (status == MR_OK && !mr_braking_is_accepted(&work->braking))
+            widen_errors(&work->braking, summary);
+        finish_fit(work, status);
     } else {
-        work->stage = MR_FINAL_START;
-        work->fitted = false;
-        if (work->used > MR_GATES_END)
-            work->used = MR_GATES_END;
+        work->stage = MR_FINAL_TOUCHDOWN;
+        work->is_fitted = false;
+        if (work->used > MR_GATES_END_MAX)
+            work->used = MR_GATES_END_MAX;
     }
 }
 
-static void fit_start(struct mr_final_fit *work)
+static void fit_touchdown(struct mr_final_fit *work)
 {
-    enum mr_status status = try_even(work);
+    enum mr_status status = try_uniform(work);
     if (status == MR_TOO_FEW)
         return;
     if (status == MR_LIMIT && work->used > 3) {
-        work->fitted = false;
+        work->is_fitted = false;
         work->used -= work->used > 5 ? 3 : 1;
         return;
     }
     if (status == MR_OK) {
-        note_outliers(&work->braking, work->gates, work->on_track + work->used, &work->summary);
+        mark_outliers(&work->braking, work->gates, work->on_track + work->used, &work->summary);
         status = mr_braking_summarise(&work->braking, &work->summary);
     } else {
         status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft,
                                 work->position_error_ft, &work->summary);
     }
-    work->stage = MR_FINAL_REST;
+    work->stage = MR_FINAL_LAST_GATES;
     if (status != MR_OK)
-        end(work, status);
+        finish_fit(work, status);
 }
 
 static const struct mr_gate *last_gates(const struct mr_final_fit *work)
@@ -546,10 +556,10 @@ static void fit_last(struct mr_final_fit *work, bool fewer)
         enum mr_status status = mr_gates_fit(last_gates(work), work->rest.used, 2,
                                              work->position_error_ft, fit);
         if (status != MR_OK) {
-            end(work, status);
+            finish_fit(work, status);
             return;
         }
-        bool holds = parabola_holds(fit, work->position_error_ft);
+        bool holds = is_parabola(fit, work->position_error_ft);
         if (!holds && work->rest.used > 5 && !fewer) {
             work->stage = MR_FINAL_OUTLIER;
             return;
@@ -561,11 +571,11 @@ static void fit_last(struct mr_final_fit *work, bool fewer)
     work->stage = MR_FINAL_STOP;
 }
 
-static void find_rest(struct mr_final_fit *work)
+static void fit_end(struct mr_final_fit *work)
 {
     size_t count = work->count - work->on_track;
     memset(&work->rest, 0, sizeof work->rest);
-    work->rest.used = count < MR_GATES_END ? count : MR_GATES_END;
+    work->rest.used = count < MR_GATES_END_MAX ? count : MR_GATES_END_MAX;
     fit_last(work, false);
 }
 
@@ -583,7 +593,7 @@ static void find_outlier(struct mr_final_fit *work)
     }
     struct mr_motion_estimate there;
     const struct mr_gate *outlier = &gates[search->outlier];
-    mr_gates_at(&work->rest.fit, outlier->t_s, &there);
+    mr_gates_motion_at(&work->rest.fit, outlier->t_s, &there);
     work->summary.outlier |= 1u << (outlier - work->gates);
     work->summary.late_s[outlier - work->gates] = (there.position_ft.value - outlier->station_ft) /
                                                   there.speed_ft_s.value;
@@ -591,41 +601,40 @@ static void find_outlier(struct mr_final_fit *work)
     work->stage = MR_FINAL_STOP;
 }
 
-static enum mr_status find_stop_of(const struct mr_final_fit *work,
-                                   struct mr_gates_summary *summary)
+static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates_summary *summary)
 {
     struct mr_gates_fit cubic;
     struct mr_estimate cubic_s, cubic_ft;
     size_t count = work->count - work->on_track;
-    if (!find_stop(&work->rest.fit, &summary->stop_t_s, &summary->stop_station_ft))
+    if (!extrapolate_stop(&work->rest.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)work->rest.used;
     /* Changing braking may continue to change. The other extreme is a cubic through the last gates;
      * the difference adds to the error. */
-    if (work->rest.used < MR_GATES_END && count > MR_GATES_LOCAL &&
-        mr_gates_fit(work->gates + (work->count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3,
+    if (work->rest.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE &&
+        mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE), MR_GATES_ONLINE, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
-        find_stop(&cubic, &cubic_s, &cubic_ft)) {
+        extrapolate_stop(&cubic, &cubic_s, &cubic_ft)) {
         summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
                                                   cubic_s.value - summary->stop_t_s.value);
         summary->stop_station_ft.error = root_sum_square(
             summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
     }
-    find_mean(summary);
+    compute_mean_deceleration(summary);
     return MR_OK;
 }
 
 bool mr_final_fit_step(struct mr_final_fit *work)
 {
     switch (work->stage) {
-    case MR_FINAL_WHOLE: fit_whole(work); break;
-    case MR_FINAL_START: fit_start(work); break;
-    case MR_FINAL_REST: find_rest(work); break;
+    case MR_FINAL_ALL: fit_all(work); break;
+    case MR_FINAL_TOUCHDOWN: fit_touchdown(work); break;
+    case MR_FINAL_LAST_GATES: fit_end(work); break;
     case MR_FINAL_OUTLIER: find_outlier(work); break;
-    case MR_FINAL_STOP: end(work, find_stop_of(work, &work->summary)); break;
-    case MR_FINAL_OVER: break;
+    case MR_FINAL_STOP: finish_fit(work, find_stop(work, &work->summary)); break;
+    case MR_FINAL_DONE: break;
     }
-    return work->stage != MR_FINAL_OVER;
+    return work->stage != MR_FINAL_DONE;
 }
 
 enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
@@ -641,17 +650,17 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 
 /* ---- braking ---- */
 
-#define N MR_BRAKING_UNKNOWNS
-_Static_assert((int)N == (int)TERMS, "both fits share factor, solve and invert");
-#define ROUNDS        10
-#define DELAY_LEAST_S (-0.5) /* not physical, but the iteration may pass here */
-#define DELAY_MOST_S  0.5
+#define UNKNOWNS MR_BRAKING_UNKNOWNS
+_Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and invert");
+#define ITERATIONS_MAX 10
+#define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass here */
+#define DELAY_MAX_S    0.5
 
 /* Station and speed at a time, and the station's derivatives by the unknowns. */
-struct at {
+struct motion {
     double station_ft;
     double speed_ft_s;
-    double slope[N];
+    double slope[UNKNOWNS];
 };
 
 /* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
@@ -673,26 +682,27 @@ static void speed_loss(double since_s, double delay_s, double shape, double *val
     }
 }
 
-static void motion_at(const struct mr_braking *fit, double t_s, struct at *at)
+static void motion_at(const struct mr_braking *fit, double t_s, struct motion *motion)
 {
     double since_s = t_s - fit->touchdown_s;
     double lost = 0.0, rate = 0.0, by_delay = 0.0;
     if (since_s > 0.0)
         speed_loss(since_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
-    at->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s - fit->deceleration_ft_s2 * lost;
-    at->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
-    at->slope[MR_BRAKING_TIME] = -at->speed_ft_s;
-    at->slope[MR_BRAKING_SPEED] = since_s;
-    at->slope[MR_BRAKING_DECELERATION] = -lost;
-    at->slope[MR_BRAKING_DELAY] = -fit->deceleration_ft_s2 * by_delay;
-    at->slope[MR_BRAKING_SHAPE] = since_s > 2.0 * fit->delay_s
-                                    ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
-                                    : 0.0;
+    motion->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s -
+                         fit->deceleration_ft_s2 * lost;
+    motion->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
+    motion->slope[MR_BRAKING_TIME] = -motion->speed_ft_s;
+    motion->slope[MR_BRAKING_SPEED] = since_s;
+    motion->slope[MR_BRAKING_DECELERATION] = -lost;
+    motion->slope[MR_BRAKING_DELAY] = -fit->deceleration_ft_s2 * by_delay;
+    motion->slope[MR_BRAKING_SHAPE] =
+        since_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
+                                     : 0.0;
 }
 
-static double standard_error(const struct mr_braking *fit, const double *gradient)
+static double braking_error(const struct mr_braking *fit, const double *gradient)
 {
-    return sqrt(variance_of(fit->covariance, N, gradient));
+    return sqrt(variance_of(fit->covariance, UNKNOWNS, gradient));
 }
 
 static bool is_used(const struct mr_braking *fit, size_t gate)
@@ -702,7 +712,8 @@ static bool is_used(const struct mr_braking *fit, size_t gate)
 
 /* Start values close enough to converge: a parabola through at least three gates; speed and
  * touchdown from the gates on the track if there are two. */
-static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr_braking *fit)
+static enum mr_status set_start_values(const struct mr_gate *gates, size_t count,
+                                       struct mr_braking *fit)
 {
     struct mr_gate used[MR_GATES_MAX];
     struct mr_gates_fit parabola;
@@ -721,14 +732,14 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
     if (status != MR_OK)
         return status;
     const struct mr_gate *last = &used[total - 1];
-    mr_gates_at(&parabola, parabola.mid_s, &there);
+    mr_gates_motion_at(&parabola, parabola.mid_s, &there);
     fit->deceleration_ft_s2 = there.deceleration_ft_s2.value;
     if (on_track >= 2) {
         const struct mr_gate *first = &used[0], *second = &used[on_track - 1];
         fit->speed_ft_s = (second->station_ft - first->station_ft) / (second->t_s - first->t_s);
         fit->touchdown_s = first->t_s + (fit->touchdown_ft - first->station_ft) / fit->speed_ft_s;
     } else { /* extrapolate back from the first gate after touchdown */
-        mr_gates_at(&parabola, used[skip].t_s, &there);
+        mr_gates_motion_at(&parabola, used[skip].t_s, &there);
         double back_ft = used[skip].station_ft - fit->touchdown_ft,
                speed_ft_s = there.speed_ft_s.value;
         double square = speed_ft_s * speed_ft_s + 2.0 * fit->deceleration_ft_s2 * back_ft;
@@ -748,8 +759,9 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
 }
 
 /* Adds a prior measurement of an unknown to the equations. */
-static void known_before(double value, double error, double now, unsigned unknown,
-                         struct mr_braking *fit, double matrix[N][N], double right[N])
+static void add_prior(double value, double error, double now, unsigned unknown,
+                      struct mr_braking *fit, double matrix[UNKNOWNS][UNKNOWNS],
+                      double right[UNKNOWNS])
 {
     double off = (value - now) / error;
     matrix[unknown][unknown] = 1.0 / (error * error);
@@ -759,33 +771,34 @@ static void known_before(double value, double error, double now, unsigned unknow
 
 /* Normal equations at the present values, in units of the position error. */
 static void set_equations(const struct mr_gate *gates, size_t count, double position_error_ft,
-                          struct mr_braking *fit, double matrix[N][N], double right[N])
+                          struct mr_braking *fit, double matrix[UNKNOWNS][UNKNOWNS],
+                          double right[UNKNOWNS])
 {
     double weight = 1.0 / position_error_ft;
-    memset(matrix, 0, N * sizeof matrix[0]);
-    memset(right, 0, N * sizeof right[0]);
+    memset(matrix, 0, UNKNOWNS * sizeof matrix[0]);
+    memset(right, 0, UNKNOWNS * sizeof right[0]);
     fit->chi_square = 0.0;
-    known_before(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit,
-                 matrix, right);
-    known_before(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix,
-                 right);
+    add_prior(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit, matrix,
+              right);
+    add_prior(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix,
+              right);
     for (size_t g = 0; g < count; g++) {
-        struct at at;
+        struct motion motion;
         if (!is_used(fit, g))
             continue;
-        motion_at(fit, gates[g].t_s, &at);
-        double residual = (gates[g].station_ft - at.station_ft) * weight;
+        motion_at(fit, gates[g].t_s, &motion);
+        double residual = (gates[g].station_ft - motion.station_ft) * weight;
         fit->chi_square += residual * residual;
-        for (unsigned i = 0; i < N; i++) {
-            at.slope[i] *= weight;
-            right[i] += at.slope[i] * residual;
+        for (unsigned i = 0; i < UNKNOWNS; i++) {
+            motion.slope[i] *= weight;
+            right[i] += motion.slope[i] * residual;
             for (unsigned k = 0; k <= i; k++)
-                matrix[i][k] += at.slope[i] * at.slope[k];
+                matrix[i][k] += motion.slope[i] * motion.slope[k];
         }
     }
 }
 
-static double within(double value, double least, double most)
+static double clamp(double value, double least, double most)
 {
     return value < least ? least : value > most ? most : value;
 }
@@ -796,36 +809,37 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
     memset(fit, 0, sizeof *fit);
     fit->touchdown_ft = touchdown_ft;
     fit->left_out = left_out;
-    return guess(gates, count, fit);
+    return set_start_values(gates, count, fit);
 }
 
 /* One iteration, or the covariance after the last one. False: the fit has ended. */
-static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
-                     struct mr_braking *fit, enum mr_status *status)
+static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
+                    struct mr_braking *fit, enum mr_status *status)
 {
-    double matrix[N][N], step[N];
+    double matrix[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
     set_equations(gates, count, position_error_ft, fit, matrix, step);
-    *status = factor(matrix, N) ? MR_OK : MR_NUMERICS;
+    *status = cholesky_factor(matrix, UNKNOWNS) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
-    /* no convergence after ROUNDS: the gates contradict each other, and chi-square shows it */
-    if (fit->near || fit->rounds == ROUNDS) {
-        invert(matrix, N, 1.0, fit->covariance);
+    /* no convergence after ITERATIONS_MAX: the gates contradict each other, and chi-square shows
+     * it */
+    if (fit->is_converged || fit->iterations == ITERATIONS_MAX) {
+        invert(matrix, UNKNOWNS, 1.0, fit->covariance);
         return false;
     }
-    fit->rounds++;
-    solve(matrix, N, step);
+    fit->iterations++;
+    solve(matrix, UNKNOWNS, step);
     fit->touchdown_s += step[MR_BRAKING_TIME];
     fit->speed_ft_s += step[MR_BRAKING_SPEED];
     fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
-    fit->delay_s = within(fit->delay_s + step[MR_BRAKING_DELAY], DELAY_LEAST_S, DELAY_MOST_S);
-    fit->shape = within(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
+    fit->delay_s = clamp(fit->delay_s + step[MR_BRAKING_DELAY], DELAY_MIN_S, DELAY_MAX_S);
+    fit->shape = clamp(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
     if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
         *status = MR_NUMERICS;
     /* Converged: no result moved by a hundredth of its smallest possible error. */
-    fit->near = fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
-                fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
-                fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft;
+    fit->is_converged = fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
+                        fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
+                        fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft;
     return *status == MR_OK;
 }
 
@@ -833,7 +847,7 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
                               double position_error_ft, uint32_t left_out, struct mr_braking *fit)
 {
     enum mr_status status = begin_braking(gates, count, touchdown_ft, left_out, fit);
-    while (status == MR_OK && go_round(gates, count, position_error_ft, fit, &status)) {
+    while (status == MR_OK && iterate(gates, count, position_error_ft, fit, &status)) {
     }
     return status;
 }
@@ -845,9 +859,9 @@ double mr_chi_square(unsigned freedom, double deviations)
     return freedom ? k * root * root * root : 0.0;
 }
 
-bool mr_braking_holds(const struct mr_braking *fit)
+bool mr_braking_is_accepted(const struct mr_braking *fit)
 {
-    return fit->freedom == 0 || fit->chi_square <= mr_chi_square(fit->freedom, MR_ONE_IN_1000);
+    return fit->freedom == 0 || fit->chi_square <= mr_chi_square(fit->freedom, MR_SIGMA_1_IN_1000);
 }
 
 /* Finds the gate without which chi-square falls most (exact for a linear model), and by how
@@ -857,12 +871,12 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
 {
     double most = 0.0;
     for (size_t g = 0; g < count; g++) {
-        struct at at;
+        struct motion motion;
         if (!is_used(fit, g))
             continue;
-        motion_at(fit, gates[g].t_s, &at);
-        double residual = (gates[g].station_ft - at.station_ft) / position_error_ft;
-        double own = 1.0 - variance_of(fit->covariance, N, at.slope) /
+        motion_at(fit, gates[g].t_s, &motion);
+        double residual = (gates[g].station_ft - motion.station_ft) / position_error_ft;
+        double own = 1.0 - variance_of(fit->covariance, UNKNOWNS, motion.slope) /
                                (position_error_ft * position_error_ft);
         if (own > 1e-6 && residual * residual / own > most) {
             most = residual * residual / own;
@@ -880,7 +894,7 @@ static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t co
         out += !is_used(fit, g);
     if (out > count / 5 || fit->freedom < 2 ||
         find_worst(fit, gates, count, position_error_ft, &worst) <
-            MR_GATE_OUTLIER * MR_GATE_OUTLIER)
+            MR_GATE_OUTLIER_SIGMA * MR_GATE_OUTLIER_SIGMA)
         return MR_LIMIT;
     return begin_braking(gates, count, fit->touchdown_ft, fit->left_out | 1u << worst, fit);
 }
@@ -889,16 +903,17 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
                                     double position_error_ft, struct mr_braking *fit)
 {
     enum mr_status status = begin_without_worst(gates, count, position_error_ft, fit);
-    while (status == MR_OK && go_round(gates, count, position_error_ft, fit, &status)) {
+    while (status == MR_OK && iterate(gates, count, position_error_ft, fit, &status)) {
     }
     return status;
 }
 
 double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)
 {
-    struct at at;
-    motion_at(fit, gate->t_s, &at);
-    return at.speed_ft_s > 0.0 ? (at.station_ft - gate->station_ft) / at.speed_ft_s : 0.0;
+    struct motion motion;
+    motion_at(fit, gate->t_s, &motion);
+    return motion.speed_ft_s > 0.0 ? (motion.station_ft - gate->station_ft) / motion.speed_ft_s
+                                   : 0.0;
 }
 
 enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gates_summary *summary)
@@ -908,22 +923,23 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
     if (after_s < 2.0 * d)
         return MR_NUMERICS;
     double k = fit->shape;
-    const double of_speed[N] = {[MR_BRAKING_SPEED] = 1.0};
-    const double of_touchdown[N] = {[MR_BRAKING_TIME] = 1.0};
-    const double of_stop[N] = {1.0, 1.0 / a, -v / (a * a), 1.0, 0.0};
-    const double of_station[N] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d,
-                                  v - k * a * d, -0.5 * a * d * d};
-    const double of_mean[N] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
-                               v * v / (a * a * after_s * after_s), -v / (after_s * after_s), 0.0};
-    summary->touchdown_speed_ft_s = (struct mr_estimate){v, standard_error(fit, of_speed)};
+    const double of_speed[UNKNOWNS] = {[MR_BRAKING_SPEED] = 1.0};
+    const double of_touchdown[UNKNOWNS] = {[MR_BRAKING_TIME] = 1.0};
+    const double of_stop[UNKNOWNS] = {1.0, 1.0 / a, -v / (a * a), 1.0, 0.0};
+    const double of_station[UNKNOWNS] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d,
+                                         v - k * a * d, -0.5 * a * d * d};
+    const double of_mean[UNKNOWNS] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
+                                      v * v / (a * a * after_s * after_s), -v / (after_s * after_s),
+                                      0.0};
+    summary->touchdown_speed_ft_s = (struct mr_estimate){v, braking_error(fit, of_speed)};
     summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s,
-                                                  standard_error(fit, of_touchdown)};
+                                                  braking_error(fit, of_touchdown)};
     summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s,
-                                             standard_error(fit, of_stop)};
+                                             braking_error(fit, of_stop)};
     summary->stop_station_ft =
         (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d,
-                             standard_error(fit, of_station)};
+                             braking_error(fit, of_station)};
     summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s,
-                                                            standard_error(fit, of_mean)};
+                                                            braking_error(fit, of_mean)};
     return MR_OK;
 }

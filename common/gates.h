@@ -25,8 +25,8 @@
 
 #define MR_GATES_MAX       32u /* maximum edges of one landing */
 #define MR_GATES_ORDER_MAX 4u  /* maximum order of the polynomial */
-#define MR_GATES_LOCAL     6u  /* edges used by the online estimate */
-#define MR_GATES_END       8u  /* edges used at each end by the final fit */
+#define MR_GATES_ONLINE    6u  /* edges used by the online estimate */
+#define MR_GATES_END_MAX   8u  /* edges used at each end by the final fit */
 
 struct mr_gate {
     double t_s;        /* time at which the switch opened, s from any origin */
@@ -71,19 +71,20 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
                                  double position_error_ft, struct mr_gates_fit *fit);
 
 /* Online estimate of the motion at the last gate, from a parabola (a line with two gates) through
- * the last MR_GATES_LOCAL gates or fewer. With MR_GATES_LOCAL gates, a single gate without which
+ * the last MR_GATES_ONLINE gates or fewer. With MR_GATES_ONLINE gates, a single gate without which
  * the others fit a parabola is left out. */
-enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
-                            struct mr_motion_estimate *motion);
+enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
+                                      double position_error_ft, struct mr_motion_estimate *motion);
 
 /* Motion at a time. Outside the gates the fit is extrapolated, with larger errors. */
-void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion);
+void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
+                        struct mr_motion_estimate *motion);
 
 /* Motion at the time when the fit passes `station_ft`. The search covers the gates and 1.5 mean
  * intervals before the first gate or beyond the last one. MR_OK; MR_NUMERICS: the fit does not pass
  * the station there. */
-enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
-                                   bool beyond_last, struct mr_motion_estimate *motion);
+enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double station_ft,
+                                          bool beyond_last, struct mr_motion_estimate *motion);
 
 struct mr_gates_summary {
     struct mr_estimate touchdown_speed_ft_s;
@@ -91,12 +92,12 @@ struct mr_gates_summary {
     struct mr_estimate stop_t_s; /* time at which the speed reaches 0 */
     struct mr_estimate stop_station_ft;
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
-    /* gates used for the stop: the last ones, or all when `even` */
+    /* gates used for the stop: the last ones, or all when `is_uniform` */
     unsigned used_for_stop;
     unsigned count;            /* all gates */
     unsigned before_touchdown; /* gates on the track */
     /* braking was uniform, with one deceleration (see "braking") */
-    bool even;
+    bool is_uniform;
     /* bit g: gate g contradicts the other gates and was left out */
     uint32_t outlier;
     /* how late an outlier gate opened, s; negative: early */
@@ -106,7 +107,7 @@ struct mr_gates_summary {
 /* Factor for a standard error whose scale was estimated with `freedom` degrees of freedom, so that
  * +-1.96 errors are a 95 % interval: Student's t at 0.975 over 1.96. Valid for any `freedom` from
  * 1. */
-double mr_gates_student(unsigned freedom);
+double mr_gates_student_factor(unsigned freedom);
 
 /* Final fit of a landing; the touchdown station is taken as given.
  *
@@ -115,15 +116,15 @@ double mr_gates_student(unsigned freedom);
  * fitted separately:
  *
  * Touchdown: uniform braking is fitted to the gates on the track and as many of the first
- * MR_GATES_END gates beyond touchdown as it describes. If it describes none, two gates on the track
- * give the speed, which is constant there (report 2.4); without them, a polynomial
+ * MR_GATES_END_MAX gates beyond touchdown as it describes. If it describes none, two gates on the
+ * track give the speed, which is constant there (report 2.4); without them, a polynomial
  * (mr_gates_fit_best) is extrapolated back and corrected for the delay of the brake.
  *
  * Stop: the deceleration at the end is taken as constant. A parabola through as many of the last
- * MR_GATES_END gates as it describes (chi-square, 1 in 100), at least 4, is extrapolated to rest.
- * If it does not describe all 8, the braking changes and may change again; the error then includes
- * the difference from a cubic, because the motion beyond the last gate is extrapolated. A gate
- * without which all the others lie on a parabola is outlier.
+ * MR_GATES_END_MAX gates as it describes (chi-square, 1 in 100), at least 4, is extrapolated to
+ * rest. If it does not describe all 8, the braking changes and may change again; the error then
+ * includes the difference from a cubic, because the motion beyond the last gate is extrapolated. A
+ * gate without which all the others lie on a parabola is outlier.
  *
  * All parts include the errors of position. MR_OK; MR_TOO_FEW: fewer than 3 gates, or none beyond
  * touchdown; MR_NUMERICS: no touchdown or no stop in the fit; MR_MALFORMED: times not rising. */
@@ -147,8 +148,8 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  * +-1.96 standard errors for 95 %.
  *
  * A chi-square test checks the model; it rejects 1 in 1000 landings for which the model is true. A
- * gate that alone causes a rejection by more than MR_GATE_OUTLIER standard errors can be left out;
- * the worst gate is left out first.
+ * gate that alone causes a rejection by more than MR_GATE_OUTLIER_SIGMA standard errors can be left
+ * out; the worst gate is left out first.
  *
  * Pure, no heap, double precision with + - * / and square roots only: host and board agree to the
  * last bit. */
@@ -157,7 +158,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define MR_BRAKE_DELAY_ERROR_S 0.012
 #define MR_BRAKE_SHAPE         0.238
 #define MR_BRAKE_SHAPE_ERROR   0.095
-#define MR_GATE_OUTLIER        5.0 /* standard errors */
+#define MR_GATE_OUTLIER_SIGMA  5.0 /* standard errors */
 
 enum mr_braking_unknown {
     MR_BRAKING_TIME,
@@ -177,10 +178,10 @@ struct mr_braking {
     double shape;
     double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
     double chi_square;
-    unsigned freedom;  /* degrees of freedom */
-    unsigned rounds;   /* iterations of the fit */
-    bool near;         /* converged: the last iteration changed nothing significant */
-    uint32_t left_out; /* bit g: gate g was left out */
+    unsigned freedom;    /* degrees of freedom */
+    unsigned iterations; /* iterations of the fit */
+    bool is_converged;   /* converged: the last iteration changed nothing significant */
+    uint32_t left_out;   /* bit g: gate g was left out */
 };
 
 /* Fits the gates (at most MR_GATES_MAX, times rising) except those in `left_out`. MR_OK;
@@ -197,7 +198,7 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
                                     double position_error_ft, struct mr_braking *fit);
 
 /* True if the chi-square test does not reject the model. */
-bool mr_braking_holds(const struct mr_braking *fit);
+bool mr_braking_is_accepted(const struct mr_braking *fit);
 
 /* Time from the wheel's arrival at the gate, according to the fit, to the opening of the gate, s.
  * Negative: the gate opened early. */
@@ -209,9 +210,9 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
 
 /* Limit of chi-square for a probability given as a number of normal standard deviations (Wilson and
  * Hilferty 1931). From 1 degree of freedom up, the result agrees with the tables within 1 % for
- * MR_ONE_IN_100 and within 3.1 % for MR_ONE_IN_1000. */
-#define MR_ONE_IN_100  2.3263479
-#define MR_ONE_IN_1000 3.0902323
+ * MR_SIGMA_1_IN_100 and within 3.1 % for MR_SIGMA_1_IN_1000. */
+#define MR_SIGMA_1_IN_100  2.3263479
+#define MR_SIGMA_1_IN_1000 3.0902323
 double mr_chi_square(unsigned freedom, double deviations);
 
 /* ---- final_fit ---- */
@@ -224,19 +225,19 @@ double mr_chi_square(unsigned freedom, double deviations);
  * until the fit has finished. */
 
 enum mr_final_stage {
-    MR_FINAL_WHOLE,
-    MR_FINAL_START,
-    MR_FINAL_REST,
+    MR_FINAL_ALL,
+    MR_FINAL_TOUCHDOWN,
+    MR_FINAL_LAST_GATES,
     MR_FINAL_OUTLIER,
     MR_FINAL_STOP,
-    MR_FINAL_OVER
+    MR_FINAL_DONE
 };
 
 /* Search among the last gates for a gate without which all the others lie on a parabola. */
 struct mr_gates_search {
     size_t next, outlier;
     bool found;
-    double least_ft; /* smallest residual of the other gates so far */
+    double min_residual_ft; /* smallest residual of the other gates so far */
 };
 
 struct mr_final_fit {
@@ -246,19 +247,19 @@ struct mr_final_fit {
     double touchdown_ft;
     double position_error_ft;
     enum mr_final_stage stage;
-    bool fitted; /* the present part has been fitted once; later fits leave gates out */
-    bool begun;  /* a fit is in progress */
-    size_t used; /* gates beyond touchdown in the present fit */
+    bool is_fitted; /* the present part has been fitted once; later fits leave gates out */
+    bool is_begun;  /* a fit is in progress */
+    size_t used;    /* gates beyond touchdown in the present fit */
     union {
         struct mr_braking braking;
-        struct { /* used from stage MR_FINAL_REST on */
+        struct { /* used from stage MR_FINAL_LAST_GATES on */
             size_t used;
             struct mr_gates_fit fit;
             struct mr_gates_search search;
         } rest;
     };
     struct mr_gates_summary summary;
-    enum mr_status status; /* result at MR_FINAL_OVER, as from mr_gates_summarise */
+    enum mr_status status; /* result at MR_FINAL_DONE, as from mr_gates_summarise */
 };
 
 /* Starts the fit; arguments as in mr_gates_summarise. */

@@ -3,8 +3,8 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define CRC_PLACE (MR_IMAGE_HEAD - 4u)
-#define DIGITS    12u
+#define CRC_OFFSET (MR_IMAGE_HEAD - 4u)
+#define DIGITS     12u
 
 static bool is_in_flash(const struct mr_image *image)
 {
@@ -14,7 +14,7 @@ static bool is_in_flash(const struct mr_image *image)
 
 enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD])
 {
-    const uint8_t *p = head + MR_IMAGE_PLACE;
+    const uint8_t *p = head + MR_IMAGE_OFFSET;
     memset(image, 0, sizeof *image);
     if (mr_get_u32(&p) != MR_IMAGE_MAGIC)
         return MR_UNKNOWN;
@@ -32,14 +32,14 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     image->commit_more = mr_get_u16(&p);
     image->board = mr_get_u16(&p);
     image->header_crc = mr_get_u32(&p);
-    if (image->header_crc != mr_crc32(0, head, CRC_PLACE))
+    if (image->header_crc != mr_crc32(0, head, CRC_OFFSET))
         return MR_CRC;
     return is_in_flash(image) ? MR_OK : MR_MALFORMED;
 }
 
 void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
 {
-    uint8_t *p = mr_put_u32(head + MR_IMAGE_PLACE, MR_IMAGE_MAGIC);
+    uint8_t *p = mr_put_u32(head + MR_IMAGE_OFFSET, MR_IMAGE_MAGIC);
     p = mr_put_u16(mr_put_u16(p, MR_IMAGE_FORMAT), MR_IMAGE_BYTES);
     p = mr_put_u32(mr_put_u32(p, image->program_start), image->program_end);
     p = mr_put_u32(p, image->program_crc);
@@ -47,7 +47,7 @@ void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
     p = mr_put_u8(p, image->changed);
     p = mr_put_u16(mr_put_u32(p, image->commit), image->commit_more);
     p = mr_put_u16(p, image->board);
-    image->header_crc = mr_crc32(0, head, CRC_PLACE);
+    image->header_crc = mr_crc32(0, head, CRC_OFFSET);
     mr_put_u32(p, image->header_crc);
 }
 
@@ -74,12 +74,12 @@ static const struct mr_board boards[] = {
 };
 #define BOARDS (sizeof boards / sizeof boards[0])
 
-const struct mr_board *mr_board_of(unsigned number)
+const struct mr_board *mr_board_by_number(unsigned number)
 {
     return number < BOARDS && boards[number].name ? &boards[number] : NULL;
 }
 
-int mr_board_named(const char *name)
+int mr_board_by_name(const char *name)
 {
     for (unsigned i = 0; i < BOARDS; i++) {
         if (boards[i].name && strcmp(boards[i].name, name) == 0)

@@ -38,9 +38,9 @@ enum {
 
 #define MR_IMAGE_MAGIC       0x4749524du
 #define MR_IMAGE_FORMAT      1u
-#define MR_IMAGE_PLACE       0x200u /* offset of the header from MR_FLASH */
+#define MR_IMAGE_OFFSET      0x200u /* offset of the header from MR_FLASH */
 #define MR_IMAGE_BYTES       36u
-#define MR_IMAGE_HEAD        (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* bytes of vectors and header */
+#define MR_IMAGE_HEAD        (MR_IMAGE_OFFSET + MR_IMAGE_BYTES) /* bytes of vectors and header */
 #define MR_IMAGE_COMMIT_TEXT 24u
 
 struct mr_image {
@@ -82,8 +82,8 @@ struct mr_board {
 };
 
 /* Board with this number, or NULL. Static storage. */
-const struct mr_board *mr_board_of(unsigned number);
+const struct mr_board *mr_board_by_number(unsigned number);
 /* Number of the board with this name, or -1. */
-int mr_board_named(const char *name);
+int mr_board_by_name(const char *name);
 
 #endif

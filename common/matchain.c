@@ -7,10 +7,10 @@ static float square_root(float x)
     return __builtin_sqrtf(x);
 }
 
-#define LAW(name)              one_##name
-#define LAW_REAL               float
-#define LAW_SIZE(x)            __builtin_fabsf(x)
-#define LAW_SIGNED(size, sign) __builtin_copysignf(size, sign)
+#define LAW(name)                one_##name
+#define LAW_REAL                 float
+#define LAW_ABS(x)               __builtin_fabsf(x)
+#define LAW_COPYSIGN(size, sign) __builtin_copysignf(size, sign)
 #include "common/chain_law.h"
 
 float mr_chain_step_limit_s(const struct mr_chain_params *params)
@@ -77,68 +77,72 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 
 /* Values common to all joints and mats of a chain; the struct stays in registers while a bay
  * moves. */
-struct law {
+struct constants {
     struct one_joint joint;
     float friction_lb, per_lb, step_s;
 };
 
-static inline struct law law_of(const struct mr_chain *chain)
+static inline struct constants chain_constants(const struct mr_chain *chain)
 {
-    return (struct law){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
-                        chain->friction_lb,
-                        chain->per_lb,
-                        chain->step_s};
+    return (struct constants){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
+                              chain->friction_lb,
+                              chain->per_lb,
+                              chain->step_s};
 }
 
 /* Tension of joint j at opening g_ft and opening speed opening_ft_s; also updates the joint's
  * reach. */
-static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft,
-                         float opening_ft_s)
+static inline float update_joint(struct mr_chain *chain, const struct constants *constants,
+                                 unsigned j, float g_ft, float opening_ft_s)
 {
     float grit_lb = chain->grit_lb[j];
-    struct one_pull pull = one_joint_pull(law->joint, grit_lb, grit_lb / law->joint.kl_lb_ft,
-                                          chain->reach_ft[j], g_ft, opening_ft_s);
+    struct one_pull pull = one_joint_pull(constants->joint, grit_lb,
+                                          grit_lb / constants->joint.kl_lb_ft, chain->reach_ft[j],
+                                          g_ft, opening_ft_s);
     if (!pull.kept)
         chain->reach_ft[j] = pull.reach_ft;
     return pull.lb;
 }
 
-static inline float pull_now(struct mr_chain *chain, const struct law *law, unsigned j)
+static inline float update_joint_now(struct mr_chain *chain, const struct constants *constants,
+                                     unsigned j)
 {
-    return pull(chain, law, j, chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
-                chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
+    return update_joint(chain, constants, j,
+                        chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
+                        chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
 }
 
-static unsigned place_of(const struct mr_chain *chain, unsigned mat)
+static unsigned group_index(const struct mr_chain *chain, unsigned mat)
 {
     return (mat - 1u) / chain->group + 1u;
 }
 
-static unsigned first_of(unsigned bay)
+static unsigned bay_first(unsigned bay)
 {
     return (bay - 1u) * MR_CHAIN_BAY + 1u;
 }
 
-static unsigned last_of(const struct mr_chain *chain, unsigned bay)
+static unsigned bay_last(const struct mr_chain *chain, unsigned bay)
 {
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
 
 /* Moves the mats of a bay by one step. `left_lb`: tension of its first joint. Returns the tension
  * of the next bay's first joint. */
-static float step_bay(struct mr_chain *chain, const struct law *law, unsigned bay, float left_lb)
+static float step_bay(struct mr_chain *chain, const struct constants *constants, unsigned bay,
+                      float left_lb)
 {
-    unsigned first = first_of(bay), last = last_of(chain, bay);
+    unsigned first = bay_first(bay), last = bay_last(chain, bay);
     float u_ft = chain->u_ft[first], v_ft_s = chain->v_ft_s[first];
     for (unsigned n = first; n <= last; n++) {
         float next_ft = chain->u_ft[n + 1u], next_ft_s = chain->v_ft_s[n + 1u];
-        float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft),
-                              next_ft_s - v_ft_s);
+        float right_lb = update_joint(chain, constants, n + 1u,
+                                      chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
-        if (v_ft_s != 0.0f || __builtin_fabsf(x_lb) > law->friction_lb) {
-            v_ft_s = one_mat_slip(v_ft_s, x_lb, law->friction_lb, law->per_lb).v_ft_s;
+        if (v_ft_s != 0.0f || __builtin_fabsf(x_lb) > constants->friction_lb) {
+            v_ft_s = one_mat_slip(v_ft_s, x_lb, constants->friction_lb, constants->per_lb).v_ft_s;
             chain->v_ft_s[n] = v_ft_s;
-            chain->u_ft[n] = u_ft + law->step_s * v_ft_s;
+            chain->u_ft[n] = u_ft + constants->step_s * v_ft_s;
         }
         left_lb = right_lb;
         u_ft = next_ft;
@@ -148,7 +152,7 @@ static float step_bay(struct mr_chain *chain, const struct law *law, unsigned ba
     return left_lb;
 }
 
-static void wake(struct mr_chain *chain, unsigned bay)
+static void wake_bay(struct mr_chain *chain, unsigned bay)
 {
     chain->awake[bay] = true;
     if (bay < chain->low)
@@ -159,51 +163,52 @@ static void wake(struct mr_chain *chain, unsigned bay)
 
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
 {
-    const struct law law = law_of(chain);
+    const struct constants constants = chain_constants(chain);
     unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats
-                       ? place_of(chain, mat)
+                       ? group_index(chain, mat)
                        : 0;
     float left_lb = 0.0f;
     /* left_lb: tension of the bay's first joint before the bay on its left moved */
     bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {
-        wake(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
+        wake_bay(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
         chain->push_lb[wheel] = pushed_lb + thrust_lb;
     }
     for (unsigned bay = chain->low; bay <= chain->high; bay++) {
         if (chain->awake[bay])
-            left_lb = step_bay(chain, &law, bay,
-                               carried ? left_lb : pull_now(chain, &law, first_of(bay)));
+            left_lb = step_bay(chain, &constants, bay,
+                               carried ? left_lb
+                                       : update_joint_now(chain, &constants, bay_first(bay)));
         carried = chain->awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
     for (unsigned bay = chain->low, high = chain->high; bay <= high; bay++) {
         if (!chain->awake[bay])
             continue;
-        if (bay > 1u && !chain->awake[bay - 1u] && chain->v_ft_s[first_of(bay)] != 0.0f)
-            wake(chain, bay - 1u);
+        if (bay > 1u && !chain->awake[bay - 1u] && chain->v_ft_s[bay_first(bay)] != 0.0f)
+            wake_bay(chain, bay - 1u);
         if (bay < chain->bays && !chain->awake[bay + 1u] &&
-            chain->v_ft_s[last_of(chain, bay)] != 0.0f)
-            wake(chain, bay + 1u);
+            chain->v_ft_s[bay_last(chain, bay)] != 0.0f)
+            wake_bay(chain, bay + 1u);
     }
 }
 
-void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb)
+void mr_chain_set_force(struct mr_chain *chain, unsigned mat, float push_lb)
 {
-    unsigned n = place_of(chain, mat);
+    unsigned n = group_index(chain, mat);
     chain->push_lb[n] = push_lb;
     if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
-        wake(chain, (n - 1u) / MR_CHAIN_BAY + 1u);
+        wake_bay(chain, (n - 1u) / MR_CHAIN_BAY + 1u);
 }
 
-bool mr_chain_settle(struct mr_chain *chain)
+bool mr_chain_end_block(struct mr_chain *chain)
 {
     unsigned low = chain->low, high = chain->high;
     chain->low = MR_CHAIN_BAYS + 1u;
     chain->high = 0;
     for (unsigned bay = low; bay <= high; bay++) {
-        unsigned first = first_of(bay), last = last_of(chain, bay);
+        unsigned first = bay_first(bay), last = bay_last(chain, bay);
         if (!chain->awake[bay])
             continue;
         bool moves = chain->v_ft_s[first - 1u] != 0.0f || chain->v_ft_s[last + 1u] != 0.0f;
@@ -216,17 +221,17 @@ bool mr_chain_settle(struct mr_chain *chain)
         }
         chain->awake[bay] = moves;
         if (moves)
-            wake(chain, bay);
+            wake_bay(chain, bay);
     }
     return !chain->runaway;
 }
 
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)
 {
-    return chain->u_ft[place_of(chain, mat)];
+    return chain->u_ft[group_index(chain, mat)];
 }
 
-uint32_t mr_chain_take_updates(struct mr_chain *chain)
+uint32_t mr_chain_reset_updates(struct mr_chain *chain)
 {
     uint32_t updates = chain->updates;
     chain->updates = 0;

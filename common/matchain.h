@@ -27,7 +27,7 @@
 #include "common/status.h"
 
 #define MR_CHAIN_MATS         512u
-#define MR_CHAIN_PLACES       (MR_CHAIN_MATS + 2u)
+#define MR_CHAIN_INDICES      (MR_CHAIN_MATS + 2u)
 #define MR_CHAIN_BAY          8u
 #define MR_CHAIN_BAYS         (MR_CHAIN_MATS / MR_CHAIN_BAY)
 #define MR_CHAIN_RUNAWAY_FT   1.0f /* limit of a movement; no mat of the report moved by a foot */
@@ -56,13 +56,13 @@ struct mr_chain {
     bool awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* values of one group */
     float per_lb;                                             /* step divided by mass */
-    float u_ft[MR_CHAIN_PLACES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
-    float v_ft_s[MR_CHAIN_PLACES];
-    float gap_ft[MR_CHAIN_PLACES]; /* opening of joint j at u = 0 */
-    float reach_ft[MR_CHAIN_PLACES];
-    float grit_lb[MR_CHAIN_PLACES];
-    float push_lb[MR_CHAIN_PLACES]; /* external force on each group */
-    uint32_t updates; /* number of mats computed since the last mr_chain_take_updates */
+    float u_ft[MR_CHAIN_INDICES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
+    float v_ft_s[MR_CHAIN_INDICES];
+    float gap_ft[MR_CHAIN_INDICES]; /* opening of joint j at u = 0 */
+    float reach_ft[MR_CHAIN_INDICES];
+    float grit_lb[MR_CHAIN_INDICES];
+    float push_lb[MR_CHAIN_INDICES]; /* external force on each group */
+    uint32_t updates; /* number of mats computed since the last mr_chain_reset_updates */
     bool runaway;     /* a guard has tripped: the state is invalid */
 };
 
@@ -81,10 +81,10 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb);
 /* Sets a permanent force on a mat in addition to the thrust (0: none). It corrects the chain
  * towards a reading. */
-void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb);
+void mr_chain_set_force(struct mr_chain *chain, unsigned mat, float push_lb);
 /* Call after the steps of a block: puts bays at rest to sleep and checks the guards. False: a guard
  * has tripped. */
-bool mr_chain_settle(struct mr_chain *chain);
+bool mr_chain_end_block(struct mr_chain *chain);
 
 /* Opening of a joint between groups, feet. */
 static inline float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint)
@@ -103,6 +103,6 @@ static inline float mr_chain_compression_lb(const struct mr_chain *chain, unsign
 }
 /* Displacement of a mat (1..mats), feet. */
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat);
-uint32_t mr_chain_take_updates(struct mr_chain *chain);
+uint32_t mr_chain_reset_updates(struct mr_chain *chain);
 
 #endif

@@ -2,11 +2,11 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS    3000u /* switches 5 ft apart at 2 ft/s: 2.5 s */
-#define REVERSE_MOST_FT_S 20.0  /* faster than anyone pushes: a switch opened late */
-/* A gear gets no faster than FASTER times its entry speed plus FASTER_FT_S. */
-#define FASTER            1.25
-#define FASTER_FT_S       3.0
+#define UNCLEAR_BLOCKS      3000u /* switches 5 ft apart at 2 ft/s: 2.5 s */
+#define REVERSE_MAX_FT_S    20.0  /* faster than anyone pushes: a switch opened late */
+/* A gear gets no faster than SPEED_RISE_MAX times its entry speed plus SPEED_RISE_MAX_FT_S. */
+#define SPEED_RISE_MAX      1.25
+#define SPEED_RISE_MAX_FT_S 3.0
 
 void mr_passage_start(struct mr_passage *passage)
 {
@@ -18,15 +18,15 @@ void mr_passage_clear(struct mr_passage *passage)
     passage->state = MR_PASSAGE_NONE;
     passage->held_count = 0;
     passage->gates = 0;
-    passage->notes = 0;
-    passage->pushing = false;
+    passage->events = 0;
+    passage->is_pushing = false;
 }
 
-static void note(struct mr_passage *passage, const struct mr_passage_edge *edge,
-                 enum mr_switch_reason reason)
+static void add_event(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                      enum mr_switch_reason reason)
 {
-    if (passage->notes < MR_PASSAGE_NOTES)
-        passage->note[passage->notes++] = (struct mr_passage_note){
+    if (passage->events < MR_PASSAGE_EVENTS_MAX)
+        passage->event[passage->events++] = (struct mr_passage_event){
             .number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
 }
 
@@ -39,17 +39,17 @@ static double speed_between(const struct mr_passage_edge *from, const struct mr_
 
 static bool is_rolling(double speed_ft_s)
 {
-    return speed_ft_s >= MR_PASSAGE_LEAST_FT_S && speed_ft_s <= MR_PASSAGE_MOST_FT_S;
+    return speed_ft_s >= MR_PASSAGE_MIN_FT_S && speed_ft_s <= MR_PASSAGE_MAX_FT_S;
 }
 
-static void note_missing(struct mr_passage *passage, double from_ft, double to_ft,
-                         const float *stations_ft, unsigned switches)
+static void add_missing_events(struct mr_passage *passage, double from_ft, double to_ft,
+                               const float *stations_ft, unsigned switches)
 {
     for (unsigned i = 0; i < switches; i++) {
         double station_ft = (double)stations_ft[i];
         struct mr_passage_edge missing = {.position = (uint8_t)(i + 1)};
         if (station_ft > from_ft && station_ft < to_ft)
-            note(passage, &missing, MR_SWITCH_MISSING);
+            add_event(passage, &missing, MR_SWITCH_MISSING);
     }
 }
 
@@ -65,14 +65,14 @@ static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *e
 static void reject_held(struct mr_passage *passage, enum mr_switch_reason reason)
 {
     for (unsigned i = 0; i < passage->held_count; i++)
-        note(passage, &passage->held[i], reason);
+        add_event(passage, &passage->held[i], reason);
     passage->held_count = 0;
 }
 
-static void hold(struct mr_passage *passage, const struct mr_passage_edge *edge)
+static void hold_edge(struct mr_passage *passage, const struct mr_passage_edge *edge)
 {
-    if (passage->held_count == MR_PASSAGE_HELD) {
-        note(passage, &passage->held[0], MR_SWITCH_OUT_OF_ORDER);
+    if (passage->held_count == MR_PASSAGE_HELD_MAX) {
+        add_event(passage, &passage->held[0], MR_SWITCH_OUT_OF_ORDER);
         passage->held_count--;
         memmove(passage->held, passage->held + 1, passage->held_count * sizeof passage->held[0]);
     }
@@ -86,21 +86,22 @@ static void start_rolling(struct mr_passage *passage, unsigned first,
     struct mr_passage_edge from = passage->held[first];
     for (unsigned i = 0; i < passage->held_count; i++) {
         if (i != first)
-            note(passage, &passage->held[i], MR_SWITCH_OUT_OF_ORDER);
+            add_event(passage, &passage->held[i], MR_SWITCH_OUT_OF_ORDER);
     }
     passage->held_count = 0;
     passage->state = MR_PASSAGE_ROLLING;
     passage->entry_ft_s = speed_between(&from, edge);
     add_gate(passage, &from);
     add_gate(passage, edge);
-    note_missing(passage, -1e9, from.station_ft, stations_ft, switches);
-    note_missing(passage, from.station_ft, edge->station_ft, stations_ft, switches);
+    add_missing_events(passage, -1e9, from.station_ft, stations_ft, switches);
+    add_missing_events(passage, from.station_ft, edge->station_ft, stations_ft, switches);
 }
 
-static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge, double speed_ft_s)
+static bool add_push(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                     double speed_ft_s)
 {
-    bool first = !passage->pushing;
-    passage->pushing = true;
+    bool first = !passage->is_pushing;
+    passage->is_pushing = true;
     enum mr_switch_reason reason = speed_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW;
     passage->pushed_ft_s = speed_ft_s;
     passage->pushed_position = edge->position;
@@ -113,9 +114,9 @@ static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge,
 }
 
 /* Handles an edge while it is unknown whether a gear or a pushed model passes. */
-static struct mr_passage_news take_first(struct mr_passage *passage,
-                                         const struct mr_passage_edge *edge,
-                                         const float *stations_ft, unsigned switches)
+static struct mr_passage_news handle_first_edges(struct mr_passage *passage,
+                                                 const struct mr_passage_edge *edge,
+                                                 const float *stations_ft, unsigned switches)
 {
     struct mr_passage_news news = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
@@ -127,52 +128,54 @@ static struct mr_passage_news take_first(struct mr_passage *passage,
     }
     if (passage->held_count) {
         double speed_ft_s = speed_between(&passage->held[passage->held_count - 1], edge);
-        if (speed_ft_s > -REVERSE_MOST_FT_S && speed_ft_s < MR_PASSAGE_LEAST_FT_S)
-            news.pushed = push(passage, edge, speed_ft_s);
+        if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
+            news.pushed = add_push(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
-        passage->state = MR_PASSAGE_HELD_UP;
+        passage->state = MR_PASSAGE_UNDECIDED;
     }
-    hold(passage, edge);
+    hold_edge(passage, edge);
     return news;
 }
 
 /* The first two switches may have opened late: the entry speed is reliable only from the third gate
  * on. */
-static bool fits(const struct mr_passage *passage, double speed_ft_s)
+static bool is_plausible_speed(const struct mr_passage *passage, double speed_ft_s)
 {
-    return passage->gates < 3 ? is_rolling(speed_ft_s)
-                              : speed_ft_s >= MR_PASSAGE_LEAST_FT_S &&
-                                    speed_ft_s <= FASTER * passage->entry_ft_s + FASTER_FT_S;
+    return passage->gates < 3
+             ? is_rolling(speed_ft_s)
+             : speed_ft_s >= MR_PASSAGE_MIN_FT_S &&
+                   speed_ft_s <= SPEED_RISE_MAX * passage->entry_ft_s + SPEED_RISE_MAX_FT_S;
 }
 
-static struct mr_passage_news take_rolling(struct mr_passage *passage,
-                                           const struct mr_passage_edge *edge, double speed_ft_s,
-                                           const float *stations_ft, unsigned switches)
+static struct mr_passage_news handle_rolling_edge(struct mr_passage *passage,
+                                                  const struct mr_passage_edge *edge,
+                                                  double speed_ft_s, const float *stations_ft,
+                                                  unsigned switches)
 {
     struct mr_passage_news news = {0};
     const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
     double since_ft_s = speed_between(last, edge);
-    bool at_rest = speed_ft_s < MR_PASSAGE_LEAST_FT_S;
-    if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_LEAST_FT_S) ||
-        (since_ft_s < 0.0 && at_rest)) {
-        news.pushed = push(passage, edge, since_ft_s);
-        note(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
-    } else if (fits(passage, since_ft_s)) {
+    bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
+    if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
+        news.pushed = add_push(passage, edge, since_ft_s);
+        add_event(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
+    } else if (is_plausible_speed(passage, since_ft_s)) {
         if (passage->gates == MR_GATES_MAX)
             return news;
-        note_missing(passage, last->station_ft, edge->station_ft, stations_ft, switches);
+        add_missing_events(passage, last->station_ft, edge->station_ft, stations_ft, switches);
         add_gate(passage, edge);
         if (passage->gates == 3)
             passage->entry_ft_s = speed_between(&passage->source[0], edge);
         news.gate = true;
     } else if (passage->gates > 2 && since_ft_s > 0.0 &&
-               fits(passage, speed_between(&passage->source[passage->gates - 2], edge))) {
-        note(passage, last, MR_SWITCH_LATE);
+               is_plausible_speed(passage,
+                                  speed_between(&passage->source[passage->gates - 2], edge))) {
+        add_event(passage, last, MR_SWITCH_LATE);
         passage->gates--;
         add_gate(passage, edge);
         news.gate = true;
     } else {
-        note(passage, edge, MR_SWITCH_OUT_OF_ORDER);
+        add_event(passage, edge, MR_SWITCH_OUT_OF_ORDER);
     }
     return news;
 }
@@ -181,19 +184,19 @@ struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
                                        const struct mr_passage_edge *edge, double speed_ft_s,
                                        const float *stations_ft, unsigned switches)
 {
-    passage->notes = 0;
+    passage->events = 0;
     passage->quiet_since_block = edge->block;
     return passage->state == MR_PASSAGE_ROLLING
-             ? take_rolling(passage, edge, speed_ft_s, stations_ft, switches)
-             : take_first(passage, edge, stations_ft, switches);
+             ? handle_rolling_edge(passage, edge, speed_ft_s, stations_ft, switches)
+             : handle_first_edges(passage, edge, stations_ft, switches);
 }
 
 bool mr_passage_block(struct mr_passage *passage, uint32_t block)
 {
-    passage->notes = 0;
+    passage->events = 0;
     if (block - passage->quiet_since_block < MR_PASSAGE_QUIET_BLOCKS)
         return false;
-    passage->pushing = false;
+    passage->is_pushing = false;
     if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
         return false;
     reject_held(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
@@ -203,9 +206,9 @@ bool mr_passage_block(struct mr_passage *passage, uint32_t block)
     return true;
 }
 
-bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block)
+bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block)
 {
     return passage->state == MR_PASSAGE_PUSHED ||
-           (passage->state == MR_PASSAGE_HELD_UP &&
+           (passage->state == MR_PASSAGE_UNDECIDED &&
             block - passage->quiet_since_block < UNCLEAR_BLOCKS);
 }

@@ -19,18 +19,18 @@
 #include "common/gates.h"
 #include "common/switches.h"
 
-#define MR_PASSAGE_LEAST_FT_S   2.0 /* slower motion is a push-back */
+#define MR_PASSAGE_MIN_FT_S     2.0 /* slower motion is a push-back */
 /* limit for a gear, whose maximum is 46 ft/s (report 2.4) */
-#define MR_PASSAGE_MOST_FT_S    80.0
-#define MR_PASSAGE_HELD         4u
+#define MR_PASSAGE_MAX_FT_S     80.0
+#define MR_PASSAGE_HELD_MAX     4u
 #define MR_PASSAGE_QUIET_BLOCKS 30000u
 /* notes of one edge: the edge, the held edges, and each switch of the table */
-#define MR_PASSAGE_NOTES        40u
+#define MR_PASSAGE_EVENTS_MAX   40u
 #define MR_S_PER_TICK           (1.0 / 84.0e6)
 
 enum mr_passage_state {
     MR_PASSAGE_NONE,
-    MR_PASSAGE_HELD_UP,
+    MR_PASSAGE_UNDECIDED,
     MR_PASSAGE_PUSHED,
     MR_PASSAGE_ROLLING
 };
@@ -44,7 +44,7 @@ struct mr_passage_edge {
 };
 
 /* An event of a switch, to be reported. */
-struct mr_passage_note {
+struct mr_passage_event {
     uint8_t number; /* number of the edge; 0: none */
     uint8_t position;
     uint8_t reason; /* enum mr_switch_reason */
@@ -52,7 +52,7 @@ struct mr_passage_note {
 
 struct mr_passage {
     enum mr_passage_state state;
-    struct mr_passage_edge held[MR_PASSAGE_HELD]; /* source not yet identified; newest last */
+    struct mr_passage_edge held[MR_PASSAGE_HELD_MAX]; /* source not yet identified; newest last */
     unsigned held_count;
     uint32_t quiet_since_block;
 
@@ -61,13 +61,13 @@ struct mr_passage {
     unsigned gates;
     double entry_ft_s; /* speed over the first two, then the first three gates */
 
-    bool pushing;       /* a push-back is in progress */
+    bool is_pushing;    /* a push-back is in progress */
     uint16_t pushbacks; /* number of push-backs since the start */
     double pushed_ft_s; /* speed at the newest edge of a push-back; negative: backward */
     uint8_t pushed_position;
 
-    struct mr_passage_note note[MR_PASSAGE_NOTES]; /* notes of the last call */
-    unsigned notes;
+    struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX]; /* notes of the last call */
+    unsigned events;
 };
 
 /* Result of the last edge. */
@@ -93,6 +93,6 @@ bool mr_passage_block(struct mr_passage *passage, uint32_t block);
 
 /* True while held edges may be the beginning of a landing, or the model is being pushed. Warnings
  * and zeros must wait. */
-bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block);
+bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block);
 
 #endif

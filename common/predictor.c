@@ -11,47 +11,47 @@
 
 /* Correction of the model by readings. Tuned on seeds of `make score` that its tables do not
  * use. */
-#define SPRING_LB_FT    3000.0f
-#define SPRING_MOST_LB  16.0f
-/* The springs correct stations from DRAWN_AHEAD_FT ahead of the wheel to DRAWN_BEHIND_FT behind it:
- * the mat practically stops as the gear passes (report 2.7.2). */
-#define DRAWN_AHEAD_FT  60.0f
-#define DRAWN_BEHIND_FT 5.0f
+#define SPRING_LB_FT      3000.0f
+#define SPRING_MAX_LB     16.0f
+/* The springs correct stations from SPRING_AHEAD_FT ahead of the wheel to SPRING_BEHIND_FT behind
+ * it: the mat practically stops as the gear passes (report 2.7.2). */
+#define SPRING_AHEAD_FT   60.0f
+#define SPRING_BEHIND_FT  5.0f
 /* movement up to this far ahead of the wheel shows the resistance */
-#define TELLING_FT      40.0f
-#define SCALE_PER_LB_IN 0.02f
-#define SCALE_LEAST     0.3f
-#define SCALE_MOST      2.5f
-#define SLOW            0.02f /* averaging over 50 blocks */
+#define EVIDENCE_AHEAD_FT 40.0f
+#define SCALE_PER_LB_IN   0.02f
+#define SCALE_MIN         0.3f
+#define SCALE_MAX         2.5f
+#define SMOOTHING_SHARE   0.02f /* averaging over 50 blocks */
 
 /* Doubt: when a reading is no longer trusted. */
 #define DRIFT_IN        0.02f
-#define MOST_IN         (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
+#define READING_MAX_IN  (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
 #define DISAGREE_IN     0.25f
 #define DISAGREE_BLOCKS 300u
 
-#define MOST_FT       10000.0f /* farther than any station */
-#define MOST_FT_S     300.0f
-#define MOST_FT_S2    64.0f /* twice the deceleration with locked wheels */
-#define MOVED_IN      0.05f /* more movement: a wheel rolls, even if no switch opened */
+#define STATION_MAX_FT          10000.0f /* farther than any station */
+#define SPEED_MAX_FT_S          300.0f
+#define DECELERATION_MAX_FT_S2  64.0f /* twice the deceleration with locked wheels */
+#define MOVED_IN                0.05f /* more movement: a wheel rolls, even if no switch opened */
 /* a smaller relative change of the deceleration does not restart the search */
-#define SAME_BRAKING  0.01f
-#define CALM_LOOKS    10u
-#define MOST_FAILURES 3u
+#define BRAKING_TOLERANCE       0.01f
+#define INTERVALS_WITHIN_BUDGET 10u
+#define FAILURES_MAX            3u
 
 /* Joints at rest. */
 /* gaps as laid: uniform between 0 and this, none beyond the slack (report 2.6) */
-#define LAID_GAP_IN     0.036f
-#define SURVEY_ERROR_IN 0.005f
+#define LAID_GAP_IN        0.036f
+#define SURVEY_ERROR_IN    0.005f
 /* a wheel rolls about half a mat in 4 blocks; updates every 8 blocks double the error */
-#define FOLLOW_BLOCKS   4u
-#define FOLLOW_VISITS   3u /* cost of one updated group, in joints visited */
+#define GRIT_UPDATE_BLOCKS 4u
+#define GRIT_UPDATE_VISITS 3u /* cost of one updated group, in joints visited */
 
 /* --- result --- */
-#define AT_WHEEL_FT 1.0f
+#define AT_WHEEL_FT        1.0f
 /* a zone end less than this far beyond a transducer has a smaller error */
-#define NEAR_FT     9.5f
-#define LAST_FT     6.0f /* and for an end this close to the runway's end */
+#define NEAR_TRANSDUCER_FT 9.5f
+#define NEAR_RUNWAY_END_FT 6.0f /* and for an end this close to the runway's end */
 
 static bool is_between(float x, float least, float most)
 {
@@ -71,7 +71,7 @@ static float thrust_lb(const struct mr_predictor *p)
 /* --- joints at rest and their resistance --- */
 
 /* Uniform over 0..1: fractional part of i times an irrational number, to 24 bits. */
-static float spread(uint32_t i, uint32_t multiplier)
+static float spread_uniformly(uint32_t i, uint32_t multiplier)
 {
     return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
 }
@@ -79,7 +79,7 @@ static float spread(uint32_t i, uint32_t multiplier)
 /* Closing resistance of a joint, relative to the mean of all joints. */
 static float grit_share(unsigned joint)
 {
-    return 2.0f * spread(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
+    return 2.0f * spread_uniformly(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
 }
 
 /* --- openings --- */
@@ -89,14 +89,14 @@ static void reset_gaps(struct mr_predictor *p)
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
         /* 2^32 (sqrt 2 - 1) */
-        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u);
+        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread_uniformly(j + 1u, 1779033704u);
         p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
     }
 }
 
-/* Scales ten joints as laid to the sum `sum_ft`: smaller gaps by one factor, larger ones by closing
- * the same share of the distance to the slack. */
-static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
+/* Scales ten joints as laid to the sum `gap_sum_ft`: smaller gaps by one factor, larger ones by
+ * closing the same share of the distance to the slack. */
+static void rescale_gaps(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
 {
     float room_ft = slack_ft * (float)count - have_ft;
     if (sum_ft < have_ft) {
@@ -112,7 +112,8 @@ static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, 
 /* Changes the sum of joints that a wheel has pushed by `missing_ft`. Joints of least resistance
  * close first, joints of most resistance open first: after a push, a few wide gaps are likelier
  * than many narrow ones. */
-static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
+static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float missing_ft,
+                           float slack_ft)
 {
     bool taken[MR_MATS_PER_SEGMENT] = {false};
     for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
@@ -139,7 +140,7 @@ static unsigned joints_in(const struct mr_predictor *p, unsigned segment)
     return left < MR_MATS_PER_SEGMENT ? left : MR_MATS_PER_SEGMENT;
 }
 
-static float sum_ft(const struct mr_predictor *p, unsigned segment)
+static float gap_sum_ft(const struct mr_predictor *p, unsigned segment)
 {
     float sum = 0.0f;
     for (unsigned j = 0; j < joints_in(p, segment); j++)
@@ -148,7 +149,7 @@ static float sum_ft(const struct mr_predictor *p, unsigned segment)
 }
 
 /* True if the segment's joints can have this sum, within the reading error. */
-static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
+static bool is_possible_sum(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
     float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
     return joints_in(p, segment) > 0 &&
@@ -160,14 +161,14 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
     float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
-        float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
-        p->surveyed_in[s] = can_be(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
+        float have_ft = gap_sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
+        p->surveyed_in[s] = is_possible_sum(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
         if (__builtin_isnan(p->surveyed_in[s]))
             continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
         if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
-            rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
+            rescale_gaps(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
             continue;
         }
         /* Earlier landings are unknown: assume as few open joints as possible. */
@@ -176,18 +177,19 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
                 p->gap_ft[first + j] = 0.0f;
             off_ft = sum_in[s] / IN_PER_FT;
         }
-        reopen(p->gap_ft, first, count, off_ft, slack_ft);
+        change_gap_sum(p->gap_ft, first, count, off_ft, slack_ft);
     }
 }
 
-void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
+void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
 {
     float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float have_in = IN_PER_FT * sum_ft(p, s),
+        float have_in = IN_PER_FT * gap_sum_ft(p, s),
               most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
-        bool holds = can_be(p, s, sum_in[s]) && is_between(have_in - said_in, -error_in, error_in);
+        bool holds = is_possible_sum(p, s, sum_in[s]) &&
+                     is_between(have_in - said_in, -error_in, error_in);
         p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
     }
 }
@@ -201,7 +203,8 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
         /* base_in is movement that the gaps already include */
         moved_in[i] = p->last_in[i] - p->base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
+        slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * gap_sum_ft(p, s)
+                                                             : MR_NAN;
     const struct mr_closure_input input = {.station_ft = p->config.station_ft,
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
@@ -216,10 +219,10 @@ static void end_kinematic(struct mr_predictor *p)
     float left_in[MR_SEGMENTS];
     mr_predictor_find_kinematic(p, &zone, left_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float off_ft = left_in[s] / IN_PER_FT - sum_ft(p, s);
+        float off_ft = left_in[s] / IN_PER_FT - gap_sum_ft(p, s);
         if (off_ft < 0.0f)
-            reopen(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft,
-                   p->config.chain.slack_ft);
+            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft,
+                           p->config.chain.slack_ft);
     }
 }
 
@@ -242,7 +245,7 @@ static void end_chain(struct mr_predictor *p)
         to_ft = to_ft < 0.0f                    ? 0.0f
               : to_ft > slack_ft * (float)count ? slack_ft * (float)count
                                                 : to_ft;
-        reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
+        change_gap_sum(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
     }
 }
 
@@ -273,7 +276,7 @@ static float open_share(const struct mr_predictor *p, unsigned j)
 
 /* Resistance to overcome before a group counts as closed: for four joints that of the strongest;
  * for two, the score is best with the first one. */
-static float shut_share(const struct mr_predictor *p, unsigned j)
+static float closing_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;
     float most = 0.0f;
@@ -291,16 +294,16 @@ static void set_grits(struct mr_predictor *p)
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         chain->grit_lb[j] = mean_lb * open_share(p, j);
         if (chain->group > 1u)
-            p->shut_lb[j] = mean_lb * shut_share(p, j);
+            p->closing_lb[j] = mean_lb * closing_share(p, j);
     }
 }
 
 /* Updates the resistance of moving groups, in which one joint after the other closes. */
-static void follow_grits(struct mr_predictor *p)
+static void update_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
     unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
-    if (chain->group == 1u || chain->low > chain->high || p->block % FOLLOW_BLOCKS != 0)
+    if (chain->group == 1u || chain->low > chain->high || p->block % GRIT_UPDATE_BLOCKS != 0)
         return;
     unsigned followed = 0;
     for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
@@ -309,8 +312,8 @@ static void follow_grits(struct mr_predictor *p)
         chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
         followed++;
     }
-    p->visits += FOLLOW_VISITS * followed;
-    p->look_updates += FOLLOW_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->visits += GRIT_UPDATE_VISITS * followed;
+    p->interval_updates += GRIT_UPDATE_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
 static unsigned group_of(enum mr_predictor_level level)
@@ -333,14 +336,14 @@ static enum mr_status start_chain(struct mr_predictor *p)
     const struct mr_chain_params params = p->config.chain;
     /* NULL: set_grits sets the resistances */
     enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, NULL);
-    p->due_s = 0.0f;
+    p->pending_s = 0.0f;
     if (status == MR_OK)
         set_grits(p);
     return status;
 }
 
 /* Displacement that the model predicts at a transducer, inches since arming. */
-static float modelled_in(const struct mr_predictor *p, unsigned i, unsigned mat)
+static float model_displacement_in(const struct mr_predictor *p, unsigned i, unsigned mat)
 {
     return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
@@ -354,13 +357,14 @@ static void begin_scan(struct mr_predictor *p)
     float group_ft = p->config.chain.mat_length_ft * (float)chain->group,
           end_ft = group_ft * (float)chain->count;
     float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
-    struct mr_zonescan_order order = {.from = (uint16_t)(chain->count + 2u),
-                                      .place = 1,
+    struct mr_zonescan_range order = {.from = (uint16_t)(chain->count + 2u),
+                                      .position = 1,
                                       .push_lb = thrust_lb(p),
-                                      .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb};
+                                      .grit_lb = chain->group > 1u ? p->closing_lb
+                                                                   : chain->grit_lb};
     if (wheel_ft < end_ft) {
-        order.place = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
-        order.from = (uint16_t)(order.place + 1u);
+        order.position = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
+        order.from = (uint16_t)(order.position + 1u);
     }
     if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
         float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2
@@ -368,48 +372,48 @@ static void begin_scan(struct mr_predictor *p)
         float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
         /* without deceleration the wheel rolls to the runway's end */
         float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft;
-        order.last_place = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
+        order.last_position = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
     }
     p->scanned_ft_s2 = p->deceleration_ft_s2;
     mr_zonescan_begin(&p->scan, chain, &order);
 }
 
-static void take_found(struct mr_predictor *p)
+static void store_found_zone(struct mr_predictor *p)
 {
     p->found = p->scan.found;
     p->found_group = (uint8_t)p->chain.group;
-    p->scan_begun_anew = false;
+    p->is_scan_restarted = false;
     begin_scan(p);
 }
 
 /* Between landings there is no time limit: completes the search at once. */
-static void scan_all(struct mr_predictor *p)
+static void complete_scan(struct mr_predictor *p)
 {
     begin_scan(p);
-    while (!mr_zonescan_go(&p->scan, &p->chain, MR_CHAIN_PLACES)) {
+    while (!mr_zonescan_continue(&p->scan, &p->chain, MR_CHAIN_INDICES)) {
     }
-    take_found(p);
+    store_found_zone(p);
 }
 
 /* Continues the search by the share of one block. */
-static void scan_on(struct mr_predictor *p)
+static void continue_scan(struct mr_predictor *p)
 {
     float off_ft_s2 = p->deceleration_ft_s2 - p->scanned_ft_s2,
-          same_ft_s2 = SAME_BRAKING * p->scanned_ft_s2;
-    if ((off_ft_s2 > same_ft_s2 || off_ft_s2 < -same_ft_s2) && !p->scan_begun_anew) {
+          same_ft_s2 = BRAKING_TOLERANCE * p->scanned_ft_s2;
+    if ((off_ft_s2 > same_ft_s2 || off_ft_s2 < -same_ft_s2) && !p->is_scan_restarted) {
         begin_scan(p);
-        p->scan_begun_anew = true;
+        p->is_scan_restarted = true;
     }
     uint32_t before = p->scan.visits;
-    bool complete = mr_zonescan_go(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
+    bool complete = mr_zonescan_continue(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
     uint32_t visits = p->scan.visits - before;
     p->visits += visits;
-    p->look_search += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
-                      MR_PREDICTOR_VISITS_PER_UPDATE;
-    p->look_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
-                       MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->interval_search += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
+                          MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->interval_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
+                           MR_PREDICTOR_VISITS_PER_UPDATE;
     if (complete)
-        take_found(p);
+        store_found_zone(p);
 }
 
 /* Continues at another level from the present position of the mats. */
@@ -418,12 +422,12 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         unsigned mat = mat_at(p, p->config.station_ft[i]);
         if (mat)
-            p->base_in[i] = modelled_in(p, i, mat);
+            p->base_in[i] = model_displacement_in(p, i, mat);
     }
     end_chain(p);
     p->level = level;
-    p->calm_looks = 0;
-    p->degraded = level > p->config.level;
+    p->intervals_within_budget = 0;
+    p->is_degraded = level > p->config.level;
     (void)start_chain(p); /* cannot fail: mr_predictor_start has checked the parameters */
     begin_scan(p);
 }
@@ -432,12 +436,12 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
  * continues without a model. */
 static void fall_back(struct mr_predictor *p)
 {
-    p->fell_back = true;
+    p->has_fallen_back = true;
     p->failures++;
     end_kinematic(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
-    if (p->failures > MOST_FAILURES)
+    if (p->failures > FAILURES_MAX)
         p->level = MR_PREDICTOR_KINEMATIC;
     (void)start_chain(p);
     begin_scan(p);
@@ -458,7 +462,7 @@ static bool is_plausible(const struct mr_predictor_config *config)
             is_between(chain->kl_lb_ft * chain->slack_ft, 100.0f, 20000.0f)) &&
            is_between(config->thrust_lb_per_g / weight_lb, 10.0f, 5000.0f) &&
            is_between(config->grit_lb, 0.0f, 2000.0f) &&
-           is_between(config->deceleration_ft_s2, 0.1f, MOST_FT_S2) &&
+           is_between(config->deceleration_ft_s2, 0.1f, DECELERATION_MAX_FT_S2) &&
            config->level <= MR_PREDICTOR_PLOUGH;
 }
 
@@ -474,12 +478,12 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p->last_in[i] = p->slow_in[i] = MR_NAN;
+        p->last_in[i] = p->smoothed_in[i] = MR_NAN;
     if (!is_plausible(config))
         return MR_USAGE;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
-        scan_all(p);
+        complete_scan(p);
     return status;
 }
 
@@ -497,7 +501,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
 {
     uint16_t most_hmil = (uint16_t)(p->config.chain.slack_ft * HMIL_PER_FT + 1.5f);
     if (state->mats != p->config.chain.mats ||
-        !(state->scale >= SCALE_LEAST && state->scale <= SCALE_MOST))
+        !(state->scale >= SCALE_MIN && state->scale <= SCALE_MAX))
         return MR_MALFORMED;
     for (unsigned j = 0; j < joints_of(p); j++) {
         if (state->gap_hmil[j] > most_hmil)
@@ -509,37 +513,37 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
         p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
-        scan_all(p);
+        complete_scan(p);
     return status;
 }
 
 static void reset_budget(struct mr_predictor *p)
 {
-    p->look_updates = p->look_search = p->second_updates = 0;
-    memset(p->looks, 0, sizeof p->looks);
+    p->interval_updates = p->interval_search = p->second_updates = 0;
+    memset(p->interval_history, 0, sizeof p->interval_history);
 }
 
 void mr_predictor_arm(struct mr_predictor *p)
 {
-    p->armed = true;
-    p->braking = p->degraded = p->fell_back = false;
+    p->is_armed = true;
+    p->braking = p->is_degraded = p->has_fallen_back = false;
     p->moved = 0;
     p->level = p->config.level;
-    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = 0;
+    p->block = p->corrected_block = p->updates = p->visits = p->block_updates_max = 0;
     reset_budget(p);
-    p->calm_looks = p->failures = p->ploughed_mat = 0;
+    p->intervals_within_budget = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
     /* the deceleration of the previous landing does not apply to this one */
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        p->last_in[i] = p->slow_in[i] = MR_NAN;
+        p->last_in[i] = p->smoothed_in[i] = MR_NAN;
         p->base_in[i] = 0.0f;
         p->doubt[i] = MR_PREDICTOR_TRUSTED;
         p->doubtful_blocks[i] = 0;
     }
     (void)start_chain(p); /* cannot fail: mr_predictor_start has checked the parameters */
-    scan_all(p);
+    complete_scan(p);
 }
 
 /* --- a block --- */
@@ -549,10 +553,10 @@ void mr_predictor_arm(struct mr_predictor *p)
 static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
-    if (ahead_ft > DRAWN_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
+    if (ahead_ft > SPRING_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
     /* the plough level does not correct stations, so they may differ */
-    bool near = ahead_ft < TELLING_FT && ahead_ft > -DRAWN_BEHIND_FT &&
+    bool near = ahead_ft < EVIDENCE_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT &&
                 p->level != MR_PREDICTOR_PLOUGH;
     if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
         p->doubtful_blocks[i] = 0;
@@ -562,10 +566,10 @@ static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, flo
 }
 
 /* Returns the spring force of one transducer and adds its evidence on the resistance. */
-static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
+static float spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
-    float off_in = reading_in - modelled_in(p, i, mat);
+    float off_in = reading_in - model_displacement_in(p, i, mat);
     if (is_doubted(p, i, reading_in, off_in)) {
         p->last_in[i] = MR_NAN;
         return 0.0f;
@@ -573,30 +577,30 @@ static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float readin
     p->last_in[i] = reading_in;
     if (reading_in > MOVED_IN || reading_in < -MOVED_IN)
         p->moved |= 1u << i;
-    if (__builtin_isnan(p->slow_in[i]))
-        p->slow_in[i] = reading_in;
-    float moved_in = (reading_in - p->slow_in[i]) * SLOW;
-    p->slow_in[i] += moved_in;
-    if (!(ahead_ft < DRAWN_AHEAD_FT && ahead_ft > -DRAWN_BEHIND_FT))
+    if (__builtin_isnan(p->smoothed_in[i]))
+        p->smoothed_in[i] = reading_in;
+    float moved_in = (reading_in - p->smoothed_in[i]) * SMOOTHING_SHARE;
+    p->smoothed_in[i] += moved_in;
+    if (!(ahead_ft < SPRING_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT))
         return 0.0f;
     float force_lb = SPRING_LB_FT / IN_PER_FT * off_in;
-    force_lb = force_lb > SPRING_MOST_LB  ? SPRING_MOST_LB
-             : force_lb < -SPRING_MOST_LB ? -SPRING_MOST_LB
-                                          : force_lb;
+    force_lb = force_lb > SPRING_MAX_LB  ? SPRING_MAX_LB
+             : force_lb < -SPRING_MAX_LB ? -SPRING_MAX_LB
+                                         : force_lb;
     p->corrected_block = p->block;
-    if (ahead_ft > 0.0f && ahead_ft < TELLING_FT)
+    if (ahead_ft > 0.0f && ahead_ft < EVIDENCE_AHEAD_FT)
         p->work_lb_in += force_lb * moved_in;
     return force_lb;
 }
 
-static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *input)
+static void apply_springs(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         unsigned mat = mat_at(p, p->config.station_ft[i]);
         float reading_in = input->displacement_in[i];
         if (!mat)
             continue;
-        if (!(reading_in < MOST_IN && reading_in > -MOST_IN))
+        if (!(reading_in < READING_MAX_IN && reading_in > -READING_MAX_IN))
             reading_in = MR_NAN;
         bool missing = __builtin_isnan(reading_in) || p->doubt[i] == MR_PREDICTOR_DRIFTS ||
                        p->doubt[i] == MR_PREDICTOR_DISAGREES;
@@ -606,7 +610,7 @@ static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *in
             p->doubt[i] = MR_PREDICTOR_MISSING;
         else if (p->doubt[i] == MR_PREDICTOR_MISSING && !missing)
             p->doubt[i] = MR_PREDICTOR_TRUSTED;
-        mr_chain_push(&p->chain, mat, missing ? 0.0f : draw(p, i, mat, reading_in));
+        mr_chain_set_force(&p->chain, mat, missing ? 0.0f : spring_force_lb(p, i, mat, reading_in));
     }
 }
 
@@ -637,13 +641,13 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
         chain->u_ft[j - 1u] += shift_ft;
     }
     p->updates += 2u * (last - n) + 1u;
-    p->look_updates += 2u * (last - n) + 1u;
+    p->interval_updates += 2u * (last - n) + 1u;
     for (unsigned j = n; j > 1u; j--) {
         float over_ft = mr_chain_opening_ft(chain, j) - chain->slack_ft;
         if (!(over_ft > 0.0f))
             break;
         chain->u_ft[j - 1u] += over_ft;
-        p->look_updates++;
+        p->interval_updates++;
     }
 }
 
@@ -658,116 +662,118 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
         return;
     }
     float step_s = p->chain.step_s, at_ft = input->wheel_ft;
-    for (p->due_s += BLOCK_S; p->due_s > 0.999f * step_s; p->due_s -= step_s) {
+    for (p->pending_s += BLOCK_S; p->pending_s > 0.999f * step_s; p->pending_s -= step_s) {
         at_ft += input->speed_ft_s * step_s;
         mr_chain_step(&p->chain,
                       push_lb > 0.0f ? mat_at(p, at_ft - 0.5f * input->speed_ft_s * step_s) : 0,
                       push_lb);
     }
-    if (!mr_chain_settle(&p->chain))
+    if (!mr_chain_end_block(&p->chain))
         fall_back(p);
-    follow_grits(p);
-    uint32_t updates = mr_chain_take_updates(&p->chain);
+    update_grits(p);
+    uint32_t updates = mr_chain_reset_updates(&p->chain);
     p->updates += updates;
-    p->look_updates += updates;
+    p->interval_updates += updates;
 }
 
 /* Cost of the next better level relative to this one: twice the mats times twice the steps. */
-static uint32_t dearer(const struct mr_predictor *p)
+static uint32_t next_level_cost(const struct mr_predictor *p)
 {
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
-/* Over budget: over the last second, or 1.5 times the budget since the last look. */
-static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
+/* True if the last second used more than the budget, or this interval 1.5 times its budget. */
+static bool is_over_budget(const struct mr_predictor *p, uint32_t budget)
 {
-    uint64_t second = (uint64_t)p->second_updates + p->look_updates;
-    return p->look_updates > budget + budget / 2u ||
-           second > (uint64_t)budget * MR_PREDICTOR_LOOKS_PER_S;
+    uint64_t second = (uint64_t)p->second_updates + p->interval_updates;
+    return p->interval_updates > budget + budget / 2u ||
+           second > (uint64_t)budget * MR_PREDICTOR_INTERVALS_PER_S;
 }
 
-static void follow_budget(struct mr_predictor *p, bool look)
+static void apply_budget(struct mr_predictor *p, bool is_interval_end)
 {
     uint32_t per_block = p->config.updates_per_block,
-             most = UINT32_MAX / 2u / MR_PREDICTOR_LOOK_BLOCKS;
-    uint32_t budget = (per_block < most ? per_block : most) * MR_PREDICTOR_LOOK_BLOCKS;
+             most = UINT32_MAX / 2u / MR_PREDICTOR_INTERVAL_BLOCKS;
+    uint32_t budget = (per_block < most ? per_block : most) * MR_PREDICTOR_INTERVAL_BLOCKS;
     if (p->level > MR_PREDICTOR_PLOUGH)
         return;
-    if (p->level < MR_PREDICTOR_PLOUGH && beyond_budget(p, budget)) {
+    if (p->level < MR_PREDICTOR_PLOUGH && is_over_budget(p, budget)) {
         change_level(p, p->level + 1);
         reset_budget(p); /* the dearer level's updates no longer count in the last second */
     }
-    if (!look)
+    if (!is_interval_end)
         return;
-    bool fits = (p->look_updates - p->look_search) * dearer(p) + p->look_search < budget;
-    p->calm_looks = fits ? p->calm_looks + 1u : 0;
-    uint32_t *oldest =
-        &p->looks[p->block / MR_PREDICTOR_LOOK_BLOCKS % (MR_PREDICTOR_LOOKS_PER_S - 1u)];
-    p->second_updates += p->look_updates - *oldest;
-    *oldest = p->look_updates;
-    p->look_updates = p->look_search = 0;
-    if (p->calm_looks >= CALM_LOOKS && p->level > p->config.level)
+    bool fits = (p->interval_updates - p->interval_search) * next_level_cost(p) +
+                    p->interval_search <
+                budget;
+    p->intervals_within_budget = fits ? p->intervals_within_budget + 1u : 0;
+    uint32_t *oldest = &p->interval_history[p->block / MR_PREDICTOR_INTERVAL_BLOCKS %
+                                            (MR_PREDICTOR_INTERVALS_PER_S - 1u)];
+    p->second_updates += p->interval_updates - *oldest;
+    *oldest = p->interval_updates;
+    p->interval_updates = p->interval_search = 0;
+    if (p->intervals_within_budget >= INTERVALS_WITHIN_BUDGET && p->level > p->config.level)
         change_level(p, p->level - 1);
 }
 
 void mr_predictor_choose_cheaper(struct mr_predictor *p)
 {
-    if (!p->armed || p->level >= MR_PREDICTOR_PLOUGH)
+    if (!p->is_armed || p->level >= MR_PREDICTOR_PLOUGH)
         return;
     change_level(p, p->level + 1);
-    p->look_updates = 0;
+    p->interval_updates = 0;
 }
 
-/* Adapts the closing resistance to the springs' work since the last look. */
+/* Adapts the closing resistance to the springs' work in this interval. */
 static void adapt_resistance(struct mr_predictor *p)
 {
-    /* at most a factor of 2 per look */
+    /* at most a factor of 2 per interval */
     float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in;
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
-    p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
+    p->scale = p->scale < SCALE_MIN ? SCALE_MIN : p->scale > SCALE_MAX ? SCALE_MAX : p->scale;
     p->work_lb_in = 0.0f;
     set_grits(p);
-    p->look_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->interval_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
 void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
-    if (!p->armed)
+    if (!p->is_armed)
         return;
     p->block++;
-    bool known = is_between(input->wheel_ft, -MOST_FT, MOST_FT) &&
-                 is_between(input->speed_ft_s, -1.0f, MOST_FT_S);
+    bool known = is_between(input->wheel_ft, -STATION_MAX_FT, STATION_MAX_FT) &&
+                 is_between(input->speed_ft_s, -1.0f, SPEED_MAX_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
     /* rounding can make it negative at rest */
     p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f;
     if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f &&
-        input->deceleration_ft_s2 <= MOST_FT_S2) {
+        input->deceleration_ft_s2 <= DECELERATION_MAX_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;
     }
-    draw_all(p, input);
+    apply_springs(p, input);
     if (p->level == MR_PREDICTOR_KINEMATIC || !known)
         return;
-    uint32_t before = p->look_updates;
-    bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;
+    uint32_t before = p->interval_updates;
+    bool is_interval_end = p->block % MR_PREDICTOR_INTERVAL_BLOCKS == 0;
     roll_wheel(p, input);
-    scan_on(p);
-    if (look)
+    continue_scan(p);
+    if (is_interval_end)
         adapt_resistance(p);
-    if (p->look_updates - before > p->most_updates)
-        p->most_updates = p->look_updates - before;
-    follow_budget(p, look);
+    if (p->interval_updates - before > p->block_updates_max)
+        p->block_updates_max = p->interval_updates - before;
+    apply_budget(p, is_interval_end);
 }
 
 void mr_predictor_end_landing(struct mr_predictor *p)
 {
-    if (!p->armed)
+    if (!p->is_armed)
         return;
     if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
         end_kinematic(p);
     else
         end_chain(p);
-    p->armed = false;
+    p->is_armed = false;
     p->landings++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_in[s] = MR_NAN;
@@ -775,13 +781,13 @@ void mr_predictor_end_landing(struct mr_predictor *p)
         p->base_in[i] = 0.0f;
     p->level = p->config.level;
     (void)start_chain(p);
-    scan_all(p);
+    complete_scan(p);
 }
 
 /* --- result --- */
 
 /* Station of the wheel at a place of the search, never behind the present wheel. */
-static float place_ft(const struct mr_predictor *p, unsigned place, float group_ft)
+static float position_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
     float at_ft = (float)(place - 1u) * group_ft;
     return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
@@ -789,10 +795,10 @@ static float place_ft(const struct mr_predictor *p, unsigned place, float group_
 
 /* Reports the zone of the last complete search. The expected zone is the longer one of that search
  * and the present incomplete one. */
-static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     const struct mr_zonescan_found *found = &p->found;
-    unsigned group = p->found_group, coming = found->coming, place = found->coming_place;
+    unsigned group = p->found_group, coming = found->future, place = found->future_position;
     float group_ft = p->config.chain.mat_length_ft * (float)group;
     zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
                              ? thrust_lb(p)
@@ -800,10 +806,10 @@ static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zon
     if (p->speed_ft_s > 0.0f) {
         float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
         zone->coming_mats = coming * group;
-        zone->coming_ft = coming ? place_ft(p, place, group_ft) : MR_NAN;
-        if (p->scan.found.coming * p->chain.group > zone->coming_mats) {
-            zone->coming_mats = p->scan.found.coming * p->chain.group;
-            zone->coming_ft = place_ft(p, p->scan.found.coming_place, ahead_ft);
+        zone->coming_ft = coming ? position_ft(p, place, group_ft) : MR_NAN;
+        if (p->scan.found.future * p->chain.group > zone->coming_mats) {
+            zone->coming_mats = p->scan.found.future * p->chain.group;
+            zone->coming_ft = position_ft(p, p->scan.found.future_position, ahead_ft);
         }
     }
     unsigned first = found->first, end = found->first + found->groups;
@@ -821,7 +827,7 @@ static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zon
     zone->mean_gap_in = IN_PER_FT * found->open_ft / (float)((found->groups + 1u) * group);
 }
 
-static void describe_kinematic(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     struct mr_closure_zone found;
     float left_in[MR_SEGMENTS];
@@ -834,7 +840,7 @@ static void describe_kinematic(const struct mr_predictor *p, struct mr_predictor
     zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSURE_OPEN_IN / (float)MR_MATS_PER_SEGMENT : 0.0f;
 }
 
-static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void set_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     float low_ft = MR_NAN, high_ft = MR_NAN;
     unsigned surveyed = 0, segments = 0;
@@ -860,16 +866,16 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
                      ? MR_PREDICTOR_BRACKETED
                      : 0u;
     zone->basis |= segments && 2u * surveyed > segments ? MR_PREDICTOR_SURVEY : 0u;
-    zone->basis |= p->degraded ? MR_PREDICTOR_DEGRADED : 0u;
-    zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
+    zone->basis |= p->is_degraded ? MR_PREDICTOR_DEGRADED : 0u;
+    zone->basis |= p->has_fallen_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
 /* Standard errors of a zone's ends in mats: 95 % points of `make score`, series 0 to 309, over 1.96
  * (tests/score/README.md). Valid only where there is a zone of 30 mats or more. The first four
- * values are without a survey, the last four with one.
- * Start: outside the transducers, at the wheel or ahead of it; between the transducers, likewise.
- * End: within NEAR_FT beyond a valid transducer; farther, with another transducer beyond the end;
- * farther, without one; within LAST_FT of the runway's end. */
+ * values are without a survey, the last four with one. Start: outside the transducers, at the wheel
+ * or ahead of it; between the transducers, likewise. End: within NEAR_TRANSDUCER_FT beyond a valid
+ * transducer; farther, with another transducer beyond the end; farther, without one; within
+ * NEAR_RUNWAY_END_FT of the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f,
                                                                    1.28f, 10.97f, 0.77f, 6.89f};
 static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f,
@@ -878,8 +884,8 @@ static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 2
 /* Factors by level on the errors above. Levels TWO and FOUR need none; the plough and kinematic
  * levels do (tests/score/README.md). */
 #define LEVELS (MR_PREDICTOR_KINEMATIC + 1)
-static const float coarser_start[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
-                   coarser_end[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
+static const float start_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
+                   end_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -889,13 +895,13 @@ static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predic
         float past_ft = zone->end_ft - p->config.station_ft[i];
         if (__builtin_isnan(p->last_in[i])) /* also NaN if not fitted */
             continue;
-        near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
+        near = near || (past_ft >= 0.0f && past_ft < NEAR_TRANSDUCER_FT);
         beyond = beyond || past_ft < 0.0f;
     }
-    return zone->end_ft > runway_ft - LAST_FT ? 3u : near ? 0u : beyond ? 1u : 2u;
+    return zone->end_ft > runway_ft - NEAR_RUNWAY_END_FT ? 3u : near ? 0u : beyond ? 1u : 2u;
 }
 
-static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
              between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
@@ -904,12 +910,12 @@ static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone 
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
     zone->end_class = (uint8_t)(surveyed + class_of_end(p, zone));
-    zone->start_error_ft = mat_ft * coarser_start[zone->level] *
+    zone->start_error_ft = mat_ft * start_error_factor[zone->level] *
                            start_error_mats[zone->start_class];
-    zone->end_error_ft = mat_ft * coarser_end[zone->level] * end_error_mats[zone->end_class];
+    zone->end_error_ft = mat_ft * end_error_factor[zone->level] * end_error_mats[zone->end_class];
 }
 
-static void judge(struct mr_predictor_zone *zone)
+static void set_verdict(struct mr_predictor_zone *zone)
 {
     if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
         zone->verdict = MR_PREDICTOR_WARNING;
@@ -936,21 +942,21 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
     zone->age_blocks = p->block - p->corrected_block;
     if (p->level == MR_PREDICTOR_KINEMATIC || (unmoved && p->moved)) {
         zone->level = MR_PREDICTOR_KINEMATIC;
-        describe_kinematic(p, zone);
+        fill_kinematic_zone(p, zone);
     } else {
-        describe(p, zone);
+        fill_zone(p, zone);
     }
     zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
-    state_basis(p, zone);
+    set_basis(p, zone);
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
         /* the score has no valid errors for this level */
         if (zone->level != MR_PREDICTOR_KINEMATIC)
-            state_errors(p, zone);
+            set_errors(p, zone);
         if (!unmoved)
             zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s,
                                              p->deceleration_ft_s2);
     }
-    judge(zone);
+    set_verdict(zone);
 }

@@ -36,8 +36,8 @@
 #include "common/matchain.h"
 #include "common/zonescan.h"
 
-#define MR_PREDICTOR_LOOK_BLOCKS       50u /* interval between reports: 20 Hz */
-#define MR_PREDICTOR_LOOKS_PER_S       20u
+#define MR_PREDICTOR_INTERVAL_BLOCKS   50u /* interval between reports: 20 Hz */
+#define MR_PREDICTOR_INTERVALS_PER_S   20u
 /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_WARNING_MATS      50u
 #define MR_PREDICTOR_ADVISORY_MATS     30u
@@ -57,7 +57,7 @@ struct mr_predictor_config {
     float deceleration_ft_s2; /* assumed until the switches determine the deceleration */
     float bump_ft;            /* assumed irregularity: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    /* budget: mean over any second; the mean over one look may be 1.5 times this */
+    /* budget: mean over any second; the mean over one interval may be 1.5 times this */
     uint32_t updates_per_block;
     enum mr_predictor_level level;    /* best level to be used */
     float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: not fitted */
@@ -106,41 +106,41 @@ struct mr_predictor {
     struct mr_zonescan scan;          /* search in progress */
     struct mr_zonescan_found found;   /* result of the last complete search */
     float scanned_ft_s2;              /* deceleration at the start of the search in progress */
-    bool scan_begun_anew;             /* the search in progress replaced an incomplete one */
+    bool is_scan_restarted;           /* the search in progress replaced an incomplete one */
     uint8_t found_group;              /* mats per group in `found` */
     float gap_ft[MR_CHAIN_MATS + 1u]; /* by joint, at the start of the chain */
     /* levels with groups: resistance against closing a whole group */
-    float shut_lb[MR_CHAIN_MATS / 2u + 2u];
+    float closing_lb[MR_CHAIN_MATS / 2u + 2u];
     float surveyed_in[MR_SEGMENTS]; /* sums of openings; NaN: not surveyed since the last landing */
     float scale;                    /* scale factor of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings; /* landings included in the runway's state */
-    bool armed, braking, degraded, fell_back;
+    bool is_armed, braking, is_degraded, has_fallen_back;
     uint32_t moved;                /* bit mask of trusted transducers that have moved */
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
-    uint32_t updates;      /* mat updates of this landing */
-    uint32_t visits;       /* work of the search in this landing, in joints examined */
-    uint32_t most_updates; /* maximum of one block of this landing, including visits */
-    uint32_t look_updates; /* since the last look, including visits */
-    /* ring buffer: look_updates of the previous looks */
-    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u];
+    uint32_t updates;           /* mat updates of this landing */
+    uint32_t visits;            /* work of the search in this landing, in joints examined */
+    uint32_t block_updates_max; /* maximum of one block of this landing, including visits */
+    uint32_t interval_updates;  /* in this interval, including visits */
+    /* ring buffer: interval_updates of the previous intervals */
+    uint32_t interval_history[MR_PREDICTOR_INTERVALS_PER_S - 1u];
     uint32_t second_updates; /* sum over one second */
-    /* share of look_updates that does not depend on the level: the search, and other work
+    /* share of interval_updates that does not depend on the level: the search, and other work
      * counted as joints examined */
-    uint32_t look_search;
-    /* consecutive looks in which the next better level would have been within the budget */
-    unsigned calm_looks;
+    uint32_t interval_search;
+    /* consecutive intervals in which the next better level would have been within the budget */
+    unsigned intervals_within_budget;
     unsigned failures;     /* number of guards that tripped in this landing */
     unsigned ploughed_mat; /* last mat from which the plough pushed */
-    float due_s;           /* time not yet computed */
-    /* work of the springs over the transducers' movements since the last look */
+    float pending_s;       /* time not yet computed */
+    /* work of the springs over the transducers' movements in this interval */
     float work_lb_in;
     float base_in[MR_TRANSDUCERS]; /* displacement in the model at the last start of the chain */
-    float slow_in[MR_TRANSDUCERS]; /* readings, delayed by 50 ms */
-    float last_in[MR_TRANSDUCERS]; /* newest trusted readings; NaN: none */
-    uint8_t doubt[MR_TRANSDUCERS]; /* enum mr_predictor_doubt */
+    float smoothed_in[MR_TRANSDUCERS]; /* readings, delayed by 50 ms */
+    float last_in[MR_TRANSDUCERS];     /* newest trusted readings; NaN: none */
+    uint8_t doubt[MR_TRANSDUCERS];     /* enum mr_predictor_doubt */
     uint16_t doubtful_blocks[MR_TRANSDUCERS];
 };
 
@@ -169,7 +169,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *predictor,
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* Call with the same sums after a runway has been loaded: no joint changes, and a segment counts as
  * surveyed if its joints have the sum. */
-void mr_predictor_surveyed(struct mr_predictor *predictor, const float *sum_in);
+void mr_predictor_mark_surveyed(struct mr_predictor *predictor, const float *sum_in);
 /* Begins a landing: displacements are relative to this time. */
 void mr_predictor_arm(struct mr_predictor *predictor);
 /* Processes one block. Inputs are checked: an impossible wheel position or speed counts as unknown,

@@ -20,10 +20,10 @@ const struct mr_quantity_info *mr_quantity_at(unsigned quantity)
     return &quantities[quantity];
 }
 
-void mr_quantity_take(struct mr_quantity_value *values, const struct mr_message *message)
+void mr_quantity_update(struct mr_quantity_value *values, const struct mr_message *message)
 {
 #define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value_, error_) \
-    if (message->place == MR_PLACE_##NAME) {                                          \
+    if (message->index == MR_INDEX_##NAME) {                                          \
         const struct mr_##name *m = &message->as.name;                                \
         values[MR_QUANTITY_##quantity] = (struct mr_quantity_value){.value = value_,  \
                                                                     .error = error_}; \

@@ -30,6 +30,6 @@ struct mr_quantity_value {
     double value, error;
 };
 /* Stores the values of a message in `values`, an array of MR_QUANTITIES. */
-void mr_quantity_take(struct mr_quantity_value *values, const struct mr_message *message);
+void mr_quantity_update(struct mr_quantity_value *values, const struct mr_message *message);
 
 #endif

@@ -3,26 +3,26 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define G_FT_S2             32.174f
-#define BLOCK_S             1e-3f
-#define ZONE_MATS           50.0f
-#define MOST_ZONES          3.0f /* a longer zone adds nothing */
-#define OVER_MATS           40.0f
-#define OVER_BY_MATS        20.0f
-#define STEP_S              0.05f
-#define STEPS               240u
-#define LEAST_FT_S2         0.1f
-#define SLOW_FT_S           2.0f /* a slower wheel no longer reaches a zone */
+#define G_FT_S2                32.174f
+#define BLOCK_S                1e-3f
+#define ZONE_MATS              50.0f
+#define ZONE_RATIO_MAX         3.0f /* a longer zone adds nothing */
+#define EXCESS_START_MATS      40.0f
+#define EXCESS_RANGE_MATS      20.0f
+#define STEP_S                 0.05f
+#define TIME_STEPS             240u
+#define DECELERATION_MIN_FT_S2 0.1f
+#define SLOW_FT_S              2.0f /* a slower wheel no longer reaches a zone */
 /* planned speed loss above which the measurement is compared with the plan */
-#define KNOWN_FT_S          2.0f
-#define MET_LEAST           0.6f
-#define MET_MOST            1.6f
-#define OFF_BLOCKS          300u
-#define SPEED_OFF           0.15f
-#define HARDER              1.05f
-#define MUCH_HARDER         1.15f
-#define MOST_COUNT          6.0f
-#define LEAST_EXPECTED_MATS 30u
+#define COMPARED_LOSS_FT_S     2.0f
+#define PLAN_RATIO_MIN         0.6f
+#define PLAN_RATIO_MAX         1.6f
+#define OFF_BLOCKS             300u
+#define SPEED_TOLERANCE        0.15f
+#define HARDER_RATIO           1.05f
+#define MUCH_HARDER_RATIO      1.15f
+#define LANDINGS_MAX           6.0f
+#define EXPECTED_ZONE_MIN_MATS 30u
 
 static const float weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
 #include "common/risk_weights.def"
@@ -41,7 +41,7 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan)
         (void)mr_risk_item_set(plan, i, MR_NAN);
 }
 
-static float *item_of(struct mr_risk_plan *plan, unsigned item)
+static float *item_address(struct mr_risk_plan *plan, unsigned item)
 {
     float *const list[] = {plan->row_ft_s2, plan->row_log_odds, plan->row_ft, plan->knot_s,
                            plan->knot_ft_s2};
@@ -61,13 +61,13 @@ static float *item_of(struct mr_risk_plan *plan, unsigned item)
 float mr_risk_item(const struct mr_risk_plan *plan, unsigned item)
 {
     struct mr_risk_plan copy = *plan;
-    const float *at = item_of(&copy, item);
+    const float *at = item_address(&copy, item);
     return at ? *at : MR_NAN;
 }
 
 bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value)
 {
-    float *at = item_of(plan, item);
+    float *at = item_address(plan, item);
     if (!at)
         return false;
     *at = __builtin_isnan(value) ? MR_NAN : value;
@@ -86,7 +86,7 @@ uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan)
     return crc;
 }
 
-static unsigned rows_of(const struct mr_risk_plan *plan)
+static unsigned row_count(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
     while (n < MR_RISK_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
@@ -94,7 +94,7 @@ static unsigned rows_of(const struct mr_risk_plan *plan)
     return n;
 }
 
-static unsigned knots_of(const struct mr_risk_plan *plan)
+static unsigned knot_count(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
     while (n < MR_RISK_KNOTS && !__builtin_isnan(plan->knot_s[n]))
@@ -104,7 +104,7 @@ static unsigned knots_of(const struct mr_risk_plan *plan)
 
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 {
-    unsigned knots = knots_of(plan), rows = rows_of(plan);
+    unsigned knots = knot_count(plan), rows = row_count(plan);
     if (!is_between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
         return MR_USAGE;
     for (unsigned i = 0; i < knots; i++) {
@@ -113,12 +113,12 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
             (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
             return MR_USAGE;
     }
-    if (!(plan->knot_ft_s2[knots - 1u] >= LEAST_FT_S2)) /* the wheel would never stop */
+    if (!(plan->knot_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2)) /* the wheel would never stop */
         return MR_USAGE;
     if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
         return MR_USAGE;
     for (unsigned i = 0; i < rows; i++) {
-        if (!is_between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
+        if (!is_between(plan->row_ft_s2[i], DECELERATION_MIN_FT_S2, 64.0f) ||
             !is_between(plan->row_log_odds[i], -20.0f, 20.0f) ||
             (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
             !(__builtin_isnan(plan->row_ft[i]) || is_between(plan->row_ft[i], -100.0f, 1e4f)))
@@ -128,7 +128,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 }
 
 /* Interpolates between points of rising `x`; constant outside. */
-static float on_line(const float *x, const float *y, unsigned count, float at)
+static float interpolate(const float *x, const float *y, unsigned count, float at)
 {
     if (at <= x[0])
         return y[0];
@@ -141,12 +141,12 @@ static float on_line(const float *x, const float *y, unsigned count, float at)
 
 static float plan_ft_s2(const struct mr_risk_state *risk, float since_s)
 {
-    return on_line(risk->plan.knot_s, risk->plan.knot_ft_s2, knots_of(&risk->plan), since_s);
+    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, knot_count(&risk->plan), since_s);
 }
 
-static bool follows_plan(const struct mr_risk_state *risk)
+static bool is_following_plan(const struct mr_risk_state *risk)
 {
-    return risk->planned && !risk->left;
+    return risk->has_plan && !risk->has_left_plan;
 }
 
 /* --- look ahead --- */
@@ -155,22 +155,23 @@ static bool follows_plan(const struct mr_risk_state *risk)
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
-    for (unsigned i = 0; i < STEPS && v_ft_s > 0.0f; i++) {
-        float a_ft_s2 = plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->met;
-        a_ft_s2 = a_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : a_ft_s2;
-        if (a_ft_s2 > HARDER * risk->hard_ft_s2) {
-            risk->hard_ft_s2 = a_ft_s2;
-            risk->hard_in_ft = stopping_distance_ft;
+    for (unsigned i = 0; i < TIME_STEPS && v_ft_s > 0.0f; i++) {
+        float a_ft_s2 = plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->plan_ratio;
+        a_ft_s2 = a_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2 : a_ft_s2;
+        if (a_ft_s2 > HARDER_RATIO * risk->hardest_ft_s2) {
+            risk->hardest_ft_s2 = a_ft_s2;
+            risk->hardest_in_ft = stopping_distance_ft;
         }
         float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
         stopping_distance_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
-    if (v_ft_s > 0.0f) { /* beyond STEPS the last deceleration is constant */
-        float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->met;
+    if (v_ft_s > 0.0f) { /* beyond TIME_STEPS the last deceleration is constant */
+        float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->plan_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
-                                (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
+                                (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
+                                                                     : last_ft_s2);
     }
     risk->stopping_distance_ft = stopping_distance_ft;
 }
@@ -179,9 +180,10 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
-    float a_ft_s2 = p->deceleration_ft_s2 > LEAST_FT_S2 ? p->deceleration_ft_s2 : LEAST_FT_S2;
-    risk->hard_ft_s2 = a_ft_s2;
-    risk->hard_in_ft = 0.0f;
+    float a_ft_s2 = p->deceleration_ft_s2 > DECELERATION_MIN_FT_S2 ? p->deceleration_ft_s2
+                                                                   : DECELERATION_MIN_FT_S2;
+    risk->hardest_ft_s2 = a_ft_s2;
+    risk->hardest_in_ft = 0.0f;
     risk->stopping_distance_ft = __builtin_isnan(speed_ft_s)
                                    ? MR_NAN
                                    : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
@@ -189,8 +191,8 @@ static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predic
 
 static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    risk->hard_ft_s2 = risk->hard_in_ft = 0.0f;
-    if (follows_plan(risk))
+    risk->hardest_ft_s2 = risk->hardest_in_ft = 0.0f;
+    if (is_following_plan(risk))
         look_ahead_by_plan(risk,
                            __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s : p->speed_ft_s);
     else
@@ -206,38 +208,39 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
-    float from_ft = wheel_ft + risk->hard_in_ft, to_ft = wheel_ft + risk->stopping_distance_ft;
+    float from_ft = wheel_ft + risk->hardest_in_ft, to_ft = wheel_ft + risk->stopping_distance_ft;
     risk->scan_group = chain->group;
-    risk->scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
-    if (!risk->scanning) {
+    risk->is_scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
+    if (!risk->is_scanning) {
         risk->planned_mats = 0;
         return;
     }
     to_ft = to_ft < end_ft ? to_ft : end_ft;
     mr_zonescan_begin(&risk->scan, chain,
-                      &(struct mr_zonescan_order){
+                      &(struct mr_zonescan_range){
                           .from = (uint16_t)(chain->count + 2u),
-                          .place = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
-                          .last_place = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
-                          .push_lb = p->config.thrust_lb_per_g * risk->hard_ft_s2 / G_FT_S2,
-                          .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb});
+                          .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
+                          .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
+                          .push_lb = p->config.thrust_lb_per_g * risk->hardest_ft_s2 / G_FT_S2,
+                          .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb});
 }
 
-static void scan_on(struct mr_risk_state *risk, const struct mr_predictor *p)
+static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    if (!follows_plan(risk) || p->level == MR_PREDICTOR_KINEMATIC) {
-        risk->scanning = false;
+    if (!is_following_plan(risk) || p->level == MR_PREDICTOR_KINEMATIC) {
+        risk->is_scanning = false;
         risk->planned_mats = 0;
         return;
     }
-    if (!risk->scanning || risk->scan_group != p->chain.group) {
+    if (!risk->is_scanning || risk->scan_group != p->chain.group) {
         look_ahead(risk, p);
         begin_scan(risk, p);
     }
-    if (!risk->scanning || !mr_zonescan_go(&risk->scan, &p->chain, MR_RISK_VISITS_PER_BLOCK))
+    if (!risk->is_scanning ||
+        !mr_zonescan_continue(&risk->scan, &p->chain, MR_RISK_VISITS_PER_BLOCK))
         return;
-    risk->planned_mats = risk->scan.found.coming * risk->scan_group;
-    risk->scanning = false;
+    risk->planned_mats = risk->scan.found.future * risk->scan_group;
+    risk->is_scanning = false;
 }
 
 /* --- a landing --- */
@@ -245,46 +248,49 @@ static void scan_on(struct mr_risk_state *risk, const struct mr_predictor *p)
 void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
                  const struct mr_predictor *p, float touchdown_ft)
 {
-    *risk = (struct mr_risk_state){.touchdown_ft = touchdown_ft, .met = 1.0f, .down_ft_s = MR_NAN};
+    *risk = (struct mr_risk_state){
+        .touchdown_ft = touchdown_ft, .plan_ratio = 1.0f, .touchdown_ft_s = MR_NAN};
     mr_risk_plan_clear(&risk->plan);
     if (!plan)
         return;
     risk->plan = *plan;
-    risk->planned = true;
+    risk->has_plan = true;
     look_ahead_by_plan(risk, plan->speed_ft_s);
     risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
-    bool has_chart = rows_of(plan) > 0;
-    risk->charted = has_chart && plan->landings == (float)p->landings;
-    risk->old = has_chart && !risk->charted;
+    bool has_chart = row_count(plan) > 0;
+    risk->has_chart = has_chart && plan->landings == (float)p->landings;
+    risk->is_chart_old = has_chart && !risk->has_chart;
 }
 
 /* Compares the measured speed loss with the planned one. */
-static void follow_plan(struct mr_risk_state *risk, float speed_ft_s)
+static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     risk->lost_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
-    bool off = risk->down_ft_s > (1.0f + SPEED_OFF) * risk->plan.speed_ft_s ||
-               risk->down_ft_s < (1.0f - SPEED_OFF) * risk->plan.speed_ft_s;
-    if (risk->lost_ft_s > KNOWN_FT_S && speed_ft_s > 0.0f) {
-        float met = (risk->down_ft_s - speed_ft_s) / risk->lost_ft_s;
-        off = off || !is_between(met, MET_LEAST, MET_MOST);
-        risk->met = met < MET_LEAST ? MET_LEAST : met > MET_MOST ? MET_MOST : met;
+    bool off = risk->touchdown_ft_s > (1.0f + SPEED_TOLERANCE) * risk->plan.speed_ft_s ||
+               risk->touchdown_ft_s < (1.0f - SPEED_TOLERANCE) * risk->plan.speed_ft_s;
+    if (risk->lost_ft_s > COMPARED_LOSS_FT_S && speed_ft_s > 0.0f) {
+        float met = (risk->touchdown_ft_s - speed_ft_s) / risk->lost_ft_s;
+        off = off || !is_between(met, PLAN_RATIO_MIN, PLAN_RATIO_MAX);
+        risk->plan_ratio = met < PLAN_RATIO_MIN ? PLAN_RATIO_MIN
+                         : met > PLAN_RATIO_MAX ? PLAN_RATIO_MAX
+                                                : met;
     }
     risk->off_blocks = (uint16_t)(off ? risk->off_blocks + 1u : 0u);
-    risk->left = risk->left || risk->off_blocks >= OFF_BLOCKS;
+    risk->has_left_plan = risk->has_left_plan || risk->off_blocks >= OFF_BLOCKS;
 }
 
 void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *p,
                    const struct mr_predictor_input *input)
 {
-    if (input->on_runway && p->speed_ft_s > 0.0f && !risk->down) {
-        risk->down = true;
-        risk->down_ft_s = p->speed_ft_s;
+    if (input->on_runway && p->speed_ft_s > 0.0f && !risk->is_down) {
+        risk->is_down = true;
+        risk->touchdown_ft_s = p->speed_ft_s;
     }
-    if (risk->down && follows_plan(risk))
-        follow_plan(risk, p->speed_ft_s);
-    if (risk->down)
+    if (risk->is_down && is_following_plan(risk))
+        compare_with_plan(risk, p->speed_ft_s);
+    if (risk->is_down)
         risk->since_s += BLOCK_S;
-    scan_on(risk, p);
+    continue_scan(risk, p);
 }
 
 /* --- result --- */
@@ -307,16 +313,16 @@ float mr_risk_logistic(float x)
     return 1.0f / (1.0f + e);
 }
 
-static float zones(unsigned mats)
+static float zone_ratio(unsigned mats)
 {
     float x = (float)mats / ZONE_MATS;
-    return x < MOST_ZONES ? x : MOST_ZONES;
+    return x < ZONE_RATIO_MAX ? x : ZONE_RATIO_MAX;
 }
 
-/* How far a zone exceeds OVER_MATS, 0..1. */
-static float over(unsigned mats)
+/* How far a zone exceeds EXCESS_START_MATS, 0..1. */
+static float excess_share(unsigned mats)
 {
-    float x = ((float)mats - OVER_MATS) / OVER_BY_MATS;
+    float x = ((float)mats - EXCESS_START_MATS) / EXCESS_RANGE_MATS;
     return x < 0.0f ? 0.0f : x > 1.0f ? 1.0f : x;
 }
 
@@ -328,7 +334,7 @@ static float zone_share(unsigned mats)
 
 /* Mean opening, inches, of the joints from the wheel to its stop; segments with unknown gaps do not
  * count. */
-static float open_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
+static float mean_opening_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
 {
     float sum_in = 0.0f;
     unsigned joints = 0;
@@ -344,12 +350,12 @@ static float open_in(const struct mr_risk_state *risk, float wheel_ft, const flo
 }
 
 /* Reports when the wheel reaches the expected zone, and when it is 10 to 15 mats inside it. */
-static void report_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
-                        struct mr_risk_report *said)
+static void set_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
+                     struct mr_risk_report *said)
 {
-    float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS  ? zone->start_ft
-                   : zone->coming_mats >= LEAST_EXPECTED_MATS ? zone->coming_ft
-                                                              : MR_NAN;
+    float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS     ? zone->start_ft
+                   : zone->coming_mats >= EXPECTED_ZONE_MIN_MATS ? zone->coming_ft
+                                                                 : MR_NAN;
     said->start_s = said->failure_s = said->failure_ft = MR_NAN;
     if (__builtin_isnan(start_ft) || !(p->speed_ft_s > 0.0f) || __builtin_isnan(p->wheel_ft))
         return;
@@ -361,13 +367,13 @@ static void report_lead(const struct mr_predictor *p, const struct mr_predictor_
                                         p->deceleration_ft_s2);
 }
 
-static unsigned basis_of(const struct mr_risk_state *risk, const struct mr_predictor *p,
-                         const struct mr_predictor_zone *zone)
+static unsigned find_basis(const struct mr_risk_state *risk, const struct mr_predictor *p,
+                           const struct mr_predictor_zone *zone)
 {
-    unsigned basis = follows_plan(risk) ? MR_RISK_OF_PLAN : 0u;
-    basis |= follows_plan(risk) && risk->charted ? MR_RISK_OF_CHART : 0u;
-    basis |= risk->left ? MR_RISK_PLAN_LEFT : 0u;
-    basis |= risk->old ? MR_RISK_CHART_OLD : 0u;
+    unsigned basis = is_following_plan(risk) ? MR_RISK_OF_PLAN : 0u;
+    basis |= is_following_plan(risk) && risk->has_chart ? MR_RISK_OF_CHART : 0u;
+    basis |= risk->has_left_plan ? MR_RISK_PLAN_LEFT : 0u;
+    basis |= risk->is_chart_old ? MR_RISK_CHART_OLD : 0u;
     basis |= zone->basis & MR_PREDICTOR_BLIND ? MR_RISK_BLIND : 0u;
     basis |= __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ? MR_RISK_NO_MOTION
                                                                             : 0u;
@@ -375,9 +381,9 @@ static unsigned basis_of(const struct mr_risk_state *risk, const struct mr_predi
     return basis;
 }
 
-static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
-                                     const struct mr_predictor_zone *zone,
-                                     const struct mr_risk_report *said)
+static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
+                                       const struct mr_predictor_zone *zone,
+                                       const struct mr_risk_report *said)
 {
     if (__builtin_isnan(said->risk))
         return MR_RISK_NOT_KNOWN;
@@ -395,15 +401,16 @@ static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
 
 /* Without a chart, the plan counts before braking, and later if it plans much harder braking.
  * Otherwise the measured deceleration is better. */
-static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predictor *p)
+static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    return follows_plan(risk) &&
-           (risk->charted || !p->braking || risk->hard_ft_s2 > MUCH_HARDER * p->deceleration_ft_s2);
+    return is_following_plan(risk) &&
+           (risk->has_chart || !p->braking ||
+            risk->hardest_ft_s2 > MUCH_HARDER_RATIO * p->deceleration_ft_s2);
 }
 
-static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
-                        const struct mr_predictor_zone *zone, bool by_plan,
-                        struct mr_risk_report *said)
+static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
+                       const struct mr_predictor_zone *zone, bool by_plan,
+                       struct mr_risk_report *said)
 {
     struct mr_closure_zone closed;
     float left_in[MR_SEGMENTS], *x = said->input;
@@ -412,38 +419,38 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
                        ? risk->touchdown_ft
                        : p->wheel_ft;
     look_ahead(risk, p);
-    bool planned = by_plan && counts_plan(risk, p),
+    bool planned = by_plan && is_plan_used(risk, p),
          charted = by_plan && said->basis & MR_RISK_OF_CHART;
     if (!planned)
         look_ahead_as_now(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
-    x[MR_RISK_ONE] = 1.0f;
+    x[MR_RISK_CONSTANT] = 1.0f;
     x[MR_RISK_COMING] = zone_share(zone->coming_mats);
-    x[MR_RISK_KINEMATIC] = blind ? 0.0f : zones(closed.mats);
-    x[MR_RISK_OVER] = over(zone->coming_mats);
-    x[MR_RISK_BRAKING] = (risk->hard_ft_s2 < 20.0f ? risk->hard_ft_s2 : 20.0f) / 6.0f;
-    float still = 1.0f - (planned ? over(risk->planned_mats) : x[MR_RISK_OVER]);
-    x[MR_RISK_WAY] =
+    x[MR_RISK_KINEMATIC] = blind ? 0.0f : zone_ratio(closed.mats);
+    x[MR_RISK_EXCESS] = excess_share(zone->coming_mats);
+    x[MR_RISK_BRAKING] = (risk->hardest_ft_s2 < 20.0f ? risk->hardest_ft_s2 : 20.0f) / 6.0f;
+    float still = 1.0f - (planned ? excess_share(risk->planned_mats) : x[MR_RISK_EXCESS]);
+    x[MR_RISK_DISTANCE] =
         still * (risk->stopping_distance_ft < 150.0f ? risk->stopping_distance_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
-    x[MR_RISK_COUNT] = ((float)p->landings < MOST_COUNT ? (float)p->landings : MOST_COUNT) / 3.0f;
-    x[MR_RISK_OPEN] = open_in(risk, wheel_ft, left_in) / 0.015f;
-    x[MR_RISK_PLANNED] = planned
-                           ? 0.5f * (zone_share(risk->planned_mats) + over(risk->planned_mats))
-                           : 0.0f;
+    x[MR_RISK_LANDINGS] = ((float)p->landings < LANDINGS_MAX ? (float)p->landings : LANDINGS_MAX) /
+                          3.0f;
+    x[MR_RISK_OPEN] = mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
+    x[MR_RISK_PLANNED] =
+        planned ? 0.5f * (zone_share(risk->planned_mats) + excess_share(risk->planned_mats)) : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
-        x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_log_odds,
-                                   rows_of(&risk->plan), risk->mean_ft_s2 * risk->met);
+        x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
+                                       row_count(&risk->plan), risk->mean_ft_s2 * risk->plan_ratio);
     }
     said->set = (charted   ? MR_RISK_BY_CHART
                  : planned ? MR_RISK_BY_PLAN
                            : MR_RISK_NO_PLAN) +
-                (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_BRAKED : 0u) +
-                (blind ? MR_RISK_NO_SENSOR : 0u);
+                (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
+                (blind ? MR_RISK_IF_NO_SENSOR : 0u);
 }
 
-static float by_rule(const struct mr_risk_report *said)
+static float compute_risk(const struct mr_risk_report *said)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
@@ -454,28 +461,28 @@ static float by_rule(const struct mr_risk_report *said)
 void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *p,
                     const struct mr_predictor_zone *zone, struct mr_risk_report *said)
 {
-    *said = (struct mr_risk_report){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
-    report_lead(p, zone, said);
+    *said = (struct mr_risk_report){.risk = MR_NAN, .basis = find_basis(risk, p, zone)};
+    set_lead(p, zone, said);
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
     /* without switches the motion that the rule needs is unknown */
     if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {
-        take_inputs(risk, p, zone, true, said);
-        said->risk = by_rule(said);
+        set_inputs(risk, p, zone, true, said);
+        said->risk = compute_risk(said);
         /* a plan must not lower the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
             said->set >= MR_RISK_BY_PLAN) {
             struct mr_risk_report without = *said;
-            take_inputs(risk, p, zone, false, &without);
-            without.risk = by_rule(&without);
+            set_inputs(risk, p, zone, false, &without);
+            without.risk = compute_risk(&without);
             if (without.risk > said->risk)
                 *said = without;
         }
     }
-    if (moves && risk->down && p->speed_ft_s < SLOW_FT_S) {
+    if (moves && risk->is_down && p->speed_ft_s < SLOW_FT_S) {
         said->basis |= MR_RISK_STOPPED;
         said->risk = 0.0f;
     }
-    said->reason = reason_of(risk, zone, said);
+    said->reason = find_reason(risk, zone, said);
 }
 
 float mr_risk_lamp_limit(float cost_ratio)

@@ -43,9 +43,9 @@ struct mr_risk_plan {
     /* braking over the time since touchdown, linear between knots */
     float knot_s[MR_RISK_KNOTS], knot_ft_s2[MR_RISK_KNOTS];
 };
-#define MR_RISK_ITEMS (2u + 3u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
+#define MR_RISK_ITEMS        (2u + 3u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
 /* Items of the message risk_item: chart and plan, then the lamp's limit. */
-#define MR_RISK_TOLD  (MR_RISK_ITEMS + 1u)
+#define MR_RISK_REPORT_ITEMS (MR_RISK_ITEMS + 1u)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan);
 /* Item of the plan as a list of MR_RISK_ITEMS numbers, in the order of the struct; NaN beyond the
@@ -61,14 +61,14 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan);
 
 /* Inputs of the regression, each divided by a scale so that its magnitude is about 1. */
 enum mr_risk_input {
-    MR_RISK_ONE,
+    MR_RISK_CONSTANT,
     MR_RISK_COMING,    /* predicted future zone, at most 50 mats; scale 50 mats */
     MR_RISK_KINEMATIC, /* zone from transducers and survey only; scale 50 mats */
-    MR_RISK_OVER,      /* 0 for a future zone of 40 mats, rising to 1 at 60 */
+    MR_RISK_EXCESS,    /* 0 for a future zone of 40 mats, rising to 1 at 60 */
     MR_RISK_BRAKING,   /* largest future braking, else present braking; scale 6 ft/s2 */
-    MR_RISK_WAY,      /* remaining distance, no weight where a long zone is expected; scale 50 ft */
+    MR_RISK_DISTANCE, /* remaining distance, no weight where a long zone is expected; scale 50 ft */
     MR_RISK_FRICTION, /* configured friction; scale 0.6 */
-    MR_RISK_COUNT,    /* number of landings, up to six; scale 3 */
+    MR_RISK_LANDINGS, /* number of landings, up to six; scale 3 */
     MR_RISK_OPEN,     /* mean opening of the joints over the remaining distance; scale 0.015 in */
     MR_RISK_PLANNED,  /* mean of COMING and OVER at the planned braking */
     MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
@@ -76,31 +76,31 @@ enum mr_risk_input {
 };
 /* Numbers of the sets of weights: a base for the knowledge of plan and chart, plus one number if
  * braking is known and one if there is no transducer. */
-#define MR_RISK_NO_PLAN   0u
-#define MR_RISK_BY_PLAN   4u
-#define MR_RISK_BY_CHART  8u
-#define MR_RISK_BRAKED    2u
-#define MR_RISK_NO_SENSOR 1u
-#define MR_RISK_SETS      12u
+#define MR_RISK_NO_PLAN      0u
+#define MR_RISK_BY_PLAN      4u
+#define MR_RISK_BY_CHART     8u
+#define MR_RISK_IF_BRAKING   2u
+#define MR_RISK_IF_NO_SENSOR 1u
+#define MR_RISK_SETS         12u
 
 struct mr_risk_state {
     struct mr_risk_plan plan;
     /* given and active; old: given, but for a different state of the runway */
-    bool planned, charted, old;
-    bool left; /* the landing deviated from the plan */
+    bool has_plan, has_chart, is_chart_old;
+    bool has_left_plan; /* the landing deviated from the plan */
     float touchdown_ft;
-    bool down;
-    float down_ft_s;            /* speed at touchdown */
+    bool is_down;
+    float touchdown_ft_s;       /* speed at touchdown */
     float since_s;              /* time since touchdown */
     float mean_ft_s2;           /* mean of the planned braking over the distance */
     float lost_ft_s;            /* planned loss of speed since touchdown */
-    float met;                  /* ratio of the braking so far to the plan */
+    float plan_ratio;           /* ratio of the braking so far to the plan */
     uint16_t off_blocks;        /* consecutive blocks outside the plan's range */
-    float hard_ft_s2;           /* largest future braking */
-    float hard_in_ft;           /* distance until it begins */
+    float hardest_ft_s2;        /* largest future braking */
+    float hardest_in_ft;        /* distance until it begins */
     float stopping_distance_ft; /* remaining distance */
     struct mr_zonescan scan;
-    bool scanning;
+    bool is_scanning;
     unsigned scan_group;
     unsigned planned_mats; /* future zone at the planned braking */
 };

@@ -82,7 +82,8 @@ static void set_gap(struct mr_predictor_state *state, unsigned j, uint16_t gap_h
         state->gap_hmil[j] = gap_hmil;
 }
 
-void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joints *message)
+void mr_runway_apply_message(struct mr_predictor_state *state,
+                             const struct mr_runway_joints *message)
 {
     if (message->index == 0)
         return;
@@ -97,7 +98,7 @@ int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsign
                                                                << 16);
 }
 
-void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
+void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument)
 {
     set_gap(state, 2u * index, (uint16_t)argument);
     set_gap(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
@@ -112,7 +113,7 @@ int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned
                       : (int32_t)state->gap_hmil[MR_RUNWAY_JOINTS - 1u];
 }
 
-bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
+bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument)
 {
     if (index >= MR_RUNWAY_WORDS || (index > 0 && (argument < 0 || argument > (int32_t)UINT16_MAX)))
         return false;
@@ -137,14 +138,14 @@ float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
 }
 
 /* Counts are transferred as reals: converts one back. */
-static uint32_t whole(float value)
+static uint32_t count_from_real(float value)
 {
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;
 }
 
 /* clang-format off */
-#define AS_KEPT(field, value) \
-    (__typeof__(field))_Generic((field), float: (value), default: whole(value))
+#define COPY_FIELD(field, value) \
+    (__typeof__(field))_Generic((field), float: (value), default: count_from_real(value))
 /* clang-format on */
 
 void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value)
@@ -152,7 +153,7 @@ void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, floa
     unsigned n = 0;
 #define ITEM(field, text, unit) \
     if (item == n++)            \
-        config->field = AS_KEPT(config->field, value);
+        config->field = COPY_FIELD(config->field, value);
     MR_PREDICT_ITEM_TABLE(ITEM)
 #undef ITEM
     if (item - n < MR_TRANSDUCERS)

@@ -33,15 +33,16 @@ uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 unsigned mr_runway_messages(const struct mr_predictor_state *state);
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n);
 /* Takes over the joints of a message; joints beyond the last are ignored. */
-void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joints *message);
+void mr_runway_apply_message(struct mr_predictor_state *state,
+                             const struct mr_runway_joints *message);
 
 /* Arguments of the commands that set a state: runway-joints (index 0..255) and runway-word. False:
  * no such word. */
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
-void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
+void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument);
 #define MR_RUNWAY_WORDS 3u
 int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index);
-bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
+bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
 /* Parameters in the order of the message predict_item; a station for each transducer follows
  * them. */

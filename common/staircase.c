@@ -11,51 +11,52 @@ void mr_staircase_init(struct mr_staircase *staircase)
 
 void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
 {
-    uint32_t at = staircase->count++ % MR_STAIRCASE_HISTORY;
+    uint32_t at = staircase->count++ % MR_STAIRCASE_HISTORY_BLOCKS;
     staircase->tick[at] = tick;
     staircase->code[at] = code;
 }
 
 /* Sum and range of the levels on one side of an edge. */
-struct side {
-    float sum, least, most;
+struct levels {
+    float sum, min, max;
     unsigned count;
 };
 
-static void take(struct side *side, float code)
+static void add_level(struct levels *levels, float code)
 {
-    if (side->count == 0 || code < side->least)
-        side->least = code;
-    if (side->count == 0 || code > side->most)
-        side->most = code;
-    side->sum += code;
-    side->count++;
+    if (levels->count == 0 || code < levels->min)
+        levels->min = code;
+    if (levels->count == 0 || code > levels->max)
+        levels->max = code;
+    levels->sum += code;
+    levels->count++;
 }
 
-static bool is_steady(const struct side *side)
+static bool is_steady(const struct levels *levels)
 {
-    return side->most - side->least < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
+    return levels->max - levels->min < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
 }
 
 /* Number of blocks in the history. */
-static uint32_t known_blocks(const struct mr_staircase *staircase)
+static uint32_t history_length(const struct mr_staircase *staircase)
 {
-    return staircase->count < MR_STAIRCASE_HISTORY ? staircase->count : MR_STAIRCASE_HISTORY;
+    return staircase->count < MR_STAIRCASE_HISTORY_BLOCKS ? staircase->count
+                                                          : MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
-static uint32_t place(const struct mr_staircase *staircase, uint32_t age)
+static uint32_t history_index(const struct mr_staircase *staircase, uint32_t age)
 {
-    return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY;
+    return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
 bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
 {
-    struct side before = {0};
-    for (uint32_t age = 0; age < known_blocks(staircase) && before.count < MR_STAIRCASE_SIDE;
-         age++) {
-        uint32_t at = place(staircase, age);
+    struct levels before = {0};
+    for (uint32_t age = 0;
+         age < history_length(staircase) && before.count < MR_STAIRCASE_SIDE_BLOCKS; age++) {
+        uint32_t at = history_index(staircase, age);
         if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
-            take(&before, staircase->code[at]);
+            add_level(&before, staircase->code[at]);
     }
     if (before.count == 0 || !is_steady(&before))
         return false;
@@ -66,17 +67,17 @@ bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tic
 enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick,
                                   float *codes)
 {
-    struct side after = {0};
+    struct levels after = {0};
     uint32_t count = 0;
-    while (count < known_blocks(staircase) &&
-           (int32_t)(staircase->tick[place(staircase, count)] - edge_tick) >=
+    while (count < history_length(staircase) &&
+           (int32_t)(staircase->tick[history_index(staircase, count)] - edge_tick) >=
                (int32_t)MR_STAIRCASE_SETTLE_TICKS)
         count++;
-    if (count < MR_STAIRCASE_SIDE)
+    if (count < MR_STAIRCASE_SIDE_BLOCKS)
         return MR_TOO_FEW;
     /* the earliest blocks after the edge */
-    for (uint32_t age = count - MR_STAIRCASE_SIDE; age < count; age++)
-        take(&after, staircase->code[place(staircase, age)]);
+    for (uint32_t age = count - MR_STAIRCASE_SIDE_BLOCKS; age < count; age++)
+        add_level(&after, staircase->code[history_index(staircase, age)]);
     if (!is_steady(&after))
         return MR_NUMERICS;
     *codes = after.sum / (float)after.count;
@@ -96,8 +97,8 @@ enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t 
     return MR_OK;
 }
 
-unsigned mr_staircase_name(float step_codes, const uint16_t *steps_codes, unsigned count,
-                           uint32_t opened)
+unsigned mr_staircase_identify(float step_codes, const uint16_t *steps_codes, unsigned count,
+                               uint32_t opened)
 {
     float nearest = MR_STAIRCASE_TOLERANCE_CODES;
     unsigned position = 0;

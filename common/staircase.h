@@ -13,16 +13,16 @@
 
 #include "common/status.h"
 
-#define MR_STAIRCASE_HISTORY      16u    /* blocks kept */
-#define MR_STAIRCASE_SIDE         4u     /* blocks averaged on each side of an edge */
-#define MR_STAIRCASE_SETTLE_TICKS 25200u /* 0.3 ms, after which the level has settled */
+#define MR_STAIRCASE_HISTORY_BLOCKS 16u    /* blocks kept */
+#define MR_STAIRCASE_SIDE_BLOCKS    4u     /* blocks averaged on each side of an edge */
+#define MR_STAIRCASE_SETTLE_TICKS   25200u /* 0.3 ms, after which the level has settled */
 #define MR_STAIRCASE_TOLERANCE_CODES \
     4.0f /* half the distance of steps set by design values; the nearest step is selected */
 
 struct mr_staircase {
-    uint32_t tick[MR_STAIRCASE_HISTORY]; /* first trigger of the block, 1/84 us */
-    float code[MR_STAIRCASE_HISTORY];    /* mean code */
-    /* blocks seen; the newest is at (count - 1) % MR_STAIRCASE_HISTORY */
+    uint32_t tick[MR_STAIRCASE_HISTORY_BLOCKS]; /* first trigger of the block, 1/84 us */
+    float code[MR_STAIRCASE_HISTORY_BLOCKS];    /* mean code */
+    /* blocks seen; the newest is at (count - 1) % MR_STAIRCASE_HISTORY_BLOCKS */
     uint32_t count;
 };
 
@@ -30,10 +30,10 @@ void mr_staircase_init(struct mr_staircase *staircase);
 /* Adds the next block. */
 void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code);
 
-/* Step of the level at an edge, in codes. MR_OK; MR_TOO_FEW: fewer than MR_STAIRCASE_SIDE blocks
- * after the edge so far, so call again after the next block; MR_NUMERICS: no block from before the
- * edge is kept, or the level on one side is not steady because another edge is too near; the step
- * could then identify a wrong switch. */
+/* Step of the level at an edge, in codes. MR_OK; MR_TOO_FEW: fewer than MR_STAIRCASE_SIDE_BLOCKS
+ * blocks after the edge so far, so call again after the next block; MR_NUMERICS: no block from
+ * before the edge is kept, or the level on one side is not steady because another edge is too near;
+ * the step could then identify a wrong switch. */
 enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick,
                                  float *step_codes);
 
@@ -47,7 +47,7 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
 
 /* Position (from 1) of the switch with the nearest step among those not yet in `opened` (bit p-1);
  * 0 if no step is within MR_STAIRCASE_TOLERANCE_CODES. `count` is at most 32. */
-unsigned mr_staircase_name(float step_codes, const uint16_t *steps_codes, unsigned count,
-                           uint32_t opened);
+unsigned mr_staircase_identify(float step_codes, const uint16_t *steps_codes, unsigned count,
+                               uint32_t opened);
 
 #endif

@@ -14,58 +14,58 @@ void mr_switches_close(struct mr_switches *switches)
 {
     switches->count = 0;
     switches->opened = 0;
-    switches->named = 0;
-    switches->answered = false;
-    switches->left_known = false;
+    switches->identified = 0;
+    switches->has_decided = false;
+    switches->is_level_after_known = false;
 }
 
-void mr_switches_level(struct mr_switches *switches, uint32_t tick, float code)
+void mr_switches_add_level(struct mr_switches *switches, uint32_t tick, float code)
 {
     mr_staircase_add(&switches->staircase, tick, code);
 }
 
 bool mr_switches_add(struct mr_switches *switches, uint32_t tick)
 {
-    if (switches->count == MR_SWITCHES_WAITING)
+    if (switches->count == MR_SWITCHES_WAITING_MAX)
         return false;
     struct mr_switch_edge *edge = &switches->waiting[switches->count++];
     *edge = (struct mr_switch_edge){.tick = tick, .step_codes = MR_NAN};
-    edge->level_known = mr_staircase_before(&switches->staircase, tick, &edge->level_codes);
+    edge->is_level_known = mr_staircase_before(&switches->staircase, tick, &edge->level_codes);
     return true;
 }
 
-static bool no_step(float step_codes)
+static bool is_below_step(float step_codes)
 {
     return step_codes < MR_STAIRCASE_TOLERANCE_CODES && step_codes > -MR_STAIRCASE_TOLERANCE_CODES;
 }
 
 static bool is_following(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
 {
-    return switches->answered && tick - switches->decided_tick < within_ticks;
+    return switches->has_decided && tick - switches->decided_tick < within_ticks;
 }
 
-static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
-                 float step_codes, struct mr_switch_edge *edge)
+static void identify(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
+                     float step_codes, struct mr_switch_edge *edge)
 {
     edge->step_codes = step_codes;
-    if (no_step(step_codes)) {
+    if (is_below_step(step_codes)) {
         edge->reason = is_following(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS)
                          ? MR_SWITCH_BOUNCE
                          : MR_SWITCH_NO_STEP;
         return;
     }
-    edge->position = (uint8_t)mr_staircase_name(step_codes, steps_codes, count, 0);
+    edge->position = (uint8_t)mr_staircase_identify(step_codes, steps_codes, count, 0);
     if (!edge->position) {
         edge->reason = MR_SWITCH_OTHER_STEP;
     } else if (switches->opened & 1u << (edge->position - 1)) {
-        bool bounced = edge->position == switches->named &&
-                       edge->tick - switches->named_tick < MR_SWITCH_REOPEN_TICKS;
+        bool bounced = edge->position == switches->identified &&
+                       edge->tick - switches->identified_tick < MR_SWITCH_REOPEN_TICKS;
         edge->reason = bounced ? MR_SWITCH_BOUNCE : MR_SWITCH_DOUBLE;
     }
 }
 
 /* Number of edges from the oldest on, each within the bounce time of the next. */
-static unsigned cluster(const struct mr_switches *switches)
+static unsigned cluster_size(const struct mr_switches *switches)
 {
     unsigned n = 1;
     while (n < switches->count &&
@@ -81,27 +81,28 @@ static unsigned cluster(const struct mr_switches *switches)
 static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, float own_step)
 {
-    unsigned n = cluster(switches);
+    unsigned n = cluster_size(switches);
     struct mr_switch_edge *first = &switches->waiting[0], *last = &switches->waiting[n - 1];
     const struct mr_staircase *staircase = &switches->staircase;
-    uint32_t now = staircase->tick[(staircase->count - 1) % MR_STAIRCASE_HISTORY];
+    uint32_t now = staircase->tick[(staircase->count - 1) % MR_STAIRCASE_HISTORY_BLOCKS];
     float after;
-    if (n < MR_SWITCHES_WAITING && (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
+    if (n < MR_SWITCHES_WAITING_MAX &&
+        (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
         return false;
     enum mr_status status = mr_staircase_after(staircase, last->tick, &after);
-    if (!first->level_known && switches->left_known &&
+    if (!first->is_level_known && switches->is_level_after_known &&
         is_following(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
-        first->level_known = true;
-        first->level_codes = switches->left_codes;
+        first->is_level_known = true;
+        first->level_codes = switches->level_after_codes;
     }
-    if (status == MR_OK && first->level_known)
-        name(switches, steps_codes, count, after - first->level_codes, first);
+    if (status == MR_OK && first->is_level_known)
+        identify(switches, steps_codes, count, after - first->level_codes, first);
     bool one = first->position && first->reason == MR_SWITCH_GOOD;
     if (!one && own_step == own_step && n > 1) {
         struct mr_switch_edge alone = *first;
         alone.position = 0;
         alone.reason = MR_SWITCH_GOOD;
-        name(switches, steps_codes, count, own_step, &alone);
+        identify(switches, steps_codes, count, own_step, &alone);
         if (alone.position && alone.reason == MR_SWITCH_GOOD) {
             *first = alone;
             return true;
@@ -113,14 +114,14 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
         first->reason = MR_SWITCH_TOO_NEAR;
     }
     for (unsigned i = 1; i < n; i++) {
-        switches->waiting[i].decided = true;
+        switches->waiting[i].is_decided = true;
         switches->waiting[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_NEAR;
         switches->waiting[i].position = one ? first->position : 0;
     }
     return true;
 }
 
-static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
+static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edge)
 {
     *edge = switches->waiting[0];
     switches->count--;
@@ -128,15 +129,16 @@ static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
             switches->count * sizeof switches->waiting[0]);
     /* A bounce does not change the level that the edge before it left. */
     if (edge->reason != MR_SWITCH_BOUNCE) {
-        switches->left_known = edge->level_known && edge->step_codes == edge->step_codes;
-        switches->left_codes = edge->level_codes + edge->step_codes;
+        switches->is_level_after_known = edge->is_level_known &&
+                                         edge->step_codes == edge->step_codes;
+        switches->level_after_codes = edge->level_codes + edge->step_codes;
     }
-    switches->answered = true;
+    switches->has_decided = true;
     switches->decided_tick = edge->tick;
     if (edge->position && edge->reason != MR_SWITCH_BOUNCE) {
         switches->opened |= 1u << (edge->position - 1);
-        switches->named = edge->position;
-        switches->named_tick = edge->tick;
+        switches->identified = edge->position;
+        switches->identified_tick = edge->tick;
     }
 }
 
@@ -146,17 +148,17 @@ bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes,
     if (!switches->count)
         return false;
     struct mr_switch_edge *oldest = &switches->waiting[0];
-    if (!oldest->decided) {
+    if (!oldest->is_decided) {
         float step_codes = MR_NAN;
         enum mr_status status = mr_staircase_step(&switches->staircase, oldest->tick, &step_codes);
         if (status == MR_TOO_FEW)
             return false;
-        if (status == MR_OK && cluster(switches) == 1)
-            name(switches, steps_codes, count, step_codes, oldest);
+        if (status == MR_OK && cluster_size(switches) == 1)
+            identify(switches, steps_codes, count, step_codes, oldest);
         else if (!decide_cluster(switches, steps_codes, count,
                                  status == MR_OK ? step_codes : MR_NAN))
             return false;
     }
-    answer(switches, edge);
+    remove_edge(switches, edge);
     return true;
 }

@@ -18,33 +18,33 @@
 #include "common/catalogue.h"
 #include "common/staircase.h"
 
-#define MR_SWITCHES_WAITING    32u /* edges not yet decided */
+#define MR_SWITCHES_WAITING_MAX 32u /* edges not yet decided */
 /* 10 ms: closer edges may be from one contact; 5 ft take 109 ms at 46 ft/s */
-#define MR_SWITCH_BOUNCE_TICKS 840000u
+#define MR_SWITCH_BOUNCE_TICKS  840000u
 /* 50 ms: another edge of the same switch within this time is a bounce */
-#define MR_SWITCH_REOPEN_TICKS 4200000u
+#define MR_SWITCH_REOPEN_TICKS  4200000u
 
 struct mr_switch_edge {
     uint32_t tick;
     float step_codes; /* NaN: unknown */
     uint8_t position; /* from 1; 0: not identified */
     uint8_t reason;   /* enum mr_switch_reason: GOOD, or BOUNCE to DOUBLE */
-    bool decided;     /* decided together with an earlier edge */
-    bool level_known;
+    bool is_decided;  /* decided together with an earlier edge */
+    bool is_level_known;
     float level_codes; /* level before the edge */
 };
 
 struct mr_switches {
     struct mr_staircase staircase;
-    struct mr_switch_edge waiting[MR_SWITCHES_WAITING]; /* oldest first */
-    unsigned count;                                     /* number of waiting edges */
-    uint32_t opened;                                    /* bit p-1: switch p has opened */
-    uint32_t decided_tick;                              /* tick of the newest decided edge */
-    uint32_t named_tick;                                /* tick of the newest identified edge */
-    uint8_t named;                                      /* switch of that edge; 0: none yet */
-    bool answered;
-    bool left_known;
-    float left_codes; /* level after the newest decided edge */
+    struct mr_switch_edge waiting[MR_SWITCHES_WAITING_MAX]; /* oldest first */
+    unsigned count;                                         /* number of waiting edges */
+    uint32_t opened;                                        /* bit p-1: switch p has opened */
+    uint32_t decided_tick;                                  /* tick of the newest decided edge */
+    uint32_t identified_tick;                               /* tick of the newest identified edge */
+    uint8_t identified;                                     /* switch of that edge; 0: none yet */
+    bool has_decided;
+    bool is_level_after_known;
+    float level_after_codes; /* level after the newest decided edge */
 };
 
 void mr_switches_start(struct mr_switches *switches);
@@ -53,7 +53,7 @@ void mr_switches_close(struct mr_switches *switches);
 
 /* Adds the level of the next block; afterwards add the edges up to that block. False: no room, and
  * the edge is ignored. */
-void mr_switches_level(struct mr_switches *switches, uint32_t tick, float code);
+void mr_switches_add_level(struct mr_switches *switches, uint32_t tick, float code);
 bool mr_switches_add(struct mr_switches *switches, uint32_t tick);
 
 /* Returns in `edge` the oldest edge that can be decided. `steps_codes`: the step of each of `count`

@@ -25,8 +25,8 @@ static uint32_t u32(const uint8_t *p)
     return u16(p) | u16(p + 2) << 16;
 }
 
-static enum mr_status table_of(const uint8_t *file, size_t length, const uint8_t *section,
-                               const uint8_t *strings, struct table *table)
+static enum mr_status read_table(const uint8_t *file, size_t length, const uint8_t *section,
+                                 const uint8_t *strings, struct table *table)
 {
     uint64_t at = u32(section + 16), bytes = u32(section + 20);
     uint64_t names = u32(strings + 16), names_bytes = u32(strings + 20);
@@ -49,14 +49,14 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     for (uint32_t i = 0; i < count; i++) {
         const uint8_t *section = file + sections + (uint64_t)i * step;
         if (u32(section + 4) == SECTION_SYMBOLS && u32(section + 24) < count)
-            return table_of(file, length, section,
-                            file + sections + (uint64_t)u32(section + 24) * step, table);
+            return read_table(file, length, section,
+                              file + sections + (uint64_t)u32(section + 24) * step, table);
     }
     return MR_OK;
 }
 
 /* By address; at equal addresses symbols with a size first, then by name. */
-static int order(const void *a, const void *b)
+static int compare_symbols(const void *a, const void *b)
 {
     const struct mr_symbol *x = a, *y = b;
     if (x->address != y->address)
@@ -67,17 +67,17 @@ static int order(const void *a, const void *b)
 }
 
 /* Keeps one symbol per address and gives each a size. */
-static void sort_out(struct mr_symbols *symbols)
+static void remove_duplicates(struct mr_symbols *symbols)
 {
     size_t kept = 0;
-    qsort(symbols->all, symbols->count, sizeof *symbols->all, order);
+    qsort(symbols->entries, symbols->count, sizeof *symbols->entries, compare_symbols);
     for (size_t i = 0; i < symbols->count; i++) {
-        if (!kept || symbols->all[kept - 1].address != symbols->all[i].address)
-            symbols->all[kept++] = symbols->all[i];
+        if (!kept || symbols->entries[kept - 1].address != symbols->entries[i].address)
+            symbols->entries[kept++] = symbols->entries[i];
     }
     symbols->count = kept;
     for (size_t i = 0; i < kept; i++) {
-        struct mr_symbol *symbol = &symbols->all[i];
+        struct mr_symbol *symbol = &symbols->entries[i];
         uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address
                                      : symbol->size + 2u * !symbol->size;
         if (!symbol->size || symbol->size > room)
@@ -85,7 +85,7 @@ static void sort_out(struct mr_symbols *symbols)
     }
 }
 
-enum mr_status mr_symbols_room(const uint8_t *file, size_t length, size_t *room)
+enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room)
 {
     struct table table;
     enum mr_status status = find_table(file, length, &table);
@@ -93,12 +93,12 @@ enum mr_status mr_symbols_room(const uint8_t *file, size_t length, size_t *room)
     return status;
 }
 
-enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_symbol *all,
+enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_symbol *all,
                                struct mr_symbols *symbols)
 {
     struct table table;
     enum mr_status status = find_table(file, length, &table);
-    symbols->all = all;
+    symbols->entries = all;
     symbols->count = 0;
     for (size_t i = 0; status == MR_OK && i < table.count; i++) {
         const uint8_t *s = table.symbols + SYMBOL_BYTES * i;
@@ -112,33 +112,33 @@ enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_sym
                                                        (const char *)name};
     }
     if (status == MR_OK)
-        sort_out(symbols);
+        remove_duplicates(symbols);
     else
         symbols->count = 0;
     return status;
 }
 
-const struct mr_symbol *mr_symbols_at(const struct mr_symbols *symbols, uint32_t address)
+const struct mr_symbol *mr_symbols_by_address(const struct mr_symbols *symbols, uint32_t address)
 {
     size_t low = 0, high = symbols->count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (symbols->all[middle].address <= address)
+        if (symbols->entries[middle].address <= address)
             low = middle + 1;
         else
             high = middle;
     }
     if (!low)
         return NULL;
-    const struct mr_symbol *symbol = &symbols->all[low - 1];
+    const struct mr_symbol *symbol = &symbols->entries[low - 1];
     return address - symbol->address < symbol->size ? symbol : NULL;
 }
 
-const struct mr_symbol *mr_symbols_named(const struct mr_symbols *symbols, const char *name)
+const struct mr_symbol *mr_symbols_by_name(const struct mr_symbols *symbols, const char *name)
 {
     for (size_t i = 0; i < symbols->count; i++) {
-        if (strcmp(symbols->all[i].name, name) == 0)
-            return &symbols->all[i];
+        if (strcmp(symbols->entries[i].name, name) == 0)
+            return &symbols->entries[i];
     }
     return NULL;
 }

@@ -16,23 +16,23 @@ struct mr_symbol {
 };
 
 struct mr_symbols {
-    struct mr_symbol *all; /* ordered by address, one per address; memory of the caller */
-    size_t count;          /* number of functions; 0: a stripped image */
-    uint8_t *file;         /* for the caller, who must free the bytes; not used here */
+    struct mr_symbol *entries; /* ordered by address, one per address; memory of the caller */
+    size_t count;              /* number of functions; 0: a stripped image */
+    uint8_t *file;             /* for the caller, who must free the bytes; not used here */
 };
 
-/* Computes in `room` the number of entries that mr_symbols_take needs for the `length` bytes at
+/* Computes in `room` the number of entries that mr_symbols_read needs for the `length` bytes at
  * `file`; 0 without a table. MR_OK; MR_MALFORMED: not a 32-bit little-endian ELF file;
  * MR_TRUNCATED: the table extends beyond the file. */
-enum mr_status mr_symbols_room(const uint8_t *file, size_t length, size_t *room);
+enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room);
 /* Reads the functions of the table into `all`, which has the number of entries from
- * mr_symbols_room. `file` and `all` must stay valid as long as `symbols` is used. Errors as
- * mr_symbols_room; also MR_TRUNCATED when a name does not end inside the file. On failure `symbols`
- * is empty. symbols->file is unchanged. */
-enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_symbol *all,
+ * mr_symbols_count. `file` and `all` must stay valid as long as `symbols` is used. Errors as
+ * mr_symbols_count; also MR_TRUNCATED when a name does not end inside the file. On failure
+ * `symbols` is empty. symbols->file is unchanged. */
+enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_symbol *all,
                                struct mr_symbols *symbols);
 /* Function that contains `address`, and function with this name; NULL: none. */
-const struct mr_symbol *mr_symbols_at(const struct mr_symbols *symbols, uint32_t address);
-const struct mr_symbol *mr_symbols_named(const struct mr_symbols *symbols, const char *name);
+const struct mr_symbol *mr_symbols_by_address(const struct mr_symbols *symbols, uint32_t address);
+const struct mr_symbol *mr_symbols_by_name(const struct mr_symbols *symbols, const char *name);
 
 #endif

@@ -4,16 +4,16 @@
 
 #include "common/wire.h"
 
-#define BLOCK_S    0.001f
+#define BLOCK_S           0.001f
 /* Limit of one squared second difference, in variances so far plus one code squared: a jump is not
- * noise. It applies after NOISE_FREE differences. */
-#define NOISE_MOST 36.0f
-#define NOISE_FREE 8u
-/* Blocks per turn: each channel is judged every TURNS blocks. Noise uses three of them, the
- * comparison with neighbours the third. */
-#define TURNS      8u
+ * noise. It applies after NOISE_LIMIT_COUNT differences. */
+#define NOISE_LIMIT       36.0f
+#define NOISE_LIMIT_COUNT 8u
+/* Blocks per turn: each channel is judged every ROTATION_BLOCKS blocks. Noise uses three of them,
+ * the comparison with neighbours the third. */
+#define ROTATION_BLOCKS   8u
 
-static bool can_move(const struct mr_channel_config *config)
+static bool is_displacement(const struct mr_channel_config *config)
 {
     return config->kind == MR_KIND_DISPLACEMENT;
 }
@@ -28,16 +28,16 @@ static bool is_on_one_line(const struct mr_channel_config *a, const struct mr_ch
 static void find_neighbours(struct mr_watch_channel *channel,
                             const struct mr_channel_config *config, unsigned c)
 {
-    channel->up = channel->down = MR_WATCH_NOBODY;
-    for (unsigned other = 0; other < MR_WATCHED; other++) {
+    channel->up = channel->down = MR_WATCH_NO_CHANNEL;
+    for (unsigned other = 0; other < MR_WATCH_CHANNELS; other++) {
         float station_ft = config[other].station_ft;
         if (!is_on_one_line(&config[c], &config[other]))
             continue;
         if (station_ft < config[c].station_ft &&
-            (channel->up == MR_WATCH_NOBODY || station_ft > config[channel->up].station_ft))
+            (channel->up == MR_WATCH_NO_CHANNEL || station_ft > config[channel->up].station_ft))
             channel->up = (uint8_t)other;
         if (station_ft > config[c].station_ft &&
-            (channel->down == MR_WATCH_NOBODY || station_ft < config[channel->down].station_ft))
+            (channel->down == MR_WATCH_NO_CHANNEL || station_ft < config[channel->down].station_ft))
             channel->down = (uint8_t)other;
     }
 }
@@ -46,24 +46,24 @@ void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *conf
 {
     memset(watch, 0, sizeof *watch);
     watch->begin_block = index;
-    watch->recording = true;
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
+    watch->is_recording = true;
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
         channel->last = channel->before_last = channel->good = channel->anchor =
             channel->rest_noise = MR_NAN;
         find_neighbours(channel, config, c);
-        channel->anchor_up_is = channel->anchor_down_is = MR_WATCH_NOBODY;
+        channel->anchor_up_channel = channel->anchor_down_channel = MR_WATCH_NO_CHANNEL;
     }
 }
 
 void mr_watch_end(struct mr_watch *watch)
 {
-    watch->recording = false;
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
+    watch->is_recording = false;
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
-        if (channel->told == MR_INVALID_RATE || channel->told == MR_INVALID_STUCK)
+        if (channel->reported == MR_INVALID_RATE || channel->reported == MR_INVALID_STUCK)
             /* not judged between landings, so there is no change to report */
-            channel->told = MR_VALID;
+            channel->reported = MR_VALID;
     }
 }
 
@@ -77,7 +77,7 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
 
 /* Three consecutive readings of eight blocks give a second difference; the first two are kept for
  * it. */
-static void follow_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
+static void update_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
     float second = value - 2.0f * channel->last + channel->before_last;
     channel->before_last = turn == 0 ? MR_NAN : channel->last;
@@ -85,8 +85,8 @@ static void follow_noise(struct mr_watch_channel *channel, float value, float un
     if (turn < 2 || __builtin_isnan(second))
         return;
     float square = second * second * (1.0f / 6.0f);
-    float most = NOISE_MOST * channel->variance + unit * unit;
-    if (square > most && channel->noise_count >= NOISE_FREE)
+    float most = NOISE_LIMIT * channel->variance + unit * unit;
+    if (square > most && channel->noise_count >= NOISE_LIMIT_COUNT)
         square = most;
     if (channel->noise_count == MR_WATCH_NOISE_COUNT)
         channel->variance += (square - channel->variance) * (1.0f / (float)MR_WATCH_NOISE_COUNT);
@@ -112,147 +112,153 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 /* The nearest valid channel on one side, from `next` on. */
 static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
-    while (next != MR_WATCH_NOBODY &&
-           (watch->channel[next].seen != MR_VALID || watch->channel[next].stuck))
+    while (next != MR_WATCH_NO_CHANNEL &&
+           (watch->channel[next].newest_validity != MR_VALID || watch->channel[next].is_stuck))
         next = upfield ? watch->channel[next].up : watch->channel[next].down;
     return next;
 }
 
-static float reading_of(const struct mr_watch *watch, uint8_t c)
+static float channel_reading(const struct mr_watch *watch, uint8_t c)
 {
-    return c == MR_WATCH_NOBODY ? MR_NAN : watch->channel[c].last;
+    return c == MR_WATCH_NO_CHANNEL ? MR_NAN : watch->channel[c].last;
 }
 
-static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value,
-                        uint32_t index)
+static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value,
+                       uint32_t index)
 {
     channel->anchor = value;
     channel->anchor_block = index;
-    channel->anchor_up_is = nearest_valid(watch, channel->up, true);
-    channel->anchor_down_is = nearest_valid(watch, channel->down, false);
-    channel->anchor_up = reading_of(watch, channel->anchor_up_is);
-    channel->anchor_down = reading_of(watch, channel->anchor_down_is);
-    channel->stuck = false;
+    channel->anchor_up_channel = nearest_valid(watch, channel->up, true);
+    channel->anchor_down_channel = nearest_valid(watch, channel->down, false);
+    channel->anchor_up = channel_reading(watch, channel->anchor_up_channel);
+    channel->anchor_down = channel_reading(watch, channel->anchor_down_channel);
+    channel->is_stuck = false;
 }
 
 /* True if both neighbours are valid now and were valid when the anchor was set. */
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
-    return !__builtin_isnan(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) &&
-           !__builtin_isnan(reading_of(watch, channel->anchor_down_is) - channel->anchor_down);
+    return !__builtin_isnan(channel_reading(watch, channel->anchor_up_channel) -
+                            channel->anchor_up) &&
+           !__builtin_isnan(channel_reading(watch, channel->anchor_down_channel) -
+                            channel->anchor_down);
 }
 
 static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel,
                              float by)
 {
-    return __builtin_fabsf(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
-           __builtin_fabsf(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
+    return __builtin_fabsf(channel_reading(watch, channel->anchor_up_channel) -
+                           channel->anchor_up) > by &&
+           __builtin_fabsf(channel_reading(watch, channel->anchor_down_channel) -
+                           channel->anchor_down) > by;
 }
 
-static void judge_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
-                             const struct mr_channel_config *config, float value, uint32_t index)
+static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
+                               const struct mr_channel_config *config, float value, uint32_t index)
 {
-    float band = can_move(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
-    float noise_band = MR_STUCK_NOISES * channel->rest_noise;
+    float band = is_displacement(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
+    float noise_band = MR_STUCK_BAND_SIGMA * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
     bool holds = __builtin_fabsf(value - channel->anchor) <= band;
-    if (!holds || (!channel->stuck && !is_anchored(watch, channel)))
-        drop_anchor(watch, channel, value, index);
+    if (!holds || (!channel->is_stuck && !is_anchored(watch, channel)))
+        set_anchor(watch, channel, value, index);
     else if (neighbours_moved(watch, channel,
-                              can_move(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
-        channel->stuck = true;
+                              is_displacement(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
+        channel->is_stuck = true;
 }
 
 /* The codes have been constant for long. Values would not show it: they include the noise of the
  * reference. */
-static void judge_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
-                        float value, uint32_t index)
+static void mark_constant(struct mr_watch_channel *channel, const struct mr_channel_config *config,
+                          float value, uint32_t index)
 {
     if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
     channel->anchor = value;
     channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
     channel->anchor_up = channel->anchor_down = MR_NAN;
-    channel->stuck = true;
+    channel->is_stuck = true;
 }
 
 /* ---- reports ---- */
 
-static void follow_validity(struct mr_watch *watch, unsigned c, uint8_t validity, uint32_t index)
+static void update_validity(struct mr_watch *watch, unsigned c, uint8_t validity, uint32_t index)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
-    if (validity != MR_VALID && channel->invalid < UINT16_MAX)
-        channel->invalid++;
-    if (validity != channel->seen || channel->run == 0) {
-        channel->seen = validity;
+    if (validity != MR_VALID && channel->invalid_count < UINT16_MAX)
+        channel->invalid_count++;
+    if (validity != channel->newest_validity || channel->repeats == 0) {
+        channel->newest_validity = validity;
         channel->since_block = validity == MR_INVALID_STUCK ? channel->anchor_block : index;
-        channel->run = 0;
+        channel->repeats = 0;
     }
-    if (channel->run < UINT8_MAX)
-        channel->run++;
+    if (channel->repeats < UINT8_MAX)
+        channel->repeats++;
     unsigned enough = validity == MR_INVALID_RATE ? 1
                     : validity == MR_VALID        ? MR_WATCH_SETTLE_VALID
                                                   : MR_WATCH_SETTLE;
-    bool paused = channel->ever_told && index - channel->told_block < MR_WATCH_PAUSE_BLOCKS;
-    if (validity != channel->told && channel->run >= enough && !paused)
+    bool paused = channel->has_reported && index - channel->reported_block < MR_WATCH_PAUSE_BLOCKS;
+    if (validity != channel->reported && channel->repeats >= enough && !paused)
         watch->changed |= 1u << c;
 }
 
-bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr_watch_news *news)
+bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
+                         struct mr_watch_news *news)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!(watch->changed >> c & 1u))
         return false;
     watch->changed &= ~(1u << c);
-    channel->told = channel->seen;
-    channel->told_block = index;
-    channel->ever_told = true;
-    *news = (struct mr_watch_news){.validity = channel->seen, .block = channel->since_block};
+    channel->reported = channel->newest_validity;
+    channel->reported_block = index;
+    channel->has_reported = true;
+    *news = (struct mr_watch_news){.validity = channel->newest_validity,
+                                   .block = channel->since_block};
     return true;
 }
 
-static void judge(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
-                  uint32_t index, struct mr_reading *reading)
+static void check_reading(struct mr_watch *watch, const struct mr_channel_config *config,
+                          unsigned c, uint32_t index, struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
-    unsigned turn = (index + c) % TURNS;
+    unsigned turn = (index + c) % ROTATION_BLOCKS;
     if (turn < 3)
-        follow_noise(channel, reading->value, config->unit_per_code, turn);
+        update_noise(channel, reading->value, config->unit_per_code, turn);
     if (reading->code != channel->code)
-        channel->constant = 0;
-    else if (channel->constant < UINT16_MAX)
-        channel->constant++;
+        channel->constant_count = 0;
+    else if (channel->constant_count < UINT16_MAX)
+        channel->constant_count++;
     if (reading->validity != MR_VALID)
         return;
     if (index - watch->begin_block >= MR_WATCH_REST_BLOCKS) {
         if (__builtin_isnan(channel->rest_noise))
             channel->rest_noise = mr_watch_noise(watch, c);
-        if (channel->constant == MR_STUCK_CONSTANT_BLOCKS)
-            judge_noise(channel, config, reading->value, index);
-        if (turn == 2 || channel->stuck)
-            judge_neighbours(watch, channel, config, reading->value, index);
+        if (channel->constant_count == MR_STUCK_CONSTANT_BLOCKS)
+            mark_constant(channel, config, reading->value, index);
+        if (turn == 2 || channel->is_stuck)
+            compare_neighbours(watch, channel, config, reading->value, index);
     }
     if (is_too_fast(channel, config, reading->value, index))
         reading->validity = MR_INVALID_RATE;
-    else if (channel->stuck)
+    else if (channel->is_stuck)
         reading->validity = MR_INVALID_STUCK;
     else
         return;
     reading->value = MR_NAN;
 }
 
-void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
-                      uint32_t index, struct mr_reading *reading)
+void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
+                    uint32_t index, struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!mr_channel_measures(config))
         return;
-    if (watch->recording)
-        judge(watch, config, c, index, reading);
+    if (watch->is_recording)
+        check_reading(watch, config, c, index, reading);
     channel->code = reading->code;
-    bool news = reading->validity != channel->seen || reading->validity != channel->told ||
-                channel->run == 0;
+    bool news = reading->validity != channel->newest_validity ||
+                reading->validity != channel->reported || channel->repeats == 0;
     if (news || reading->validity != MR_VALID)
-        follow_validity(watch, c, reading->validity, index);
+        update_validity(watch, c, reading->validity, index);
 }

@@ -12,16 +12,16 @@
  * eventually accepted; a spike never is.
  *
  * Stuck: the anchor of a channel is a reading from which the channel has not moved by more than a
- * band (MR_STUCK_BAND_*, or MR_STUCK_NOISES standard deviations of its noise). The neighbours of a
- * channel are the next stations up- and downfield; for a gage, on the same tension band. If both
- * neighbours have moved by MR_STUCK_MOVE_* in the meantime, the mat between them cannot have stood
- * still: the joints of a closing mat follow from upfield, those of an opening mat from downfield.
- * In the standard series the neighbours of a healthy channel moved at most 0.010 in (3.5 lb) while
- * the channel stayed inside its band. The channel is STUCK from the anchor until it leaves the
- * band. Neighbours that are not valid are skipped. The first and the last station have a neighbour
- * on one side only and are not judged by this rule. A channel that stops after the wheel has passed
- * the upfield neighbour is not judged either: that neighbour has come to rest, and so may the mat
- * between.
+ * band (MR_STUCK_BAND_*, or MR_STUCK_BAND_SIGMA standard deviations of its noise). The neighbours
+ * of a channel are the next stations up- and downfield; for a gage, on the same tension band. If
+ * both neighbours have moved by MR_STUCK_MOVE_* in the meantime, the mat between them cannot have
+ * stood still: the joints of a closing mat follow from upfield, those of an opening mat from
+ * downfield. In the standard series the neighbours of a healthy channel moved at most 0.010 in (3.5
+ * lb) while the channel stayed inside its band. The channel is STUCK from the anchor until it
+ * leaves the band. Neighbours that are not valid are skipped. The first and the last station have a
+ * neighbour on one side only and are not judged by this rule. A channel that stops after the wheel
+ * has passed the upfield neighbour is not judged either: that neighbour has come to rest, and so
+ * may the mat between.
  *
  * A channel is also stuck when its codes do not change for MR_STUCK_CONSTANT_BLOCKS blocks in a
  * row, provided that they changed at rest after arming (a real converter always has noise). A
@@ -41,7 +41,7 @@
 
 #include "common/channels.h"
 
-#define MR_WATCHED               (MR_TRANSDUCERS + MR_GAGES)
+#define MR_WATCH_CHANNELS        (MR_TRANSDUCERS + MR_GAGES)
 #define MR_WATCH_NOISE_COUNT     64u
 /* rest assumed after arming, before the gear arrives; no channel counts as stuck in this time */
 #define MR_WATCH_REST_BLOCKS     512u
@@ -52,11 +52,11 @@
 #define MR_STUCK_MOVE_IN         0.05f
 #define MR_STUCK_BAND_LB         1.0f
 #define MR_STUCK_MOVE_LB         8.0f
-#define MR_STUCK_NOISES          6.0f
+#define MR_STUCK_BAND_SIGMA      6.0f
 #define MR_STUCK_CONSTANT_BLOCKS 200u
 /* noise of a block's mean at rest; below this, quantisation may mask it at times */
 #define MR_STUCK_NOISE_CODES     0.2f
-#define MR_WATCH_NOBODY          255u
+#define MR_WATCH_NO_CHANNEL      255u
 
 struct mr_watch_channel {
     float last, before_last; /* readings used for the noise, at most 8 blocks old; NaN: none */
@@ -67,25 +67,25 @@ struct mr_watch_channel {
     uint32_t good_block;
     float anchor, anchor_up, anchor_down;
     uint32_t anchor_block;
-    uint32_t told_block;  /* block of the last reported change */
-    uint32_t since_block; /* block at which `run` began */
-    uint16_t invalid;     /* number of readings that were not valid; saturates at 65535 */
-    uint16_t noise_count; /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
-    uint16_t constant;    /* consecutive readings without any change */
-    uint8_t up, down;     /* neighbours; MR_WATCH_NOBODY: none */
-    /* nearest valid neighbours when the anchor was set; MR_WATCH_NOBODY: none */
-    uint8_t anchor_up_is, anchor_down_is;
+    uint32_t reported_block; /* block of the last reported change */
+    uint32_t since_block;    /* block at which `repeats` began */
+    uint16_t invalid_count;  /* number of readings that were not valid; saturates at 65535 */
+    uint16_t noise_count;    /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
+    uint16_t constant_count; /* consecutive readings without any change */
+    uint8_t up, down;        /* neighbours; MR_WATCH_NO_CHANNEL: none */
+    /* nearest valid neighbours when the anchor was set; MR_WATCH_NO_CHANNEL: none */
+    uint8_t anchor_up_channel, anchor_down_channel;
     /* reported validity; validity of the newest reading; equal readings in a row */
-    uint8_t told, seen, run;
-    bool stuck, ever_told;
+    uint8_t reported, newest_validity, repeats;
+    bool is_stuck, has_reported;
 };
 
 struct mr_watch {
     /* true from mr_watch_begin to mr_watch_end; between landings only the wiring is checked */
-    bool recording;
+    bool is_recording;
     uint32_t begin_block;
     uint32_t changed; /* bit c: channel c has a change to report */
-    struct mr_watch_channel channel[MR_WATCHED];
+    struct mr_watch_channel channel[MR_WATCH_CHANNELS];
 };
 
 struct mr_watch_news {
@@ -98,13 +98,14 @@ struct mr_watch_news {
 void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *config, uint32_t index);
 void mr_watch_end(struct mr_watch *watch);
 
-/* Checks the reading of channel `c`, 0..MR_WATCHED-1, in block `index`; on a fault, sets its
+/* Checks the reading of channel `c`, 0..MR_WATCH_CHANNELS-1, in block `index`; on a fault, sets its
  * validity to RATE or STUCK and its value to NaN. Call for the channels of a block in rising
  * order. */
-void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
-                      uint32_t index, struct mr_reading *reading);
+void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
+                    uint32_t index, struct mr_reading *reading);
 /* Returns a change to be reported in `news` and clears its bit in `changed`; false: none. */
-bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr_watch_news *news);
+bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
+                         struct mr_watch_news *news);
 
 /* Standard deviation of one reading, in or lb; NaN before there have been three readings in a
  * row. */

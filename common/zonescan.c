@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum { COMING_START, COMING_END, LYING, SUMMING, COMPLETE };
+enum { FUTURE_START, FUTURE_END, PRESENT_ZONE, ZONE_SUMS, COMPLETE };
 
 static float closed_ft(const struct mr_chain *chain)
 {
@@ -13,15 +13,15 @@ static float closed_ft(const struct mr_chain *chain)
 static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_chain *chain,
                               unsigned j)
 {
-    float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
-    return press_lb > scan->order.grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
+    float press_lb = scan->range.push_lb - (float)(j - scan->range.position) * chain->friction_lb;
+    return press_lb > scan->range.grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
 }
 
-static void begin_place(struct mr_zonescan *scan)
+static void begin_position(struct mr_zonescan *scan)
 {
-    bool any = scan->order.place <= scan->order.last_place;
-    scan->phase = any ? COMING_START : LYING;
-    scan->joint = any ? (uint16_t)(scan->order.place + 1u) : scan->order.from;
+    bool any = scan->range.position <= scan->range.last_position;
+    scan->phase = any ? FUTURE_START : PRESENT_ZONE;
+    scan->joint = any ? (uint16_t)(scan->range.position + 1u) : scan->range.from;
     scan->start_before = scan->start;
     scan->start = 0;
     if (!any)
@@ -29,25 +29,25 @@ static void begin_place(struct mr_zonescan *scan)
 }
 
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
-                       const struct mr_zonescan_order *order)
+                       const struct mr_zonescan_range *order)
 {
     memset(scan, 0, sizeof *scan);
-    scan->order = *order;
-    if (scan->order.last_place >= chain->count)
-        scan->order.last_place = (uint16_t)(chain->count - 1u);
-    scan->tally = (uint16_t)((MR_ZONE_TALLY_MATS + chain->group - 1u) / chain->group);
-    begin_place(scan);
+    scan->range = *order;
+    if (scan->range.last_position >= chain->count)
+        scan->range.last_position = (uint16_t)(chain->count - 1u);
+    scan->window = (uint16_t)((MR_ZONE_WINDOW_MATS + chain->group - 1u) / chain->group);
+    begin_position(scan);
 }
 
-static void leave_place(struct mr_zonescan *scan)
+static void end_position(struct mr_zonescan *scan)
 {
     unsigned groups = scan->start ? (unsigned)scan->last_closed - scan->start : 0;
-    if (groups > scan->found.coming) {
-        scan->found.coming = (uint16_t)groups;
-        scan->found.coming_place = scan->order.place;
+    if (groups > scan->found.future) {
+        scan->found.future = (uint16_t)groups;
+        scan->found.future_position = scan->range.position;
     }
-    scan->order.place = (uint16_t)(scan->order.place + MR_ZONE_STRIDE);
-    begin_place(scan);
+    scan->range.position = (uint16_t)(scan->range.position + MR_ZONE_STRIDE);
+    begin_position(scan);
 }
 
 /* Finds the first joint that closes ahead of a place. Of two places, the wheel at the farther one
@@ -57,9 +57,9 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
     scan->visits++;
-    if (j > chain->count + 1u || j > scan->order.place + scan->tally + 1u) {
+    if (j > chain->count + 1u || j > scan->range.position + scan->window + 1u) {
         scan->end = 0;
-        leave_place(scan);
+        end_position(scan);
         return;
     }
     if (!is_closing(scan, chain, j)) {
@@ -67,14 +67,14 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
         return;
     }
     scan->start = (uint16_t)j;
-    scan->phase = COMING_END;
+    scan->phase = FUTURE_END;
     if (scan->end <= j || j < scan->start_before) {
         scan->last_closed = (uint16_t)j;
-        scan->last_open = (uint16_t)(j > scan->order.place + 1u ? j - 1u : 0);
+        scan->last_open = (uint16_t)(j > scan->range.position + 1u ? j - 1u : 0);
         scan->joint = (uint16_t)(j + 1u);
         return;
     }
-    if (scan->last_open <= scan->order.place || is_closing(scan, chain, scan->last_open)) {
+    if (scan->last_open <= scan->range.position || is_closing(scan, chain, scan->last_open)) {
         scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open
                                                                 : scan->last_closed;
         scan->last_open = 0;
@@ -95,7 +95,7 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
             ended = true;
         } else if (is_closing(scan, chain, j)) {
             last_closed = j++;
-        } else if (last_open && j - last_open < scan->tally) {
+        } else if (last_open && j - last_open < scan->window) {
             ended = true;
         } else {
             last_open = j++;
@@ -106,7 +106,7 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
     scan->last_open = (uint16_t)last_open;
     scan->last_closed = (uint16_t)last_closed;
     if (ended)
-        leave_place(scan);
+        end_position(scan);
 }
 
 /* Finds the longest zone and the largest compression of the chain as it is, within the visits
@@ -123,7 +123,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
             /* a zone can continue only after the last open joint */
-            if (last_open && j - last_open < scan->tally)
+            if (last_open && j - last_open < scan->window)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;
             continue;
@@ -141,12 +141,12 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
     scan->found.compression_lb = most_lb;
     if (j < beyond)
         return;
-    scan->phase = best ? SUMMING : COMPLETE;
+    scan->phase = best ? ZONE_SUMS : COMPLETE;
     scan->joint = scan->found.first;
 }
 
 /* Sums opening and closed joints of the zone found. */
-static void sum(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     struct mr_zonescan_found *found = &scan->found;
     unsigned j = scan->joint, beyond = found->first + found->groups + 1u;
@@ -160,18 +160,18 @@ static void sum(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t
         scan->phase = COMPLETE;
 }
 
-bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
+bool mr_zonescan_continue(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
 {
     uint32_t until = scan->visits + visits;
     while (scan->phase != COMPLETE && scan->visits < until) {
-        if (scan->phase == COMING_START)
+        if (scan->phase == FUTURE_START)
             find_start(scan, chain);
-        else if (scan->phase == COMING_END)
+        else if (scan->phase == FUTURE_END)
             find_end(scan, chain, until);
-        else if (scan->phase == LYING)
+        else if (scan->phase == PRESENT_ZONE)
             scan_present(scan, chain, until);
         else
-            sum(scan, chain, until);
+            sum_openings(scan, chain, until);
     }
     return scan->phase == COMPLETE;
 }

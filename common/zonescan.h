@@ -1,8 +1,8 @@
 /* Search of the chain (common/matchain.h) for the predictor's results: the longest compression zone
  * (closed joints in a row) ahead of the wheel, and the largest compression there. It also finds the
  * longest zone that the wheel would push together from any position on its path. The search is
- * spread over blocks: each call of mr_zonescan_go visits a limited number of joints and continues
- * where the last call stopped, which limits the work per block.
+ * spread over blocks: each call of mr_zonescan_continue visits a limited number of joints and
+ * continues where the last call stopped, which limits the work per block.
  *
  * A zone is a run from a closed joint to a closed joint in which at most one joint of any ten in a
  * row is open. From a position of the wheel, the push minus the friction of the mats in between
@@ -20,18 +20,18 @@
 
 #include "common/matchain.h"
 
-#define MR_ZONE_TALLY_MATS 10u /* joints in a row of which one may be open in a zone */
+#define MR_ZONE_WINDOW_MATS 10u /* joints in a row of which one may be open in a zone */
 /* the true limit of 0.001 in, plus 0.001 in for the residuals of the springs */
-#define MR_ZONE_CLOSED_FT  (0.002f / 12.0f)
-#define MR_ZONE_STRIDE     4u /* groups between positions of the wheel */
+#define MR_ZONE_CLOSED_FT   (0.002f / 12.0f)
+#define MR_ZONE_STRIDE      4u /* groups between positions of the wheel */
 
 /* Range of the search. */
-struct mr_zonescan_order {
+struct mr_zonescan_range {
     /* first joint of the search for the present zone; beyond count + 1: no search */
     uint16_t from;
-    uint16_t place; /* group under the wheel */
-    /* last position, in steps of MR_ZONE_STRIDE from `place`; below `place`: none */
-    uint16_t last_place;
+    uint16_t position; /* group under the wheel */
+    /* last position, in steps of MR_ZONE_STRIDE from `position`; below `position`: none */
+    uint16_t last_position;
     float push_lb; /* push of the wheel */
     /* by joint: resistance that the push must overcome; must stay valid during the search */
     const float *grit_lb;
@@ -44,14 +44,14 @@ struct mr_zonescan_found {
     float open_ft;        /* sum of the openings in the zone */
     float compression_lb; /* largest compression from joint `from` on */
     /* longest future zone, and the wheel's position when it forms; 0: none */
-    uint16_t coming, coming_place;
+    uint16_t future, future_position;
 };
 
 struct mr_zonescan {
-    struct mr_zonescan_order order;
+    struct mr_zonescan_range range;
     struct mr_zonescan_found found; /* results so far; the future zone is searched first */
     uint8_t phase;
-    uint16_t joint, tally;
+    uint16_t joint, window;
     /* first closing joint for this and the previous position, or of the present zone; 0: none */
     uint16_t start, start_before;
     /* joint that ends the zone; last open and closed joint before it */
@@ -61,8 +61,8 @@ struct mr_zonescan {
 
 /* Begins a search; `order` is copied. */
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
-                       const struct mr_zonescan_order *order);
+                       const struct mr_zonescan_range *order);
 /* Examines `visits` joints, or one more. True: the search is complete. */
-bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits);
+bool mr_zonescan_continue(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits);
 
 #endif

@@ -77,7 +77,7 @@ void app_configured(struct app *app)
     for (unsigned i = 0; i < 4; i++)
         miss_block(app, i);
     app->blocks_in_row = 0;
-    baseline_forget(&app->baseline);
+    baseline_discard(&app->baseline);
     predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
@@ -193,7 +193,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
         return status;
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
-        baseline_forget(&app->baseline);
+        baseline_discard(&app->baseline);
         camera_arm(&app->camera);
         braking_arm(&app->braking);
         read_blocks_before(app);
@@ -461,9 +461,9 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
 /* Stores a word of a new configuration for the command `config-apply`. */
 static void take_word(struct app *app, const uint8_t *payload, size_t length)
 {
-    enum mr_config_locked locked = landing_recording(&app->landing) ? MR_CONFIG_RECORDING
-                                 : check_link(app, MR_LINKS_CABLE)  ? MR_CONFIG_BY_CAN
-                                                                    : MR_CONFIG_OPEN;
+    enum mr_config_locked locked = landing_is_recording(&app->landing) ? MR_CONFIG_RECORDING
+                                 : check_link(app, MR_LINKS_CABLE)     ? MR_CONFIG_BY_CAN
+                                                                       : MR_CONFIG_OPEN;
     configstore_word(&app->configstore, &app->telemetry, payload, length, locked);
 }
 
@@ -533,11 +533,11 @@ static void take_slow(struct app *app, uint32_t index)
 
 static void take_block(struct app *app, const struct mr_block *block)
 {
-    uint32_t edge_ticks[MR_SWITCHES_WAITING];
+    uint32_t edge_ticks[MR_SWITCHES_WAITING_MAX];
     size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks,
-                                    MR_SWITCHES_WAITING);
+                                    MR_SWITCHES_WAITING_MAX);
     unsigned row = block->index % 4;
-    bool was_recording = landing_recording(&app->landing);
+    bool was_recording = landing_is_recording(&app->landing);
     bool was_armed = app->landing.state == MR_LANDING_ARMED;
 
     tasks_begin(MR_TASK_LANDING);
@@ -547,7 +547,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news = landing_block(&app->landing, &config, block->index, block->tick,
                                              mr_staircase_code(block), edge_ticks, (unsigned)edges);
-    bool recording = landing_recording(&app->landing);
+    bool recording = landing_is_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 
     tasks_begin(MR_TASK_TELEMETRY);
@@ -557,7 +557,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (was_recording || recording)
         landinglink_block(&app->telemetry, block);
     channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
-                    app->displacement_in[row], app->baseline.in, app->tension_lb[row]);
+                    app->displacement_in[row], app->baseline.zero_in, app->tension_lb[row]);
     if (news.state && app->landing.state == MR_LANDING_DONE) {
         /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
@@ -571,9 +571,9 @@ static void take_block(struct app *app, const struct mr_block *block)
                   block->tick + LANDING_EDGE_TICKS);
     boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
-        baseline_follow(&app->baseline, app->displacement_in[row],
-                        landing_quiet(&app->landing, block->index),
-                        predict_held(&app->predict.predictor, &app->landing));
+        baseline_update(&app->baseline, app->displacement_in[row],
+                        landing_is_quiet(&app->landing, block->index),
+                        predict_held_zeros(&app->predict.predictor, &app->landing));
     if (app->fitted & MR_BITS_TRANSDUCERS &&
         (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
@@ -604,8 +604,8 @@ static void take_block(struct app *app, const struct mr_block *block)
                   &(struct predict_block){.index = block->index,
                                           .tick = block->tick,
                                           .displacement_in = app->displacement_in[row],
-                                          .baseline_in = app->baseline.in,
-                                          .waiting = board_blocks_waiting()});
+                                          .baseline_in = app->baseline.zero_in,
+                                          .blocks_waiting = board_blocks_waiting()});
     tasks_done(MR_TASK_PREDICTOR);
 }
 
@@ -667,7 +667,7 @@ static void share_memory(struct app *app)
         !keep_key(app, !begun || blackbox_idle(box))) {
         blackbox_poll(box, app->next_index);
         if (blackbox_idle(box) && blackbox_has_memory(box))
-            (void)runwaystore_begin(store, &app->predict, !landing_recording(&app->landing),
+            (void)runwaystore_begin(store, &app->predict, !landing_is_recording(&app->landing),
                                     app->next_index);
     }
     box->waits = runwaystore_erasing(store);
@@ -732,7 +732,7 @@ static void report_without_scans(struct app *app)
 void app_supervise(struct app *app)
 {
     tasks_begin(MR_TASK_SUPERVISION);
-    if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
+    if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_is_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
     if (DUE(STALL, app->ticks_without_block)) {
@@ -746,7 +746,7 @@ void app_supervise(struct app *app)
     }
     if (app->ticks_without_block && DUE(STALLED, app->ticks_without_block))
         report_without_scans(app);
-    healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
+    healthlink_tick(&app->healthlink, &app->telemetry, !landing_is_recording(&app->landing));
     tasks_done(MR_TASK_SUPERVISION);
     tasks_begin(MR_TASK_LOOP);
 }

@@ -14,7 +14,7 @@ void bandwatch_arm(struct bandwatch *watch)
 
 static void report_findings(const struct mr_bands *bands, struct telemetry *telemetry)
 {
-    for (unsigned i = 0; i < bands->findings; i++) {
+    for (unsigned i = 0; i < bands->finding_count; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
         TELL(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band,
              .gage = finding->gage, .reason = finding->reason, .other = finding->other,
@@ -42,8 +42,8 @@ static void report_state(struct telemetry *telemetry, const float tension_lb[MR_
         struct mr_band_state state = {.band = (uint8_t)(b + 1)};
         if (!(config.band[b].pretension_lb > 0.0f))
             continue;
-        state.gages = (uint8_t)mr_bands_now(&config.channel[MR_TRANSDUCERS], tension_lb, b,
-                                            &state.least_lb, &state.mean_lb, &state.most_lb);
+        state.gages = (uint8_t)mr_bands_extremes(&config.channel[MR_TRANSDUCERS], tension_lb, b,
+                                                 &state.least_lb, &state.mean_lb, &state.most_lb);
         TELL_THIS(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
     }
 }
@@ -52,12 +52,12 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
                         const struct landing *landing, const float tension_lb[MR_GAGES],
                         const struct mr_block *block)
 {
-    bool recording = landing_recording(landing);
+    bool recording = landing_is_recording(landing);
     if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
         report_state(telemetry, tension_lb);
     if (!recording || !watch->bands.active)
         return;
-    bool quiet = landing_quiet(landing, block->index);
+    bool quiet = landing_is_quiet(landing, block->index);
     float station_ft = quiet ? MR_NAN : wheel_ft(watch, landing, block);
     if (mr_bands_update(&watch->bands, tension_lb, quiet, station_ft, block->index))
         report_findings(&watch->bands, telemetry);
@@ -73,16 +73,16 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         uint8_t band = (uint8_t)(b + 1);
         if (!watch->bands.band[b].gages)
             continue;
-        mr_bands_figures(&watch->bands, b, &f);
+        mr_bands_get_figures(&watch->bands, b, &f);
         TELL(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
              .gages = (uint8_t)f.gages, .before_lb = f.before_lb, .error_lb = f.before_error_lb,
              .spread_lb = f.spread_lb);
-        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.least.gage,
-             .tension_lb = f.least.lb, .error_lb = f.least_error_lb,
-             .at_block16 = (uint16_t)f.least.block);
-        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.most.gage,
-             .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
-             .at_block16 = (uint16_t)f.most.block);
+        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.min.gage,
+             .tension_lb = f.min.tension_lb, .error_lb = f.min_error_lb,
+             .at_block16 = (uint16_t)f.min.block);
+        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.max.gage,
+             .tension_lb = f.max.tension_lb, .error_lb = f.max_error_lb,
+             .at_block16 = (uint16_t)f.max.block);
         TELL(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages,
              .after_lb = f.after_lb, .change_lb = f.change_lb, .error_lb = f.change_error_lb);
     }

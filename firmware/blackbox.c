@@ -248,7 +248,7 @@ void blackbox_block(struct blackbox *box, const struct mr_block *block)
         health_count(MR_FAULT_BOX_LOST, 0);
         return;
     }
-    if (box->key_due || !mr_pack_follows(&box->pack, block))
+    if (box->key_due || !mr_pack_can_follow(&box->pack, block))
         put_key(box, block);
     append(box, &box->stream, bits, mr_pack_block(&box->pack, block, bits));
     box->stored++;
@@ -260,7 +260,7 @@ void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, si
     if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
         return;
     if (!has_room(box)) {
-        box->end.notes_lost++;
+        box->end.messages_lost++;
         health_count(MR_FAULT_BOX_LOST, 1);
         return;
     }

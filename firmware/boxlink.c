@@ -116,7 +116,7 @@ void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemet
     blackbox_block(box, block);
     if (was_armed && landing->state == MR_LANDING_LANDING)
         blackbox_trigger(box, block->index);
-    if (!landing_recording(landing) && box->armed)
+    if (!landing_is_recording(landing) && box->armed)
         blackbox_finish(box);
     if (!box->left_out && DUE(BOX, block->index))
         boxlink_report_state(box, telemetry);

@@ -16,13 +16,13 @@ static void report(struct telemetry *telemetry, uint16_t number, uint32_t tick, 
 void braking_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
                    uint32_t index, uint32_t until_tick)
 {
-    bool recording = landing_recording(landing);
+    bool recording = landing_is_recording(landing);
     uint32_t ticks[PULSES_PER_BLOCK];
     pulses_fit(&braking->brake, BOARD_BRAKE, config.site[0].brake_edge != 0);
     pulses_fit(&braking->wheel, BOARD_WHEEL, config.site[0].wheel_pulses != 0);
     size_t count = pulses_take(&braking->brake, BOARD_BRAKE, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++) {
-        landing_brake(landing, ticks[i]);
+        landing_set_brake(landing, ticks[i]);
         report(telemetry, 0, ticks[i], index);
     }
     count = pulses_take(&braking->wheel, BOARD_WHEEL, index, until_tick, ticks);

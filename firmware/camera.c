@@ -60,7 +60,7 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         camera->due = 0; /* the pulse was for a camera that is no longer configured */
         return;
     }
-    report_frames(camera, telemetry, index, until_tick, landing_recording(landing));
+    report_frames(camera, telemetry, index, until_tick, landing_is_recording(landing));
     if (!camera->passed && is_at_station(landing, tick)) {
         camera->passed = true;
         camera->due = MR_CAMERA_BY_STATION;

@@ -12,7 +12,8 @@
 
 #define BLOCKS_PER_H  3600000.0f
 #define QUALITY_ROUND 1000u /* blocks in which each channel is checked once */
-_Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCHED, "a turn for each channel");
+_Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
+               "a turn for each channel");
 
 void channels_start(struct channels *channels)
 {
@@ -26,7 +27,7 @@ void channels_arm(struct channels *channels, uint32_t index)
 
 void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index)
 {
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (which >> c & 1u)
             channels->zero_block[c] = index;
     }
@@ -36,7 +37,7 @@ float channels_read(struct channels *channels, const struct mr_block *block, uns
                     float ratio)
 {
     struct mr_reading reading = mr_channel_read(&config.channel[channel], block, channel, ratio);
-    mr_watch_reading(&channels->watch, &config.channel[channel], channel, block->index, &reading);
+    mr_watch_check(&channels->watch, &config.channel[channel], channel, block->index, &reading);
     return reading.value;
 }
 
@@ -44,7 +45,7 @@ static void report_change(struct channels *channels, struct telemetry *telemetry
                           uint32_t index)
 {
     struct mr_watch_news news;
-    if (!mr_watch_take(&channels->watch, c, index, &news))
+    if (!mr_watch_get_change(&channels->watch, c, index, &news))
         return;
     if (news.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
@@ -70,8 +71,9 @@ static void report_quality(const struct channels *channels, struct telemetry *te
     };
     float unit = __builtin_fabsf(channel->unit_per_code);
     TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c,
-         .validity = watched->told, .noise_codes = c_now.noise / unit,
-         .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
+         .validity = watched->reported, .noise_codes = c_now.noise / unit,
+         .error_codes = mr_reading_error(channel, &c_now) / unit,
+         .invalid = watched->invalid_count);
 }
 
 void channels_report(struct channels *channels, struct telemetry *telemetry,
@@ -79,12 +81,12 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
                      const float *baseline_in, const float *tension_lb)
 {
     struct mr_watch *watch = &channels->watch;
-    for (unsigned c = 0; watch->changed && c < MR_WATCHED; c++)
+    for (unsigned c = 0; watch->changed && c < MR_WATCH_CHANNELS; c++)
         report_change(channels, telemetry, c, index);
-    if (watch->recording && !landing_recording(landing))
+    if (watch->is_recording && !landing_is_recording(landing))
         mr_watch_end(watch);
     unsigned c = index % QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD;
-    if (!watch->recording || !DUE(QUALITY, index) || c >= MR_WATCHED)
+    if (!watch->is_recording || !DUE(QUALITY, index) || c >= MR_WATCH_CHANNELS)
         return;
     bool moves = c < MR_TRANSDUCERS;
     report_quality(channels, telemetry, c, index,

@@ -13,7 +13,7 @@
 struct channels {
     struct mr_watch watch;
     /* block of the last zero, or 0 for power on; the hours of drift count from here */
-    uint32_t zero_block[MR_WATCHED];
+    uint32_t zero_block[MR_WATCH_CHANNELS];
 };
 
 void channels_start(struct channels *channels);
@@ -25,8 +25,8 @@ void channels_arm(struct channels *channels, uint32_t index);
  * `index`. */
 void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index);
 
-/* Reading of channel 0..MR_WATCHED-1 of a block. Call for each block, with channels in rising
- * order. */
+/* Reading of channel 0..MR_WATCH_CHANNELS-1 of a block. Call for each block, with channels in
+ * rising order. */
 float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel,
                     float ratio);
 

@@ -111,8 +111,8 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
         landinglink_motion(telemetry, &landing->motion, index);
     if (news->summary)
         landinglink_summary(telemetry, &landing->summary);
-    if (news->no_fit != MR_OK)
-        health_count(MR_FAULT_NO_FIT, (uint8_t)-news->no_fit);
+    if (news->fit_status != MR_OK)
+        health_count(MR_FAULT_NO_FIT, (uint8_t)-news->fit_status);
     if (news->state)
         landinglink_state(telemetry, landing);
 }
@@ -125,17 +125,17 @@ enum mr_status live_begin(struct live *live, struct landing *landing,
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
         return MR_USAGE;
     live->until_block = index + 1000u * (uint32_t)command->argument;
-    landing->live = command->argument > 0;
+    landing->is_live = command->argument > 0;
     return MR_OK;
 }
 
 void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
                 const struct mr_block *block)
 {
-    if (!landing->live)
+    if (!landing->is_live)
         return;
     if ((int32_t)(block->index - live->until_block) >= 0)
-        landing->live = false;
+        landing->is_live = false;
     else if (DUE(LIVE, block->index))
         landinglink_block(telemetry, block);
 }
@@ -168,12 +168,12 @@ static void send_faults(struct telemetry *telemetry, bool all)
 static void send_count(struct telemetry *telemetry)
 {
     unsigned place = telemetry->count_place;
-    uint16_t id = mr_message_at(place);
+    uint16_t id = mr_message_id_at(place);
     TELL(telemetry, TO_CAN, message_count, MESSAGE_COUNT, .id = id,
          .count = telemetry->said[TELEMETRY_CAN][place]);
     TELL(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id,
          .count = telemetry->said[TELEMETRY_SERIAL][place]);
-    telemetry->count_place = (place + 1) % MR_PLACES;
+    telemetry->count_place = (place + 1) % MR_MESSAGES;
 }
 
 void regular_block(struct telemetry *telemetry, const struct landing *landing,

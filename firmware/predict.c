@@ -50,8 +50,8 @@ void predict_configure(struct predict *p, const float *slack_in)
 
 static void report_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
-    struct predict_said said;
-    predict_statement(&p->predictor, &p->zone, p->warning, index, &said);
+    struct predict_report said;
+    predict_fill_report(&p->predictor, &p->zone, p->warning, index, &said);
     TELL_THIS(telemetry, TO_RECORD, zone, ZONE, &said.zone);
     TELL_THIS(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &said.lead);
     if (said.zone.mats)
@@ -59,7 +59,7 @@ static void report_zone(const struct predict *p, struct telemetry *telemetry, ui
     TELL_THIS(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
     TELL_THIS(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
     TELL_THIS(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
-    predict_risk_statement(&p->risk_said, index, &said);
+    predict_fill_risk_report(&p->risk_said, index, &said);
     TELL_THIS(telemetry, TO_RECORD, risk, RISK, &said.risk);
     TELL_THIS(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
 }
@@ -90,7 +90,7 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
     mr_predictor_zone(&p->predictor, &p->zone);
     mr_risk_report(&p->risk, &p->predictor, &p->zone, &p->risk_said);
     bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_said) &&
-                   landing_may_warn(landing, index);
+                   landing_can_warn(landing, index);
     bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
     uint32_t doubts = doubts_of(&p->predictor);
@@ -154,7 +154,7 @@ static bool report_risk_item(const struct predict *p, struct telemetry *telemetr
     float value = risk_item(p, n);
     if (n >= 2 && __builtin_isnan(value))
         return false;
-    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = MR_RISK_TOLD,
+    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = MR_RISK_REPORT_ITEMS,
          .value = value);
     return true;
 }
@@ -166,7 +166,7 @@ static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
         i += report_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
         /* the lamp limit belongs to a landing */
-        if (p->telling_risk >= (p->predictor.armed ? MR_RISK_TOLD : MR_RISK_ITEMS))
+        if (p->telling_risk >= (p->predictor.is_armed ? MR_RISK_REPORT_ITEMS : MR_RISK_ITEMS))
             p->telling_risk = TOLD;
     }
 }
@@ -194,7 +194,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
      * Loading cannot fail: the state was saved from this runway. */
     refresh(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
-    mr_predictor_surveyed(&p->predictor, slack_in);
+    mr_predictor_mark_surveyed(&p->predictor, slack_in);
     mr_predictor_arm(&p->predictor);
     p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
     p->motion = (struct predict_motion){0};
@@ -220,17 +220,18 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
     report_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         report_joints(p, telemetry, TO_CONFIGURATION, n);
-    for (unsigned n = 0; n < MR_RISK_TOLD; n++)
+    for (unsigned n = 0; n < MR_RISK_REPORT_ITEMS; n++)
         (void)report_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
-/* Handles a backlog at most once per look: by the next look the predictor has caught up, or a new
- * backlog is reported. */
+/* Handles a backlog at most once per interval: by the next one the predictor has caught up, or a
+ * new backlog is reported. */
 static void follow_backlog(struct predict *p, struct telemetry *telemetry,
                            const struct predict_block *block)
 {
-    unsigned waiting = block->waiting >= PREDICT_BACKLOG_BLOCKS ? block->waiting : p->backlog_given;
-    bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_LOOK_BLOCKS;
+    unsigned waiting = block->blocks_waiting >= PREDICT_BACKLOG_BLOCKS ? block->blocks_waiting
+                                                                       : p->backlog_given;
+    bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_INTERVAL_BLOCKS;
     p->backlog_given = 0;
     if (!waiting || lately)
         return;
@@ -246,7 +247,7 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
 {
     struct mr_predictor_input input;
     continue_report(p, telemetry);
-    if (p->status != MR_OK || !p->predictor.armed)
+    if (p->status != MR_OK || !p->predictor.is_armed)
         return;
     follow_backlog(p, telemetry, block);
     predict_compute_input(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
@@ -299,10 +300,10 @@ static void discard_plan(struct predict *p)
 bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
                  uint32_t index)
 {
-    uint32_t held = predict_held(&p->predictor, landing);
+    uint32_t held = predict_held_zeros(&p->predictor, landing);
     bool moved = landing->state != MR_LANDING_ARMED || (held & (held - 1u)) != 0;
-    bool folded = p->status == MR_OK && p->predictor.armed && moved;
-    if (p->status != MR_OK || !p->predictor.armed)
+    bool folded = p->status == MR_OK && p->predictor.is_armed && moved;
+    if (p->status != MR_OK || !p->predictor.is_armed)
         return false;
     if (p->warning) { /* a warning ends with the landing; its end is reported */
         p->zone = (struct mr_predictor_zone){.level = p->zone.level,
@@ -324,7 +325,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         mr_predictor_end_landing(&p->predictor);
         note_change(p, MR_RUNWAY_MEASURED, index);
     }
-    p->predictor.armed = false;
+    p->predictor.is_armed = false;
     if (moved) /* the plan was for this landing */
         discard_plan(p);
     return folded;
@@ -423,10 +424,11 @@ enum mr_status predict_execute_command(struct predict *p, struct telemetry *tele
         begin_report(p, telemetry);
         return MR_OK;
     case MR_COMMAND_RUNWAY_JOINTS:
-        mr_runway_joints_take(&p->given, command->index, command->argument);
+        mr_runway_apply_joints(&p->given, command->index, command->argument);
         return MR_OK;
     case MR_COMMAND_RUNWAY_WORD:
-        return mr_runway_word_take(&p->given, command->index, command->argument) ? MR_OK : MR_USAGE;
+        return mr_runway_apply_word(&p->given, command->index, command->argument) ? MR_OK
+                                                                                  : MR_USAGE;
     default: return take(p, (uint32_t)command->argument, index);
     }
 }

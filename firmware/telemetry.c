@@ -11,7 +11,7 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     if (!telemetry->can.silent)
-        telemetry->said[TELEMETRY_CAN][mr_message_place(id)]++;
+        telemetry->said[TELEMETRY_CAN][mr_message_index(id)]++;
     memcpy(frame.data, payload, length);
     if (!canwatch_takes(&telemetry->can))
         return;
@@ -27,7 +27,7 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
                         size_t length)
 {
     uint8_t frame[MR_FRAME_MAX];
-    telemetry->said[TELEMETRY_SERIAL][mr_message_place(id)]++;
+    telemetry->said[TELEMETRY_SERIAL][mr_message_index(id)]++;
     size_t size = mr_frame_encode(telemetry->serial_seq, id, payload, length, frame);
     if (board_serial_send(frame, size)) {
         telemetry->serial_seq++;
@@ -57,7 +57,7 @@ bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
-    telemetry->said[TELEMETRY_CAN][mr_message_place(id)]++;
+    telemetry->said[TELEMETRY_CAN][mr_message_index(id)]++;
     bool queued = board_can_send(&frame);
     telemetry->can_sent += queued;
     return queued;

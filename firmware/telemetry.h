@@ -43,7 +43,7 @@ struct telemetry {
 
     unsigned refusals; /* refusals by telemetry_may_burst since no frame was waiting */
     /* by link (CAN, serial) and message: number of messages sent to the link */
-    uint32_t said[2][MR_PLACES];
+    uint32_t said[2][MR_MESSAGES];
     unsigned count_place; /* index of the message whose count is sent next */
 
     struct {

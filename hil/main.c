@@ -215,7 +215,7 @@ static const struct option {
         "--serial", "LINK", serial,
         "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program can open) or none"),
     OF_NUMBER(
-        "--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MOST,
+        "--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MAX,
         "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",

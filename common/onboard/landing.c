@@ -4,8 +4,8 @@
 
 #include "common/wire.h"
 
-static void change(struct landing *landing, enum mr_landing_state state,
-                   enum mr_landing_cause cause, uint32_t block)
+static void change_state(struct landing *landing, enum mr_landing_state state,
+                         enum mr_landing_cause cause, uint32_t block)
 {
     landing->state = state;
     landing->cause = cause;
@@ -30,17 +30,17 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
 {
     if (landing->state != MR_LANDING_IDLE && landing->state != MR_LANDING_DONE)
         return MR_NOT_NOW;
-    landing->live = false;
+    landing->is_live = false;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
     reset_passage(landing);
     landing->edges = 0;
     landing->opened = 0;
     landing->gates_before_braking = 0;
-    landing->braked = false;
+    landing->is_braked = false;
     landing->motion_known = false;
-    landing->fitting = false;
+    landing->is_fitting = false;
     landing->summary_known = false;
-    change(landing, MR_LANDING_ARMED, MR_LANDING_BY_COMMAND, block);
+    change_state(landing, MR_LANDING_ARMED, MR_LANDING_BY_COMMAND, block);
     return MR_OK;
 }
 
@@ -52,34 +52,34 @@ void landing_reconfigure(struct landing *landing)
 void landing_disarm(struct landing *landing, uint32_t block)
 {
     reset_passage(landing);
-    change(landing, MR_LANDING_IDLE, MR_LANDING_BY_COMMAND, block);
+    change_state(landing, MR_LANDING_IDLE, MR_LANDING_BY_COMMAND, block);
 }
 
-bool landing_recording(const struct landing *landing)
+bool landing_is_recording(const struct landing *landing)
 {
     return landing->state == MR_LANDING_ARMED || landing->state == MR_LANDING_LANDING ||
            landing->state == MR_LANDING_SETTLING;
 }
 
-bool landing_quiet(const struct landing *landing, uint32_t block)
+bool landing_is_quiet(const struct landing *landing, uint32_t block)
 {
-    return landing->state == MR_LANDING_ARMED && !mr_passage_unclear(&landing->passage, block);
+    return landing->state == MR_LANDING_ARMED && !mr_passage_is_unclear(&landing->passage, block);
 }
 
-bool landing_may_warn(const struct landing *landing, uint32_t block)
+bool landing_can_warn(const struct landing *landing, uint32_t block)
 {
-    return landing_recording(landing) && !mr_passage_unclear(&landing->passage, block);
+    return landing_is_recording(landing) && !mr_passage_is_unclear(&landing->passage, block);
 }
 
-static bool reports_edges(const struct landing *landing)
+static bool is_reporting_edges(const struct landing *landing)
 {
-    return landing->live || landing_recording(landing);
+    return landing->is_live || landing_is_recording(landing);
 }
 
 static void put_event(struct landing *landing, uint8_t count, uint8_t position,
                       enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
-    if (reports_edges(landing) && landing->news.events < LANDING_EVENTS)
+    if (is_reporting_edges(landing) && landing->news.events < LANDING_EVENTS)
         landing->event[landing->news.events++] =
             (struct mr_switch_event){.count = count,
                                      .position = position,
@@ -88,21 +88,21 @@ static void put_event(struct landing *landing, uint8_t count, uint8_t position,
                                      .block16 = (uint16_t)block};
 }
 
-static void put_notes(struct landing *landing, uint32_t block)
+static void put_passage_events(struct landing *landing, uint32_t block)
 {
     const struct mr_passage *passage = &landing->passage;
-    for (unsigned i = 0; i < passage->notes; i++) {
-        const struct mr_passage_note *note = &passage->note[i];
+    for (unsigned i = 0; i < passage->events; i++) {
+        const struct mr_passage_event *note = &passage->event[i];
         put_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason,
                   MR_NAN, block);
     }
 }
 
-void landing_brake(struct landing *landing, uint32_t tick)
+void landing_set_brake(struct landing *landing, uint32_t tick)
 {
-    if (landing->state != MR_LANDING_LANDING || landing->braked)
+    if (landing->state != MR_LANDING_LANDING || landing->is_braked)
         return;
-    landing->braked = true;
+    landing->is_braked = true;
     landing->brake_tick = tick;
 }
 
@@ -113,10 +113,10 @@ static bool is_before_brake(const struct landing *landing, const struct mr_gate 
     const struct mr_passage *passage = &landing->passage;
     double brake_s = (double)(int32_t)(landing->brake_tick - passage->source[0].tick) *
                      MR_S_PER_TICK;
-    return landing->braked && gate->t_s < brake_s + MR_BRAKE_DELAY_S;
+    return landing->is_braked && gate->t_s < brake_s + MR_BRAKE_DELAY_S;
 }
 
-static void estimate(struct landing *landing, const struct mr_config *config)
+static void estimate_motion(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
     /* The parabola does not fit gates passed before braking, at touchdown or at the edge of the
@@ -132,14 +132,15 @@ static void estimate(struct landing *landing, const struct mr_config *config)
     unsigned skip = passage->gates >= landing->gates_before_braking + 2
                       ? landing->gates_before_braking
                       : 0;
-    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip,
-                                         (double)config->site[0].switch_error_ft,
-                                         &landing->motion) == MR_OK;
+    landing->motion_known = mr_gates_latest_motion(passage->gate + skip, passage->gates - skip,
+                                                   (double)config->site[0].switch_error_ft,
+                                                   &landing->motion) == MR_OK;
 }
 
 /* Handles an edge with a known switch: of a landing, of a model that is pushed, or of neither. */
-static void take_named(struct landing *landing, const struct mr_config *config,
-                       const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
+static void handle_identified_edge(struct landing *landing, const struct mr_config *config,
+                                   const struct mr_switch_edge *edge, uint8_t number,
+                                   uint32_t index)
 {
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
@@ -153,35 +154,35 @@ static void take_named(struct landing *landing, const struct mr_config *config,
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_news news = mr_passage_edge(
         &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
-    put_notes(landing, index);
+    put_passage_events(landing, index);
     landing->news.pushed |= news.pushed;
-    if (!landing_recording(landing) || !news.gate)
+    if (!landing_is_recording(landing) || !news.gate)
         return;
-    estimate(landing, config);
+    estimate_motion(landing, config);
     landing->news.motion = landing->motion_known;
     landing->last_gate_block = index;
     if (news.started)
         landing->first_block = index;
     if (landing->state != MR_LANDING_LANDING)
-        change(landing, MR_LANDING_LANDING, MR_LANDING_BY_EDGE, index);
+        change_state(landing, MR_LANDING_LANDING, MR_LANDING_BY_EDGE, index);
 }
 
-static void take_answer(struct landing *landing, const struct mr_config *config,
+static void handle_edge(struct landing *landing, const struct mr_config *config,
                         const struct mr_switch_edge *edge, uint32_t index)
 {
     /* In a landing a switch opens once; a pushed model may open it again and again. */
     bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
                    !((double)landing_wheel_at(landing, edge->tick).speed_ft_s <
-                     MR_PASSAGE_LEAST_FT_S);
+                     MR_PASSAGE_MIN_FT_S);
     bool counts = edge->position && (edge->reason == MR_SWITCH_GOOD ||
                                      (edge->reason == MR_SWITCH_DOUBLE && !rolling));
-    if (landing->passage.state == MR_PASSAGE_ROLLING && landing_recording(landing) &&
+    if (landing->passage.state == MR_PASSAGE_ROLLING && landing_is_recording(landing) &&
         index - landing->first_block >= LANDING_LIMIT_BLOCKS)
         counts = false;
     if (landing->edges < UINT8_MAX)
         landing->edges++;
     uint8_t number = (uint8_t)landing->edges;
-    if (reports_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING)
+    if (is_reporting_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING_MAX)
         landing->edge[landing->news.edges++] =
             (struct mr_edge){.tick = edge->tick,
                              .position = counts ? edge->position : 0,
@@ -191,16 +192,17 @@ static void take_answer(struct landing *landing, const struct mr_config *config,
         put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN,
                   index);
     if (counts)
-        take_named(landing, config, edge, number, index);
+        handle_identified_edge(landing, config, edge, number, index);
 }
 
-static void take_edges(struct landing *landing, const struct mr_config *config, uint32_t index,
-                       const uint32_t *edge_ticks, unsigned edge_count)
+static void handle_edges(struct landing *landing, const struct mr_config *config, uint32_t index,
+                         const uint32_t *edge_ticks, unsigned edge_count)
 {
     struct mr_switch_edge edge;
     uint16_t steps_codes[MR_CONFIG_SWITCHES];
-    if (edge_count == 0 && index - landing->edge_block >= (landing->live ? LANDING_LIVE_PAUSE_BLOCKS
-                                                                         : MR_PASSAGE_QUIET_BLOCKS))
+    if (edge_count == 0 &&
+        index - landing->edge_block >=
+            (landing->is_live ? LANDING_LIVE_PAUSE_BLOCKS : MR_PASSAGE_QUIET_BLOCKS))
         landing->edges_in_row = 0;
     for (unsigned i = 0; i < edge_count; i++) {
         if (landing->edges_in_row < LANDING_EDGES &&
@@ -213,7 +215,7 @@ static void take_edges(struct landing *landing, const struct mr_config *config, 
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
         steps_codes[i] = config->gate[i].step_codes;
     while (mr_switches_next(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
-        take_answer(landing, config, &edge, index);
+        handle_edge(landing, config, &edge, index);
 }
 
 /* Blocks after the last gate until the gear counts as at rest. */
@@ -233,7 +235,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
     mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates,
                        (double)config->site[0].touchdown_ft,
                        (double)config->site[0].switch_error_ft);
-    landing->fitting = true;
+    landing->is_fitting = true;
     landing->summary_known = false;
 }
 
@@ -243,9 +245,9 @@ static void continue_fit(struct landing *landing, uint32_t index)
     const struct mr_passage *passage = &landing->passage;
     if (mr_final_fit_step(&landing->fit))
         return;
-    landing->fitting = false;
+    landing->is_fitting = false;
     landing->summary = landing->fit.summary;
-    landing->news.no_fit = landing->fit.status;
+    landing->news.fit_status = landing->fit.status;
     landing->summary_known = landing->fit.status == MR_OK;
     landing->news.summary = landing->summary_known;
     for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
@@ -264,28 +266,28 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
     enum mr_landing_state before = landing->state;
     landing->news = (struct landing_news){0};
 
-    mr_switches_level(&landing->switches, tick, staircase_code);
-    take_edges(landing, config, index, edge_ticks, edge_count);
+    mr_switches_add_level(&landing->switches, tick, staircase_code);
+    handle_edges(landing, config, index, edge_ticks, edge_count);
     if (mr_passage_block(&landing->passage, index)) {
-        put_notes(landing, index);
+        put_passage_events(landing, index);
         mr_switches_close(&landing->switches);
     }
     if (landing->state == MR_LANDING_LANDING) {
         if (index - landing->last_gate_block >= blocks_to_rest(landing))
-            change(landing, MR_LANDING_SETTLING, MR_LANDING_BY_STOP, index);
+            change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_STOP, index);
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
-            change(landing, MR_LANDING_SETTLING, MR_LANDING_BY_LIMIT, index);
+            change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_LIMIT, index);
         if (landing->state == MR_LANDING_SETTLING)
             start_fit(landing, config);
     } else if (landing->state == MR_LANDING_SETTLING &&
                index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
-        change(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
-    } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
+        change_state(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
+    } else if (!landing_is_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
         /* a model passed an unarmed board, or was pushed back after a landing */
         reset_passage(landing);
     }
-    if (landing->fitting && landing->state == MR_LANDING_SETTLING &&
+    if (landing->is_fitting && landing->state == MR_LANDING_SETTLING &&
         index % LANDING_FIT_BLOCKS == 0)
         continue_fit(landing, index);
     landing->news.state = landing->state != before;

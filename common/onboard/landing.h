@@ -51,7 +51,7 @@ struct landing_news {
     bool motion;
     bool pushed;
     /* reason why a finished landing has no summary; MR_OK: it has one, or none has finished */
-    enum mr_status no_fit;
+    enum mr_status fit_status;
     unsigned edges, events; /* entries in landing.edge and landing.event */
 };
 
@@ -68,22 +68,22 @@ struct landing {
     unsigned edges;        /* edges since arming, up to 255 */
     unsigned edges_in_row; /* edges without a pause in between */
     /* live mode: edges are also reported while idle (firmware/landinglink.h), until arming */
-    bool live;
+    bool is_live;
     uint32_t edge_block; /* block of the last edge */
     uint32_t opened;     /* switches opened by gates: bit p-1 */
 
-    struct mr_edge edge[MR_SWITCHES_WAITING]; /* edges to be reported with this block */
+    struct mr_edge edge[MR_SWITCHES_WAITING_MAX]; /* edges to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 
-    bool braked;         /* the brake was applied in this landing */
+    bool is_braked;      /* the brake was applied in this landing */
     uint32_t brake_tick; /* that edge */
     /* gates of the passage up to touchdown or, after an edge of the brake, up to that edge */
     unsigned gates_before_braking;
     struct mr_motion_estimate motion; /* motion at the last gate */
     bool motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */
-    bool fitting;
+    bool is_fitting;
     struct mr_gates_summary summary;
     bool summary_known;
 };
@@ -105,15 +105,15 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
 
 /* Call with each edge of the brake. After the first one in a landing, motion is estimated from
  * gates beyond it. */
-void landing_brake(struct landing *landing, uint32_t tick);
+void landing_set_brake(struct landing *landing, uint32_t tick);
 
 /* True in the states whose data are recorded: armed, landing, settling. */
-bool landing_recording(const struct landing *landing);
+bool landing_is_recording(const struct landing *landing);
 /* True while armed with no gear rolling or pushed; the mat is then at rest and gives the zero. */
-bool landing_quiet(const struct landing *landing, uint32_t block);
+bool landing_is_quiet(const struct landing *landing, uint32_t block);
 /* True if the mat's movement may be caused by a landing gear rather than by a model being pushed
  * back. */
-bool landing_may_warn(const struct landing *landing, uint32_t block);
+bool landing_can_warn(const struct landing *landing, uint32_t block);
 
 struct landing_wheel {
     float station_ft; /* NaN: unknown */

@@ -8,25 +8,25 @@
 #define BRAKING_GATES 3u
 
 /* Copies the firmware's motion estimate as floats at each gate. */
-static void follow_motion(struct predict_motion *motion, const struct landing *landing)
+static void update_motion(struct predict_motion *motion, const struct landing *landing)
 {
     const struct mr_passage *passage = &landing->passage;
     bool rolling = passage->gates && passage->state == MR_PASSAGE_ROLLING;
-    if (rolling == motion->rolling && passage->gates == motion->gates && !landing->news.motion)
+    if (rolling == motion->is_rolling && passage->gates == motion->gates && !landing->news.motion)
         return;
-    *motion = (struct predict_motion){.gates = passage->gates, .rolling = rolling};
+    *motion = (struct predict_motion){.gates = passage->gates, .is_rolling = rolling};
     if (!rolling)
         return;
     motion->tick = passage->source[passage->gates - 1u].tick;
     motion->station_ft = (float)passage->gate[passage->gates - 1u].station_ft;
-    motion->known = landing->motion_known;
-    if (!motion->known)
+    motion->is_known = landing->motion_known;
+    if (!motion->is_known)
         return;
     double a = landing->motion.deceleration_ft_s2.value;
     motion->station_ft = (float)landing->motion.position_ft.value;
     motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
-    motion->braking = !__builtin_isnan(a) &&
-                      passage->gates - landing->gates_before_braking >= BRAKING_GATES;
+    motion->is_braking = !__builtin_isnan(a) &&
+                         passage->gates - landing->gates_before_braking >= BRAKING_GATES;
     motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
     motion->stop_s = motion->deceleration_ft_s2 > 0.0f
                        ? motion->speed_ft_s / motion->deceleration_ft_s2
@@ -37,10 +37,10 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
                        struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = MR_NAN;
-    if (!motion->rolling)
+    if (!motion->is_rolling)
         return;
     input->wheel_ft = motion->station_ft;
-    if (motion->known) {
+    if (motion->is_known) {
         float a = motion->deceleration_ft_s2,
               s = (float)(int32_t)(tick - motion->tick) * S_PER_TICK;
         bool stopped = s > motion->stop_s;
@@ -48,12 +48,12 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
         input->wheel_ft = motion->station_ft + (motion->speed_ft_s - 0.5f * a * s) * s;
         input->speed_ft_s = stopped ? 0.0f : motion->speed_ft_s - a * s;
         input->deceleration_ft_s2 = a;
-        input->braking_known = motion->braking;
+        input->braking_known = motion->is_braking;
     }
     input->on_runway = input->wheel_ft >= touchdown_ft;
 }
 
-uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing)
+uint32_t predict_held_zeros(const struct mr_predictor *predictor, const struct landing *landing)
 {
     return landing->edges ? 0u : predictor->moved;
 }
@@ -63,7 +63,7 @@ void predict_compute_input(struct predict_motion *motion, const struct landing *
                            struct mr_predictor_input *input)
 {
     *input = (struct mr_predictor_input){0};
-    follow_motion(motion, landing);
+    update_motion(motion, landing);
     set_motion(motion, touchdown_ft, block->tick, input);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input->displacement_in[i] = block->displacement_in[i] - block->baseline_in[i];
@@ -71,7 +71,7 @@ void predict_compute_input(struct predict_motion *motion, const struct landing *
 
 /* --- messages --- */
 
-static uint16_t at_most_u16(uint32_t value)
+static uint16_t clip_u16(uint32_t value)
 {
     return (uint16_t)(value < UINT16_MAX ? value : UINT16_MAX);
 }
@@ -97,8 +97,8 @@ static uint8_t inferred_percent(const struct mr_predictor *predictor,
     return (uint8_t)(100.0f * (1.0f - between) + 0.5f);
 }
 
-void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
-                       bool warning, uint32_t index, struct predict_said *said)
+void predict_fill_report(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
+                         bool warning, uint32_t index, struct predict_report *said)
 {
     uint16_t block16 = (uint16_t)index;
     said->zone = (struct mr_zone){.mats = (uint16_t)zone->mats,
@@ -126,12 +126,12 @@ void predict_statement(const struct mr_predictor *predictor, const struct mr_pre
                                         .reason = (uint8_t)zone->reason,
                                         .level = (uint8_t)zone->level,
                                         .basis = (uint8_t)zone->basis,
-                                        .age = at_most_u16(zone->age_blocks),
+                                        .age = clip_u16(zone->age_blocks),
                                         .block16 = block16};
 }
 
-void predict_risk_statement(const struct mr_risk_report *risk, uint32_t index,
-                            struct predict_said *said)
+void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
+                              struct predict_report *said)
 {
     said->risk = (struct mr_risk){.risk = risk->risk,
                                   .basis = (uint8_t)risk->basis,
@@ -152,14 +152,14 @@ static void begin_group(struct baseline *baseline)
         baseline->sum_in[i] = 0.0f;
 }
 
-void baseline_forget(struct baseline *baseline)
+void baseline_discard(struct baseline *baseline)
 {
     begin_group(baseline);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        baseline->in[i] = MR_NAN;
+        baseline->zero_in[i] = MR_NAN;
 }
 
-void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet,
+void baseline_update(struct baseline *baseline, const float *displacement_in, bool quiet,
                      uint32_t held)
 {
     if (!quiet) {
@@ -171,7 +171,7 @@ void baseline_follow(struct baseline *baseline, const float *displacement_in, bo
     if (++baseline->blocks < BASELINE_BLOCKS)
         return;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        baseline->in[i] = held >> i & 1u ? baseline->in[i]
-                                         : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
+        baseline->zero_in[i] = held >> i & 1u ? baseline->zero_in[i]
+                                              : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
     begin_group(baseline);
 }

@@ -8,20 +8,20 @@
 #include "common/predictor.h"
 #include "common/risk.h"
 
-#define PREDICT_LOOK_BLOCKS    10u /* interval between updates of the lamp */
-#define PREDICT_SAY_BLOCKS     50u /* interval between reports, 20 Hz */
+#define PREDICT_LAMP_BLOCKS    10u /* interval between updates of the lamp */
+#define PREDICT_REPORT_BLOCKS  50u /* interval between reports, 20 Hz */
 /* limit of waiting blocks; the board holds 16, and the final fit delays up to 7 */
 #define PREDICT_BACKLOG_BLOCKS 8u
 
 /* Motion of the gear at the last gate, in single precision; it is extrapolated from block to block
  * without double arithmetic. */
 struct predict_motion {
-    unsigned gates;      /* number of gates in the passage when the motion was computed */
-    bool rolling, known; /* rolling: a wheel is present; known: its speed is known */
-    uint32_t tick;       /* tick of the gate */
+    unsigned gates;            /* number of gates in the passage when the motion was computed */
+    bool is_rolling, is_known; /* rolling: a wheel is present; known: its speed is known */
+    uint32_t tick;             /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
-    float stop_s; /* time from the gate to the stop; a large number: no stop */
-    bool braking; /* there are enough gates beyond touchdown for a deceleration */
+    float stop_s;    /* time from the gate to the stop; a large number: no stop */
+    bool is_braking; /* there are enough gates beyond touchdown for a deceleration */
 };
 
 /* Input from one block. */
@@ -29,12 +29,12 @@ struct predict_block {
     uint32_t index, tick;
     const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
     const float *baseline_in;     /* zero of each transducer; NaN: not known yet */
-    unsigned waiting;             /* blocks waiting after this one */
+    unsigned blocks_waiting;      /* blocks waiting after this one */
 };
 
 /* Bit mask of transducers that have moved before any switch opened since arming: their zero is kept
  * although no gear has been detected. */
-uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
+uint32_t predict_held_zeros(const struct mr_predictor *predictor, const struct landing *landing);
 
 /* Computes the predictor's input from a block. `touchdown_ft`: station where the runway begins,
  * from the configuration of the site. */
@@ -43,7 +43,7 @@ void predict_compute_input(struct predict_motion *motion, const struct landing *
                            struct mr_predictor_input *input);
 
 /* The messages of one report. `error` is valid only if there is a zone. */
-struct predict_said {
+struct predict_report {
     struct mr_zone zone;
     struct mr_zone_lead lead;
     struct mr_zone_error error;
@@ -56,17 +56,17 @@ struct predict_said {
 
 /* Fills in the messages of the report for block `index`, except those of the risk. `warning`: state
  * of the lamp. */
-void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
-                       bool warning, uint32_t index, struct predict_said *said);
+void predict_fill_report(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
+                         bool warning, uint32_t index, struct predict_report *said);
 /* Fills in the risk messages of the report. */
-void predict_risk_statement(const struct mr_risk_report *risk, uint32_t index,
-                            struct predict_said *said);
+void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
+                              struct predict_report *said);
 
 /* ---- baseline ---- */
 
 /* The zero of a landing's movement is the mean of a full group of blocks while armed with nothing
  * rolling; the last group before the first edge is used. If no switch works there is no first edge,
- * and transducers that have moved keep their zero (predict_held). Pure. */
+ * and transducers that have moved keep their zero (predict_held_zeros). Pure. */
 
 #define BASELINE_BLOCKS 256u
 
@@ -74,13 +74,13 @@ struct baseline {
     float sum_in[MR_TRANSDUCERS];
     unsigned blocks;
     /* zero of each transducer; NaN until BASELINE_BLOCKS blocks have passed since arming */
-    float in[MR_TRANSDUCERS];
+    float zero_in[MR_TRANSDUCERS];
 };
 
-void baseline_forget(struct baseline *baseline);
+void baseline_discard(struct baseline *baseline);
 /* Adds the readings of a block; NaN: missing. If `quiet` is false, something may be moving the mat
  * and the current group is discarded. Transducers in the bit mask `held` keep their zero. */
-void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet,
+void baseline_update(struct baseline *baseline, const float *displacement_in, bool quiet,
                      uint32_t held);
 
 #endif

@@ -96,7 +96,7 @@ static void cell_of(unsigned board, const struct board_row *row, char cell[stati
     FILE *out = fmemopen(cell, CELL_MAX, "w");
     if (own) {
         fprintf(out, "P%c%u, %u: ", own->port, own->pin,
-                place_of(mr_board_of(board), own, column_of(mr_board_of(board))));
+                place_of(mr_board_by_number(board), own, column_of(mr_board_by_number(board))));
         print_use(out, own);
         if (strcmp(own->text, row->text) != 0)
             fprintf(out, " (%s)", own->text);
@@ -110,14 +110,14 @@ static void cell_of(unsigned board, const struct board_row *row, char cell[stati
 static unsigned shared_column(unsigned board)
 {
     unsigned first = 0;
-    while (strcmp(mr_board_of(first)->package, mr_board_of(board)->package) != 0)
+    while (strcmp(mr_board_by_number(first)->package, mr_board_by_number(board)->package) != 0)
         first++;
     return first;
 }
 
 static bool has_board(unsigned board)
 {
-    return mr_board_of(board) && board_table_of(board);
+    return mr_board_by_number(board) && board_table_of(board);
 }
 
 /* "transducer 1" of TRANSDUCER_1 */
@@ -144,7 +144,7 @@ static void print_signal(FILE *out, const struct board_row *row)
         for (unsigned k = i + 1; has_board(k); k++) {
             cell_of(k, row, other);
             if (shared_column(k) == i && strcmp(cell, other) != 0)
-                fprintf(out, "; %s %s", mr_board_of(k)->name, other);
+                fprintf(out, "; %s %s", mr_board_by_number(k)->name, other);
         }
         fputs(" |", out);
     }
@@ -175,12 +175,12 @@ void reference_pins(FILE *out)
     for (unsigned i = 0; has_board(i); i++) {
         if (shared_column(i) != i)
             continue;
-        fprintf(out, " %s", mr_board_of(i)->name);
+        fprintf(out, " %s", mr_board_by_number(i)->name);
         for (unsigned k = i + 1; has_board(k); k++) {
             if (shared_column(k) == i)
-                fprintf(out, ", %s", mr_board_of(k)->name);
+                fprintf(out, ", %s", mr_board_by_number(k)->name);
         }
-        fprintf(out, " (%s) |", mr_board_of(i)->package);
+        fprintf(out, " (%s) |", mr_board_by_number(i)->package);
         columns++;
     }
     fputs("\n|---|---|", out);

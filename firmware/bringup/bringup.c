@@ -49,7 +49,7 @@ static void print_identity(void)
     for (unsigned i = 0; i < 3; i++)
         hex_digits(digits + 8u * i, identity.uid[i]);
     print_word("uid", digits, "id");
-    print_word("board", mr_board_of(identity.board)->name, "name");
+    print_word("board", mr_board_by_number(identity.board)->name, "name");
     print_hex("image_crc", identity.image_crc, "crc");
     print_word("image", image_word(identity.image_state), "state");
 }

@@ -113,7 +113,7 @@ static void fill_mailboxes(void)
             sync_mailbox = mailbox;
             sync_left = false;
         }
-        CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MOST) << 21 | CAN_TIR_TXRQ;
+        CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MAX) << 21 | CAN_TIR_TXRQ;
         queue_take(&tx, 1);
     }
 }

@@ -89,7 +89,7 @@ int main(int argc, char **argv)
     enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);
-    if (!mr_board_of(image.board))
+    if (!mr_board_by_number(image.board))
         return fail("no such board", argv[1]);
     image.program_crc = program_crc(image.program_start, image.program_end);
     if (!take_commit(&image, argv[2]))

@@ -350,7 +350,7 @@ static const char *function_at(void *who, uint32_t pc)
     char error[256];
     if (!board->symbols.file && board->elf[0])
         (void)hil_symbols_read(&board->symbols, board->elf, error, sizeof error);
-    const struct mr_symbol *symbol = mr_symbols_at(&board->symbols, pc);
+    const struct mr_symbol *symbol = mr_symbols_by_address(&board->symbols, pc);
     return symbol ? symbol->name : NULL;
 }
 

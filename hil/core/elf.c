@@ -180,10 +180,11 @@ enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, ch
     symbols->file = (uint8_t *)bytes;
     if (status != MR_OK)
         return status;
-    status = mr_symbols_room(symbols->file, n, &room);
+    status = mr_symbols_count(symbols->file, n, &room);
     if (status == MR_OK) {
-        symbols->all = calloc(room + 1, sizeof *symbols->all);
-        status = symbols->all ? mr_symbols_take(symbols->file, n, symbols->all, symbols) : MR_IO;
+        symbols->entries = calloc(room + 1, sizeof *symbols->entries);
+        status = symbols->entries ? mr_symbols_read(symbols->file, n, symbols->entries, symbols)
+                                  : MR_IO;
     }
     if (status == MR_MALFORMED)
         return hil_file_refuse(&at, status, "not a 32-bit ELF file; give the firmware's .elf");
@@ -194,7 +195,7 @@ enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, ch
 
 void hil_symbols_free(struct mr_symbols *symbols)
 {
-    free(symbols->all);
+    free(symbols->entries);
     free(symbols->file);
     *symbols = (struct mr_symbols){0};
 }

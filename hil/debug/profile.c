@@ -109,7 +109,7 @@ static size_t collect(const struct hil_profile *profile, const struct mr_symbols
         const struct place *place = &profile->place[i];
         if (!place->runs)
             continue;
-        const struct mr_symbol *symbol = mr_symbols_at(symbols, address_of(i));
+        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, address_of(i));
         size_t k = 0;
         while (k < count && rows[k].symbol != symbol)
             k++;

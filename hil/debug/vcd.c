@@ -80,7 +80,7 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
     fputs("$scope module exceptions $end\n", vcd->file);
     for (unsigned i = 2; i < HIL_EXCEPTIONS; i++) {
         char name[80];
-        const struct mr_symbol *symbol = mr_symbols_at(symbols, vector[i] & ~1u);
+        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, vector[i] & ~1u);
         if (!vector[i] || vector[i] == 0xffffffffu || vector[i] == shared)
             continue;
         int n = i < 16 ? snprintf(name, sizeof name, "exception%u", i)

@@ -117,13 +117,13 @@ const struct hil_board_type *hil_board_type_of(unsigned number)
 
 const struct hil_board_type *hil_board_type_named(const char *name)
 {
-    int number = mr_board_named(name);
+    int number = mr_board_by_name(name);
     return number < 0 ? NULL : hil_board_type_of((unsigned)number);
 }
 
 const char *hil_board_type_name(const struct hil_board_type *type)
 {
-    return mr_board_of(type->number)->name;
+    return mr_board_by_number(type->number)->name;
 }
 
 int hil_board_type_channel(const struct hil_board_type *type, unsigned port, unsigned pin)

@@ -224,7 +224,7 @@ struct moment {
 static struct moment fit_at(const struct measured *measured, double t_s)
 {
     struct mr_motion_estimate motion;
-    mr_gates_at(&measured->fit, t_s, &motion);
+    mr_gates_motion_at(&measured->fit, t_s, &motion);
     return (struct moment){t_s, motion.position_ft.value, motion.speed_ft_s.value};
 }
 
@@ -256,7 +256,7 @@ static struct moment gear_at(const struct measured *measured, double t_s, double
     if (t_s >= stop.t_s)
         return stop;
     struct mr_motion_estimate motion;
-    mr_gates_at(&measured->fit, t_s, &motion);
+    mr_gates_motion_at(&measured->fit, t_s, &motion);
     *error_ft_s = motion.speed_ft_s.error;
     double first_s = measured->fit.mid_s - measured->fit.half_s;
     double last_s = measured->fit.mid_s + measured->fit.half_s;

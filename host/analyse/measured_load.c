@@ -259,8 +259,8 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
 #define WATCH_HOLE_BLOCKS 20
 static void pass_hole(struct mr_watch *watch)
 {
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
-        if (!watch->channel[c].stuck)
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
+        if (!watch->channel[c].is_stuck)
             watch->channel[c].anchor = MR_NAN;
     }
 }
@@ -281,8 +281,8 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);
-        if (c < MR_WATCHED)
-            mr_watch_reading(watch, &channel->config, c, block->index, &reading);
+        if (c < MR_WATCH_CHANNELS)
+            mr_watch_check(watch, &channel->config, c, block->index, &reading);
         channel->raw[i] = reading.value;
         channel->validity[i] = reading.validity;
         channel->source[i] = (uint8_t)source;
@@ -309,7 +309,7 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
                                                  error);
     for (size_t e = 0; e < count && status == MR_OK; e++) {
         if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 ||
-            event[e].detail >= (int64_t)MR_WATCHED)
+            event[e].detail >= (int64_t)MR_WATCH_CHANNELS)
             continue;
         int64_t until = measured->first_block + (int64_t)measured->samples;
         for (size_t later = count; later-- > e + 1;)
@@ -362,7 +362,7 @@ static void read_blocks(struct measured *measured, const struct record *record)
     struct mr_watch watch = {0};
     for (size_t b = 0; b < record->blocks; b++) {
         const struct mr_block *block = &record->block[b];
-        if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
+        if (!watch.is_recording && (int64_t)block->index >= measured->landing.armed_block)
             begin_watch(&watch, measured, block->index);
         if (b > 0 && block->index - record->block[b - 1].index > WATCH_HOLE_BLOCKS)
             pass_hole(&watch);

@@ -72,7 +72,7 @@ enum mr_status params_plate(const double *load_lb, const double *settlement_ft, 
     const double powers[] = {1, -2, 1};
     if (line_fit(settlement_ft, load_lb, count, &line, error) != MR_OK)
         return error->status;
-    line.slope.error *= mr_gates_student((unsigned)count - 2u);
+    line.slope.error *= mr_gates_student_factor((unsigned)count - 2u);
     const struct estimate factors[] = {line.slope, plate_ft, mat_ft2};
     *kv_lb_ft = product(0.5 / (M_PI / 4.0), factors, powers, 3);
     return MR_OK;

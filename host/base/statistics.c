@@ -57,7 +57,8 @@ struct estimate line_predict(const struct line_fit *line, size_t count, double x
                       line->intercept.error * line->intercept.error + 2.0 * x * line->covariance +
                       x * x * line->slope.error * line->slope.error;
     return (struct estimate){line->intercept.value + line->slope.value * x,
-                             sqrt(fmax(variance, 0.0)) * mr_gates_student((unsigned)count - 2u)};
+                             sqrt(fmax(variance, 0.0)) *
+                                 mr_gates_student_factor((unsigned)count - 2u)};
 }
 
 static int compare_numbers(const void *a, const void *b)

@@ -417,8 +417,8 @@ static bool is_within(const struct bringup_judged *j)
 static const struct mr_board *board_of(const struct bringup *now)
 {
     const struct bringup_line *line = bringup_find(now, "board");
-    int number = line ? mr_board_named(line->value) : -1;
-    return number < 0 ? NULL : mr_board_of((unsigned)number);
+    int number = line ? mr_board_by_name(line->value) : -1;
+    return number < 0 ? NULL : mr_board_by_number((unsigned)number);
 }
 
 static void judge(struct bringup_judged *j, const struct mr_board *board)

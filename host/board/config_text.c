@@ -154,14 +154,15 @@ static void configplace_limits(const struct mr_config_field *field, char *out, s
         char many[40] = "";
         if (field->count > 1)
             snprintf(many, sizeof many, "%u numbers, each ", field->count);
-        snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->low, (double)field->high,
+        snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->real_min,
+                 (double)field->real_max,
                  field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
     } else if (configplace_is_day(field)) {
         char last[20];
-        write_day(field->most, last, sizeof last);
+        write_day(field->int_max, last, sizeof last);
         snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
     } else {
-        snprintf(out, size, "from %u to %u", field->least, field->most);
+        snprintf(out, size, "from %u to %u", field->int_min, field->int_max);
     }
 }
 
@@ -229,17 +230,17 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
             out, size,
             "the range low to high, %g to %g %s, covers %.0f codes, but at least %.0f are needed%s",
             (double)channel->low, (double)channel->high, unit,
-            (double)mr_channel_range_codes(channel), (double)MR_RANGE_LEAST_CODES, mistake);
+            (double)mr_channel_range_codes(channel), (double)MR_RANGE_MIN_CODES, mistake);
     else if (rule == MR_RULE_UNREACHED)
         snprintf(out, size,
                  "%.0f %% of the range low to high, %g to %g %s, is within the converter range, "
                  "but at least %.0f %% are needed%s",
-                 100.0 * (double)mr_channel_reached(channel), (double)channel->low,
-                 (double)channel->high, unit, 100.0 * (double)MR_RANGE_REACHED, mistake);
+                 100.0 * (double)mr_channel_range_share(channel), (double)channel->low,
+                 (double)channel->high, unit, 100.0 * (double)MR_RANGE_MIN_SHARE, mistake);
     else
         snprintf(out, size, "a %s gives %.3g to %.3g %s per code%s",
-                 channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
-                 (double)limits.least, (double)limits.most, unit, mistake);
+                 channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage", (double)limits.min,
+                 (double)limits.max, unit, mistake);
 }
 
 static void write_advice(const struct mr_config *config, const struct mr_config_reason *r,
@@ -261,7 +262,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_NOT_A_NUMBER:
     case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
     case MR_RULE_ALIKE:
-        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_APART_CODES);
+        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_DISTANCE_CODES);
         break;
     case MR_RULE_PLACE: snprintf(out, size, "%s", right_kinds); break;
     case MR_RULE_SUM:
@@ -529,7 +530,7 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
         if (!isdigit((unsigned char)*p) || errno || !ends(end))
             return false;
     }
-    if (value < field->least || value > field->most)
+    if (value < field->int_min || value > field->int_max)
         return false;
     uint8_t small = (uint8_t)value;
     uint16_t half = (uint16_t)value;

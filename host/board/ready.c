@@ -525,7 +525,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     for (unsigned s = 0; s < MR_CONFIG_SWITCHES; s++)
         steps[s] = f->config.gate[s].step_codes;
     float level = f->channel[i].mean - f->config.channel[i].zero_code;
-    unsigned one = mr_staircase_name(level, steps, MR_CONFIG_SWITCHES, 0);
+    unsigned one = mr_staircase_identify(level, steps, MR_CONFIG_SWITCHES, 0);
     bool closed = fabsf(level) < READY_LATCH_CODES;
     const double codes = unit_round_to_zero((double)level, 0.1);
     if (closed)

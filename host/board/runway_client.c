@@ -15,7 +15,7 @@ static void take_joints(struct runway_client *talk, const struct mr_runway_joint
     if (talk->parts >= mr_runway_messages(&talk->state) ||
         joints->index != 1u + MR_RUNWAY_PER_MESSAGE * talk->parts)
         return;
-    mr_runway_take(&talk->state, joints);
+    mr_runway_apply_message(&talk->state, joints);
     talk->whole = ++talk->parts == mr_runway_messages(&talk->state);
 }
 

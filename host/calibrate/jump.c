@@ -60,7 +60,7 @@ bool jump_channel_read(const char *name, size_t length, unsigned *index)
  * infinite outside the range. */
 static double distance(const struct mr_gain_limits *limits, double gain)
 {
-    double least = (double)limits->least, most = (double)limits->most;
+    double least = (double)limits->min, most = (double)limits->max;
     return gain >= least && gain <= most ? fabs(log(gain / sqrt(least * most))) : HUGE_VAL;
 }
 

@@ -33,7 +33,7 @@ void account_complete_from_start(struct account *account)
 
 void account_message(struct account *account, unsigned place)
 {
-    if (place < MR_PLACES)
+    if (place < MR_MESSAGES)
         account->received_of[place]++;
 }
 
@@ -56,8 +56,8 @@ static int64_t time_of(const struct account *account)
 
 bool account_message_count(struct account *account, const struct mr_message_count *count)
 {
-    unsigned place = mr_message_place(count->id);
-    if (place >= MR_PLACES || account->doubtful ||
+    unsigned place = mr_message_index(count->id);
+    if (place >= MR_MESSAGES || account->doubtful ||
         (account->count_known[place] && count->count < account->count_of[place]))
         return false;
     if (account->count_known[place] &&
@@ -65,7 +65,7 @@ bool account_message_count(struct account *account, const struct mr_message_coun
                      account->count_block[place], time_of(account)))
         return false;
     /* A message_count does not count its own frame. */
-    int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
+    int64_t received = account->received_of[place] - (place == MR_INDEX_MESSAGE_COUNT);
     if (account->count_known[place] || account->whole) {
         bool known = account->count_known[place];
         uint32_t sent = count->count - (known ? account->count_of[place] : 0);

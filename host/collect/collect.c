@@ -236,10 +236,10 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
         if (side->spec)
             status = store_link_put(collector->store, collector->session, kind,
                                     &side->account.counts, error);
-        for (unsigned place = 0; place < MR_PLACES && status == MR_OK; place++) {
+        for (unsigned place = 0; place < MR_MESSAGES && status == MR_OK; place++) {
             if (side->account.missing_of[place])
                 status = store_missing_put(collector->store, collector->session, kind,
-                                           mr_message_text(place), side->account.missing_of[place],
+                                           mr_message_name(place), side->account.missing_of[place],
                                            error);
         }
         if (status == MR_OK)

@@ -305,31 +305,31 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
                                         const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
-    switch (m->place) {
-    case MR_PLACE_HELLO: return take_hello(collector, side, &m->as.hello, error);
-    case MR_PLACE_BOARD_UID: return take_board_uid(collector, side, &m->as.board_uid, error);
-    case MR_PLACE_BOARD_IMAGE: return take_board_image(collector, side, &m->as.board_image, error);
-    case MR_PLACE_IMAGE_COMMIT:
+    switch (m->index) {
+    case MR_INDEX_HELLO: return take_hello(collector, side, &m->as.hello, error);
+    case MR_INDEX_BOARD_UID: return take_board_uid(collector, side, &m->as.board_uid, error);
+    case MR_INDEX_BOARD_IMAGE: return take_board_image(collector, side, &m->as.board_image, error);
+    case MR_INDEX_IMAGE_COMMIT:
         mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
                              m->as.image_commit.changed != 0,
                              collector->told.identity.image_commit);
         return MR_OK;
-    case MR_PLACE_BUS_KEY:
+    case MR_INDEX_BUS_KEY:
         return take_bus_key(collector, side, &m->as.bus_key, event->host_us, error);
-    case MR_PLACE_NONCE: take_nonce(collector, &m->as.nonce); return MR_OK;
-    case MR_PLACE_BOARD_CONFIG:
+    case MR_INDEX_NONCE: take_nonce(collector, &m->as.nonce); return MR_OK;
+    case MR_INDEX_BOARD_CONFIG:
         collector->told.identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;
-    case MR_PLACE_CONFIG_IMAGE:
+    case MR_INDEX_CONFIG_IMAGE:
         return take_config_word(collector, side, &m->as.config_image, error);
-    case MR_PLACE_SITE: return take_site(collector, side, &m->as.site, error);
-    case MR_PLACE_CHANNEL: return take_channel(collector, side, &m->as.channel, error);
-    case MR_PLACE_CHANNEL_ZERO:
+    case MR_INDEX_SITE: return take_site(collector, side, &m->as.site, error);
+    case MR_INDEX_CHANNEL: return take_channel(collector, side, &m->as.channel, error);
+    case MR_INDEX_CHANNEL_ZERO:
         return take_channel_zero(collector, side, &m->as.channel_zero, error);
-    case MR_PLACE_CALIBRATION: return take_calibration(collector, side, &m->as.calibration, error);
-    case MR_PLACE_SWITCH_PLACE:
+    case MR_INDEX_CALIBRATION: return take_calibration(collector, side, &m->as.calibration, error);
+    case MR_INDEX_SWITCH_PLACE:
         return take_switch_place(collector, side, &m->as.switch_place, error);
-    case MR_PLACE_SLACK: return take_slack(collector, side, &m->as.slack, error);
+    case MR_INDEX_SLACK: return take_slack(collector, side, &m->as.slack, error);
     default: return MR_OK;
     }
 }

@@ -64,10 +64,10 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
 /* True: the message has a full block index and its tick. */
 static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
-    bool sync = message->place == MR_PLACE_SYNC;
+    bool sync = message->index == MR_INDEX_SYNC;
     *block = sync ? message->as.sync.block : message->as.clock.block;
     *tick = sync ? message->as.sync.tick : message->as.clock.tick;
-    return sync || message->place == MR_PLACE_CLOCK;
+    return sync || message->index == MR_INDEX_CLOCK;
 }
 
 /* Takes the time of a message. A clock with tick 0 means that scanning is stopped, so its block
@@ -158,7 +158,7 @@ static enum mr_status stamp_landing(struct collector *collector, struct side *ca
                                     const struct collector_event *event, struct error *error)
 {
     struct slot *slot = can->current;
-    if (event->message->place == MR_PLACE_LANDING &&
+    if (event->message->index == MR_INDEX_LANDING &&
         event->message->as.landing.state == MR_LANDING_ARMED &&
         event->message->as.landing.block != can->armed.block) {
         can->armed = event->message->as.landing;
@@ -187,12 +187,12 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
 /* True: the board sends the same message on both links. */
 static bool is_of_both(const struct mr_message *message)
 {
-    switch (message->place) {
-    case MR_PLACE_CLOCK:
-    case MR_PLACE_CAN_HEALTH:
-    case MR_PLACE_MESSAGE_COUNT:
-    case MR_PLACE_CAN_ALARM:
-    case MR_PLACE_CONFIG_IMAGE: return false; /* these differ by link */
+    switch (message->index) {
+    case MR_INDEX_CLOCK:
+    case MR_INDEX_CAN_HEALTH:
+    case MR_INDEX_MESSAGE_COUNT:
+    case MR_INDEX_CAN_ALARM:
+    case MR_INDEX_CONFIG_IMAGE: return false; /* these differ by link */
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
@@ -222,7 +222,7 @@ static void note_identity(struct collector *collector, struct side *can,
                           const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
-    if (message->place != MR_PLACE_BOARD_UID || !collector->told.uid_vouched)
+    if (message->index != MR_INDEX_BOARD_UID || !collector->told.uid_vouched)
         return;
     bool own = memcmp(words, collector->told.uid, sizeof words) == 0;
     can->own_heard |= own;
@@ -237,9 +237,9 @@ static enum mr_status receive(struct collector *collector, struct side *side,
 {
     if (collector->listener)
         collector->listener->message(collector->listener->context, event);
-    if (!collector->told.hello && event->message->place != MR_PLACE_HELLO)
+    if (!collector->told.hello && event->message->index != MR_INDEX_HELLO)
         return MR_OK;
-    if (event->message->place == MR_PLACE_LANDING) {
+    if (event->message->index == MR_INDEX_LANDING) {
         collector->told.landing = event->message->as.landing;
         collector->told.landing_known = true;
     }
@@ -275,7 +275,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         account_can_frame(&side->account);
     else
         account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
-    if (message->place == MR_PLACE_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
+    if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
         side->clock_block = message->as.clock.block;
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
@@ -283,7 +283,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
             count_same_starts(collector, side);
         account_settle(&side->account);
     }
-    account_message(&side->account, message->place);
+    account_message(&side->account, message->index);
 
     const struct collector_event event = {.link = side->kind,
                                           .message = message,
@@ -363,7 +363,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     account_settle(&side->account);
-    account_message(&side->account, MR_PLACE_BLOCK);
+    account_message(&side->account, MR_INDEX_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
     if (collector->listener)
@@ -389,7 +389,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
         return take_message(collector, side, &message, frame->seq, host_us, error);
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     /* a page of the black box, or unknown */
-    account_message(&side->account, mr_message_place(frame->type));
+    account_message(&side->account, mr_message_index(frame->type));
     side->account.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
                               .board_us = collect_board_time(side, NULL),
@@ -495,7 +495,7 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     const struct held held = {.frame = *frame};
     struct mr_message message;
     bool ours = read_frame(collector, frame, &message);
-    bool hello = ours && message.place == MR_PLACE_HELLO && side->time.known;
+    bool hello = ours && message.index == MR_INDEX_HELLO && side->time.known;
     if ((hello || side->held_count) &&
         hold(collector, side, ours ? start_of(side, &message) : START_UNKNOWN, &held, error))
         return MR_OK;
@@ -512,7 +512,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
     bool jump = side->account.seq_known && frame->seq != side->account.seq_next;
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
-    if (ours && jump && frame->seq == 0 && message.place == MR_PLACE_HELLO) {
+    if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
         if (release(collector, side, START_SAME, host_us, error) == MR_OK)
             restart(collector, side, host_us, &message.as.hello, error);
     } else if (side->held_count || (jump && side->time.known)) {

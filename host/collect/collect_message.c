@@ -52,11 +52,11 @@ static enum mr_status count_message(struct collector *collector, struct side *si
     if (pack < MR_SERIES_PACKS) {
         if (side->current)
             account_step(&side->account, pack, timebase_unwrap(&side->time, (uint16_t)m->block16));
-    } else if (m->place == MR_PLACE_MESSAGE_COUNT) {
+    } else if (m->index == MR_INDEX_MESSAGE_COUNT) {
         account_message_count(&side->account, &m->as.message_count);
-    } else if (m->place == MR_PLACE_CAN_HEALTH && side->kind == LINK_CAN) {
+    } else if (m->index == MR_INDEX_CAN_HEALTH && side->kind == LINK_CAN) {
         account_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
-    } else if (m->place == MR_PLACE_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
+    } else if (m->index == MR_INDEX_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
         account_dropped(&side->account, m->as.serial_health.dropped, collect_newest_block(side));
     }
     return MR_OK;
@@ -65,10 +65,10 @@ static enum mr_status count_message(struct collector *collector, struct side *si
 /* Makes the event of a message, as defined by the EVENT rows of the catalogue. */
 static bool event_of(const struct mr_message *message, struct store_event *event)
 {
-    switch (message->place) {
+    switch (message->index) {
 /* clang-format off */
 #define EVENT(name, NAME, kind_, code_, detail_, value_)                               \
-    case MR_PLACE_##NAME: {                                                            \
+    case MR_INDEX_##NAME: {                                                            \
         const struct mr_##name *m = &message->as.name;                                 \
         *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, \
             .value = value_};                                                          \
@@ -141,13 +141,13 @@ static enum mr_status state_message(struct collector *collector, struct side *si
 {
     const struct mr_message *m = event->message;
     uint64_t host_us = event->host_us;
-    switch (m->place) {
-    case MR_PLACE_LANDING: return record_landing(collector, side, &m->as.landing, host_us, error);
-    case MR_PLACE_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
-    case MR_PLACE_ACK: return record_order(collector, side, &m->as.ack, host_us, error);
-    case MR_PLACE_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
-    case MR_PLACE_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
-    case MR_PLACE_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;
+    switch (m->index) {
+    case MR_INDEX_LANDING: return record_landing(collector, side, &m->as.landing, host_us, error);
+    case MR_INDEX_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
+    case MR_INDEX_ACK: return record_order(collector, side, &m->as.ack, host_us, error);
+    case MR_INDEX_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
+    case MR_INDEX_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
+    case MR_INDEX_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;
     default: return MR_OK;
     }
 }
@@ -222,7 +222,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
                                const struct mr_message *m, struct error *error)            \
     {                                                                                      \
         struct store_##name *row = &side->name;                                            \
-        if (m->place == MR_PLACE_##NAME) {                                                 \
+        if (m->index == MR_INDEX_##NAME) {                                                 \
             *row = store_blank_##name;                                                     \
             side->name##16 = m->block16;                                                   \
             collect_##name##_row(row, &m->as.name);                                        \
@@ -246,7 +246,7 @@ static enum mr_status record_result(struct collector *collector, const struct si
 {
     struct store_result row = store_blank_result;
     row.links = collect_link_bit(side);
-    if (m->place == MR_PLACE_TOUCHDOWN)
+    if (m->index == MR_INDEX_TOUCHDOWN)
         collect_touchdown_row(&row, &m->as.touchdown);
     else
         collect_stop_row(&row, &m->as.stop);
@@ -266,17 +266,17 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
-    switch (m->place) {
-    case MR_PLACE_EDGE: return record_edge(collector, side, &m->as.edge, error);
-    case MR_PLACE_SWITCH_EVENT:
+    switch (m->index) {
+    case MR_INDEX_EDGE: return record_edge(collector, side, &m->as.edge, error);
+    case MR_INDEX_SWITCH_EVENT:
         return record_switch_event(collector, side, &m->as.switch_event, error);
-    case MR_PLACE_MOTION:
-    case MR_PLACE_MOTION_ERROR: return motion(collector, side, m, error);
-    case MR_PLACE_ZONE:
-    case MR_PLACE_ZONE_LEAD: return zone(collector, side, m, error);
-    case MR_PLACE_TOUCHDOWN:
-    case MR_PLACE_STOP: return record_result(collector, side, m, error);
-    case MR_PLACE_TEMPERATURE: return record_temperature(collector, side, m, error);
+    case MR_INDEX_MOTION:
+    case MR_INDEX_MOTION_ERROR: return motion(collector, side, m, error);
+    case MR_INDEX_ZONE:
+    case MR_INDEX_ZONE_LEAD: return zone(collector, side, m, error);
+    case MR_INDEX_TOUCHDOWN:
+    case MR_INDEX_STOP: return record_result(collector, side, m, error);
+    case MR_INDEX_TEMPERATURE: return record_temperature(collector, side, m, error);
     default: return MR_OK;
     }
 }
@@ -304,7 +304,7 @@ static enum mr_status record_joints(struct collector *collector, struct side *si
     if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_parts ||
         side->runway_parts >= mr_runway_messages(state))
         return MR_OK;
-    mr_runway_take(state, m);
+    mr_runway_apply_message(state, m);
     side->runway_parts++;
     if (!side->current || side->runway_parts < mr_runway_messages(state) ||
         mr_runway_crc(state) != side->runway_store.crc)
@@ -356,7 +356,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
                 collector->store, slot->row.id,
                 &(struct store_predict_item){i, (double)collector->told.predict_item[i]}, error);
     }
-    for (unsigned i = 0; i < MR_RISK_TOLD && status == MR_OK; i++) {
+    for (unsigned i = 0; i < MR_RISK_REPORT_ITEMS && status == MR_OK; i++) {
         if (collector->told.risk_known[i])
             status = store_risk_item_put(
                 collector->store, slot->row.id,
@@ -369,7 +369,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 static enum mr_status record_risk_parameter(struct collector *collector, const struct side *side,
                                             const struct mr_risk_item *m, struct error *error)
 {
-    if (m->index >= MR_RISK_TOLD)
+    if (m->index >= MR_RISK_REPORT_ITEMS)
         return MR_OK;
     if (m->index == 0)
         memset(collector->told.risk_known, 0, sizeof collector->told.risk_known);
@@ -385,7 +385,7 @@ static enum mr_status record_risk(struct collector *collector, struct side *side
 {
     struct store_risk part = store_blank_risk;
     part.links = collect_link_bit(side);
-    if (m->place == MR_PLACE_RISK)
+    if (m->index == MR_INDEX_RISK)
         collect_risk_row(&part, &m->as.risk);
     else
         collect_risk_lead_row(&part, &m->as.risk_lead);
@@ -399,11 +399,11 @@ static enum mr_status record_statement(struct collector *collector, struct side 
 {
     struct store_prediction part = store_blank_prediction;
     part.links = collect_link_bit(side);
-    switch (m->place) {
-    case MR_PLACE_ZONE_ERROR: collect_zone_error_row(&part, &m->as.zone_error); break;
-    case MR_PLACE_ZONE_COMING: collect_zone_coming_row(&part, &m->as.zone_coming); break;
-    case MR_PLACE_ZONE_PRESS: collect_zone_press_row(&part, &m->as.zone_press); break;
-    case MR_PLACE_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
+    switch (m->index) {
+    case MR_INDEX_ZONE_ERROR: collect_zone_error_row(&part, &m->as.zone_error); break;
+    case MR_INDEX_ZONE_COMING: collect_zone_coming_row(&part, &m->as.zone_coming); break;
+    case MR_INDEX_ZONE_PRESS: collect_zone_press_row(&part, &m->as.zone_press); break;
+    case MR_INDEX_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
     default: return MR_OK;
     }
     part.block = collect_block(side, m);
@@ -415,17 +415,17 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
                                               struct error *error)
 {
     const struct mr_message *m = event->message;
-    switch (m->place) {
-    case MR_PLACE_TRUST: return record_trust(collector, side, m, error);
-    case MR_PLACE_RUNWAY: record_runway(side, &m->as.runway); return MR_OK;
-    case MR_PLACE_RUNWAY_JOINTS: return record_joints(collector, side, &m->as.runway_joints, error);
-    case MR_PLACE_RUNWAY_STORE:
+    switch (m->index) {
+    case MR_INDEX_TRUST: return record_trust(collector, side, m, error);
+    case MR_INDEX_RUNWAY: record_runway(side, &m->as.runway); return MR_OK;
+    case MR_INDEX_RUNWAY_JOINTS: return record_joints(collector, side, &m->as.runway_joints, error);
+    case MR_INDEX_RUNWAY_STORE:
         record_runway_state(collector, side, &m->as.runway_store);
         return MR_OK;
-    case MR_PLACE_RISK:
-    case MR_PLACE_RISK_LEAD: return record_risk(collector, side, m, error);
-    case MR_PLACE_RISK_ITEM: return record_risk_parameter(collector, side, &m->as.risk_item, error);
-    case MR_PLACE_PREDICT_ITEM: return record_item(collector, side, &m->as.predict_item, error);
+    case MR_INDEX_RISK:
+    case MR_INDEX_RISK_LEAD: return record_risk(collector, side, m, error);
+    case MR_INDEX_RISK_ITEM: return record_risk_parameter(collector, side, &m->as.risk_item, error);
+    case MR_INDEX_PREDICT_ITEM: return record_item(collector, side, &m->as.predict_item, error);
     default: return record_statement(collector, side, m, error);
     }
 }
@@ -456,13 +456,13 @@ static enum mr_status record_shunt(struct collector *collector, struct side *sid
                                    const struct mr_message *m, struct error *error)
 {
     struct store_shunt *row = &side->shunt_result;
-    if (m->place == MR_PLACE_SHUNT) {
+    if (m->index == MR_INDEX_SHUNT) {
         side->shunt = store_blank_shunt;
         side->shunt.links = collect_link_bit(side);
         collect_shunt_row(&side->shunt, &m->as.shunt);
         return MR_OK;
     }
-    if (m->place == MR_PLACE_SHUNT_RESULT) {
+    if (m->index == MR_INDEX_SHUNT_RESULT) {
         *row = side->shunt;
         collect_shunt_result_row(row, &m->as.shunt_result);
     } else if (m->as.shunt_check.gage == row->gage) {
@@ -484,17 +484,17 @@ static enum mr_status record_band(struct collector *collector, const struct side
     const struct mr_band_least *least = &m->as.band_least;
     const struct mr_band_most *most = &m->as.band_most;
     row.links = collect_link_bit(side);
-    if (m->place == MR_PLACE_BAND_BEFORE)
+    if (m->index == MR_INDEX_BAND_BEFORE)
         collect_band_before_row(&row, &m->as.band_before);
-    else if (m->place == MR_PLACE_BAND_AFTER)
+    else if (m->index == MR_INDEX_BAND_AFTER)
         collect_band_after_row(&row, &m->as.band_after);
     else
-        row.band = m->place == MR_PLACE_BAND_LEAST ? least->band : most->band;
-    if (m->place == MR_PLACE_BAND_LEAST && least->gage) {
+        row.band = m->index == MR_INDEX_BAND_LEAST ? least->band : most->band;
+    if (m->index == MR_INDEX_BAND_LEAST && least->gage) {
         collect_band_least_row(&row, least);
         row.least_block = block_of(side, least->at_block16);
     }
-    if (m->place == MR_PLACE_BAND_MOST && most->gage) {
+    if (m->index == MR_INDEX_BAND_MOST && most->gage) {
         collect_band_most_row(&row, most);
         row.most_block = block_of(side, most->at_block16);
     }
@@ -505,15 +505,15 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
-    switch (m->place) {
-    case MR_PLACE_BAND_EVENT: return record_band_message(collector, side, &m->as.band_event, error);
-    case MR_PLACE_BAND_BEFORE:
-    case MR_PLACE_BAND_LEAST:
-    case MR_PLACE_BAND_MOST:
-    case MR_PLACE_BAND_AFTER: return record_band(collector, side, m, error);
-    case MR_PLACE_SHUNT:
-    case MR_PLACE_SHUNT_RESULT:
-    case MR_PLACE_SHUNT_CHECK: return record_shunt(collector, side, m, error);
+    switch (m->index) {
+    case MR_INDEX_BAND_EVENT: return record_band_message(collector, side, &m->as.band_event, error);
+    case MR_INDEX_BAND_BEFORE:
+    case MR_INDEX_BAND_LEAST:
+    case MR_INDEX_BAND_MOST:
+    case MR_INDEX_BAND_AFTER: return record_band(collector, side, m, error);
+    case MR_INDEX_SHUNT:
+    case MR_INDEX_SHUNT_RESULT:
+    case MR_INDEX_SHUNT_CHECK: return record_shunt(collector, side, m, error);
     default: return MR_OK;
     }
 }
@@ -612,15 +612,15 @@ static enum mr_status collect_health_message(struct collector *collector, struct
                                              struct error *error)
 {
     const struct mr_message *m = event->message;
-    switch (m->place) {
-    case MR_PLACE_CHANNEL_QUALITY:
+    switch (m->index) {
+    case MR_INDEX_CHANNEL_QUALITY:
         return record_quality(collector, side, &m->as.channel_quality, error);
-    case MR_PLACE_FAULT: return record_fault(collector, side, &m->as.fault, event->host_us, error);
-    case MR_PLACE_CRASH: return record_crash(collector, side, &m->as.crash, event->host_us, error);
-    case MR_PLACE_CAN_ALARM:
+    case MR_INDEX_FAULT: return record_fault(collector, side, &m->as.fault, event->host_us, error);
+    case MR_INDEX_CRASH: return record_crash(collector, side, &m->as.crash, event->host_us, error);
+    case MR_INDEX_CAN_ALARM:
         return record_can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
-    case MR_PLACE_SLOW_ROW: record_slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
-    case MR_PLACE_SLOW_TENSION:
+    case MR_INDEX_SLOW_ROW: record_slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
+    case MR_INDEX_SLOW_TENSION:
         return record_slow_tension(collector, side, &m->as.slow_tension, error);
     default: return MR_OK;
     }

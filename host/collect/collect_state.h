@@ -132,8 +132,8 @@ struct told {
     struct store_segment segment[MR_SEGMENTS];
     bool predict_known[MR_PREDICT_ITEMS];
     float predict_item[MR_PREDICT_ITEMS];
-    bool risk_known[MR_RISK_TOLD];
-    float risk_item[MR_RISK_TOLD];
+    bool risk_known[MR_RISK_REPORT_ITEMS];
+    float risk_item[MR_RISK_REPORT_ITEMS];
 };
 
 struct collector {

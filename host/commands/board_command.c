@@ -359,8 +359,9 @@ static int print_identity(const struct request *request, const struct identity *
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     struct answer *answer = answer_new(request->cli->si);
     answer_words(answer, "board", "board", "%s", uid);
-    if (identity->board_known && mr_board_of(identity->board))
-        answer_words(answer, "kind", "kind of board", "%s", mr_board_of(identity->board)->name);
+    if (identity->board_known && mr_board_by_number(identity->board))
+        answer_words(answer, "kind", "kind of board", "%s",
+                     mr_board_by_number(identity->board)->name);
     else
         answer_none(answer, "kind", NULL, NULL);
     answer_words(answer, "firmware", "firmware", "%s", version);

@@ -257,7 +257,7 @@ static bool receive_firmware(struct session *session, double within_s)
 
 static const char *name_of(unsigned board)
 {
-    const struct mr_board *known = mr_board_of(board);
+    const struct mr_board *known = mr_board_by_number(board);
     return known ? known->name : "a board unknown to this matrig";
 }
 
@@ -411,7 +411,7 @@ static int flash(struct session *session)
 /* The chip that the image is for. */
 static unsigned chip_of(const struct imagefile *image)
 {
-    const struct mr_board *board = mr_board_of(image->header.board);
+    const struct mr_board *board = mr_board_by_number(image->header.board);
     if (!board)
         error_set(fatal, MR_VERSION,
                   "image for unknown board %u: %s; use the matrig version of the image",
@@ -431,7 +431,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     if (!session.image.stamped && !session.force)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
-    session.chip = session.image.stamped ? chip_of(&session.image) : mr_board_of(MR_BOARD_ZG)->chip;
+    session.chip = session.image.stamped ? chip_of(&session.image)
+                                         : mr_board_by_number(MR_BOARD_ZG)->chip;
     int exit_code = flash(&session);
     imagefile_free(&session.image);
     return exit_code;

@@ -80,7 +80,7 @@ static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_
     double r = sqrt((t->apart2 + BORROWED * borrowed2 * mean * mean) / freedom);
     if (t->count > 1)
         spread2 = (t->squares - t->sum * mean) / (double)(t->count - 1);
-    r *= mr_gates_student((unsigned)fmin(freedom, (double)pairs_in_all));
+    r *= mr_gates_student_factor((unsigned)fmin(freedom, (double)pairs_in_all));
     return sqrt(r * (r + sqrt(fmax(spread2, 0.0))));
 }
 

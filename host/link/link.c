@@ -83,11 +83,11 @@ enum mr_status link_read_base(const char *text, const char *where, uint16_t *bas
         return error_set(error, MR_USAGE,
                          "not a base of CAN identifiers: '%s' of %s; write a number such as 0x190",
                          text, where);
-    if (value > MR_CAN_BASE_MOST)
+    if (value > MR_CAN_BASE_MAX)
         return error_set(error, MR_USAGE,
                          "base 0x%03lx is too large: %s; give at most 0x%03x, so that identifiers "
                          "stay up to 0x%x",
-                         value, where, MR_CAN_BASE_MOST, MR_CAN_ID_MOST);
+                         value, where, MR_CAN_BASE_MAX, MR_CAN_ID_MAX);
     *base = (uint16_t)value;
     return MR_OK;
 }

@@ -172,16 +172,16 @@ static void set_zero(struct live_buckets *b, const struct mr_channel_zero *m)
 void live_buckets_message(struct live_buckets *b, const struct mr_message *message, int64_t block)
 {
     const struct mr_calibration *item = &message->as.calibration;
-    switch (message->place) {
-    case MR_PLACE_CHANNEL: set_channel(b, &message->as.channel); break;
-    case MR_PLACE_CHANNEL_ZERO: set_zero(b, &message->as.channel_zero); break;
-    case MR_PLACE_CALIBRATION:
+    switch (message->index) {
+    case MR_INDEX_CHANNEL: set_channel(b, &message->as.channel); break;
+    case MR_INDEX_CHANNEL_ZERO: set_zero(b, &message->as.channel_zero); break;
+    case MR_INDEX_CALIBRATION:
         if (item->index < MR_CHANNELS && item->item < MR_CALIBRATION_ITEMS) {
             mr_channel_item_set(&b->channel[item->index], item->item, item->value);
             b->calibration_known[item->index] |= 1u << item->item;
         }
         break;
-#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_PLACE_##NAME:
+#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
         take_pack(b, message, block);
         break;

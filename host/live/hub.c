@@ -196,9 +196,9 @@ static void message_json(FILE *out, const struct collector_event *event)
         fputs(",\"b\":null", out);
     else
         put_whole(out, "b", event->board_us / 1000);
-    switch (message->place) {
+    switch (message->index) {
 #define MESSAGE(name, NAME, id, direction, text) \
-    case MR_PLACE_##NAME: {                      \
+    case MR_INDEX_##NAME: {                      \
         const struct mr_##name *m = &message->as.name;
 #define INTEGER(name, type, field, unit, text) put_whole(out, #field, (long long)m->field);
 #define CODE(name, type, field, values, text)   \
@@ -446,14 +446,14 @@ void live_hub_turn(struct live_hub *hub)
 /* False: the page gets the message as buckets, or does not need it. */
 static bool is_shown(const struct mr_message *message)
 {
-    switch (message->place) {
-#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_PLACE_##NAME:
+    switch (message->index) {
+#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
-    case MR_PLACE_CALIBRATION:
-    case MR_PLACE_CLOCK:
-    case MR_PLACE_CONFIG_IMAGE:
-    case MR_PLACE_CAN_HEALTH:
-    case MR_PLACE_SERIAL_HEALTH: return false;
+    case MR_INDEX_CALIBRATION:
+    case MR_INDEX_CLOCK:
+    case MR_INDEX_CONFIG_IMAGE:
+    case MR_INDEX_CAN_HEALTH:
+    case MR_INDEX_SERIAL_HEALTH: return false;
     default: return true;
     }
 }
@@ -461,18 +461,18 @@ static bool is_shown(const struct mr_message *message)
 static bool is_of_landing(unsigned place)
 {
     switch (place) {
-    case MR_PLACE_ZONE:
-    case MR_PLACE_ZONE_LEAD:
-    case MR_PLACE_ZONE_COMING:
-    case MR_PLACE_ZONE_PRESS:
-    case MR_PLACE_VERDICT:
-    case MR_PLACE_RISK:
-    case MR_PLACE_RISK_LEAD:
-    case MR_PLACE_EDGE:
-    case MR_PLACE_MOTION:
-    case MR_PLACE_MOTION_ERROR:
-    case MR_PLACE_TOUCHDOWN:
-    case MR_PLACE_STOP: return true;
+    case MR_INDEX_ZONE:
+    case MR_INDEX_ZONE_LEAD:
+    case MR_INDEX_ZONE_COMING:
+    case MR_INDEX_ZONE_PRESS:
+    case MR_INDEX_VERDICT:
+    case MR_INDEX_RISK:
+    case MR_INDEX_RISK_LEAD:
+    case MR_INDEX_EDGE:
+    case MR_INDEX_MOTION:
+    case MR_INDEX_MOTION_ERROR:
+    case MR_INDEX_TOUCHDOWN:
+    case MR_INDEX_STOP: return true;
     default: return false;
     }
 }
@@ -481,18 +481,18 @@ static bool is_of_landing(unsigned place)
  * slot of its own, beside the newest message. */
 static unsigned instance(const struct mr_message *m)
 {
-    switch (m->place) {
-    case MR_PLACE_CHANNEL: return m->as.channel.index;
-    case MR_PLACE_CHANNEL_ZERO: return m->as.channel_zero.index;
-    case MR_PLACE_CHANNEL_EVENT: return m->as.channel_event.index;
-    case MR_PLACE_SWITCH_PLACE: return m->as.switch_place.position;
-    case MR_PLACE_SLACK: return m->as.slack.segment;
-    case MR_PLACE_FAULT: return m->as.fault.code;
-    case MR_PLACE_BAND_STATE: return m->as.band_state.band;
-    case MR_PLACE_EDGE: return m->as.edge.position;
-    case MR_PLACE_RISK_ITEM: return m->as.risk_item.index;
-    case MR_PLACE_ZONE_LEAD: return m->as.zone_lead.warning;
-    case MR_PLACE_VERDICT: return m->as.verdict.verdict;
+    switch (m->index) {
+    case MR_INDEX_CHANNEL: return m->as.channel.index;
+    case MR_INDEX_CHANNEL_ZERO: return m->as.channel_zero.index;
+    case MR_INDEX_CHANNEL_EVENT: return m->as.channel_event.index;
+    case MR_INDEX_SWITCH_PLACE: return m->as.switch_place.position;
+    case MR_INDEX_SLACK: return m->as.slack.segment;
+    case MR_INDEX_FAULT: return m->as.fault.code;
+    case MR_INDEX_BAND_STATE: return m->as.band_state.band;
+    case MR_INDEX_EDGE: return m->as.edge.position;
+    case MR_INDEX_RISK_ITEM: return m->as.risk_item.index;
+    case MR_INDEX_ZONE_LEAD: return m->as.zone_lead.warning;
+    case MR_INDEX_VERDICT: return m->as.verdict.verdict;
     default: return 0;
     }
 }
@@ -535,7 +535,7 @@ static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slots; i-- > 0;) {
         unsigned place = hub->slot[i].key >> 16;
-        if (is_of_landing(place) || (faults && place == MR_PLACE_FAULT))
+        if (is_of_landing(place) || (faults && place == MR_INDEX_FAULT))
             remove_slot(hub, &hub->slot[i]);
     }
     hub->warned = false;
@@ -576,17 +576,17 @@ static void show(struct live_hub *hub, const struct collector_event *event)
         return;
     }
     put_waiting(hub, text);
-    bool warns = m->place == MR_PLACE_ZONE_LEAD && m->as.zone_lead.warning;
+    bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* keep the zone at the beginning of the warning, which arrived before its lead */
     if (warns && !hub->warned) {
-        const struct slot *zone = find_slot(hub, key_of(MR_PLACE_ZONE, event->link, 0));
-        keep(hub, key_of(MR_PLACE_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
+        const struct slot *zone = find_slot(hub, key_of(MR_INDEX_ZONE, event->link, 0));
+        keep(hub, key_of(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
     }
     if (!warns || !hub->warned)
-        keep(hub, key_of(m->place, event->link, instance(m)), text);
+        keep(hub, key_of(m->index, event->link, instance(m)), text);
     else
         free(text);
-    if (m->place == MR_PLACE_ZONE_LEAD && warns != hub->warned) {
+    if (m->index == MR_INDEX_ZONE_LEAD && warns != hub->warned) {
         hub->warned = warns;
         publish_messages(hub);
     }
@@ -603,23 +603,23 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
         take_turn(hub);
     }
     struct mr_config config;
-    if (m->place == MR_PLACE_CONFIG_IMAGE &&
+    if (m->index == MR_INDEX_CONFIG_IMAGE &&
         configwords_follow(&hub->config[event->link], &m->as.config_image, &config))
         hub->uncalibrated = config_text_undated(&config) != 0;
-    if (m->place == MR_PLACE_HELLO)
+    if (m->index == MR_INDEX_HELLO)
         hub->other_layout = m->as.hello.layout != MR_LAYOUT;
-    bool armed = m->place == MR_PLACE_LANDING && m->as.landing.state == MR_LANDING_ARMED;
+    bool armed = m->index == MR_INDEX_LANDING && m->as.landing.state == MR_LANDING_ARMED;
     if (armed && !hub->armed) {
         discard_landing(hub, false);
         live_buckets_arm(&hub->buckets);
     }
-    hub->armed = m->place == MR_PLACE_LANDING ? armed : hub->armed;
-    if (!hub->other_layout || m->place == MR_PLACE_HELLO) {
+    hub->armed = m->index == MR_INDEX_LANDING ? armed : hub->armed;
+    if (!hub->other_layout || m->index == MR_INDEX_HELLO) {
         live_buckets_message(&hub->buckets, m, block);
         if (is_shown(m))
             show(hub, event);
     }
-    if (m->place == MR_PLACE_ACK && hub->sent && !hub->answered &&
+    if (m->index == MR_INDEX_ACK && hub->sent && !hub->answered &&
         m->as.ack.tag == hub->order.tag) {
         hub->answered = true;
         hub->answer = (enum mr_status)m->as.ack.status;

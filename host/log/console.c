@@ -95,7 +95,7 @@ void logger_note_other(struct logger *logger, const struct link_frame *frame)
         cli_note(logger->cli,
                  "another board sends on this bus: base 0x%03x of %s; it is not logged",
                  logger->other_base, link_spec(logger->link[LINK_CAN]));
-    } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MOST &&
+    } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
                mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
                message.as.hello.layout == MR_LAYOUT) {
         logger->other_heard = true;
@@ -531,18 +531,18 @@ void logger_note_board(struct logger *logger)
 }
 
 /* Messages that the board counted and the link did not receive, in the whole session. */
-static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct answer *answer)
+static void missing_answer(int kind, const int64_t missing[MR_MESSAGES], struct answer *answer)
 {
     char text[1000] = "";
     size_t used = 0;
     answer_open(answer, "missing", "");
-    for (unsigned place = 0; place < MR_PLACES; place++) {
+    for (unsigned place = 0; place < MR_MESSAGES; place++) {
         if (missing[place] == 0)
             continue;
-        answer_count(answer, mr_message_text(place), NULL, missing[place]);
+        answer_count(answer, mr_message_name(place), NULL, missing[place]);
         if (used < sizeof text)
             used += (size_t)snprintf(text + used, sizeof text - used, "%s %s %lld", used ? "," : "",
-                                     mr_message_text(place), (long long)missing[place]);
+                                     mr_message_name(place), (long long)missing[place]);
     }
     if (used)
         answer_sentence(answer, NULL, "%s missed in this session:%s", summary_link_name(kind),

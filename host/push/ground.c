@@ -232,7 +232,7 @@ static void pool_readings(struct pooled *p)
         p->spread = high;
         left = solve(p, p->spread);
     }
-    double scatter = sqrt(left / (double)more) * mr_gates_student((unsigned)more);
+    double scatter = sqrt(left / (double)more) * mr_gates_student_factor((unsigned)more);
     p->reach = Z_95 * fmax(1.0, scatter);
 }
 
@@ -405,8 +405,8 @@ static void find_scatter(size_t count, struct push_ground *ground)
     if (freedom == 0)
         return;
     ground->scatter = sqrt(squares / (double)freedom);
-    ground->poor = squares > mr_chi_square((unsigned)freedom, MR_ONE_IN_1000);
-    ground->stretch = fmax(1.0, ground->scatter * mr_gates_student((unsigned)freedom));
+    ground->poor = squares > mr_chi_square((unsigned)freedom, MR_SIGMA_1_IN_1000);
+    ground->stretch = fmax(1.0, ground->scatter * mr_gates_student_factor((unsigned)freedom));
 }
 
 static enum mr_status fit_all(const struct push_readings *readings,

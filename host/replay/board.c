@@ -235,7 +235,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 void replay_image_of(const struct board_messages *recorded, char *path, size_t size)
 {
-    const struct mr_board *board = mr_board_of(recorded->board);
+    const struct mr_board *board = mr_board_by_number(recorded->board);
     if (board)
         data_dir_find_firmware(board->name, path, size);
     else
@@ -253,7 +253,7 @@ void replay_image_find(struct store *store, int64_t run, char *path, size_t size
 
 static const char *name_of(unsigned number)
 {
-    const struct mr_board *board = mr_board_of(number);
+    const struct mr_board *board = mr_board_by_number(number);
     return board ? board->name : "a board unknown to this matrig";
 }
 

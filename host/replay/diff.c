@@ -256,7 +256,7 @@ static bool follows_from_record(const struct board_message *answer, int64_t firs
     if (answer->info->id == MR_ID_ACK &&
         (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
          value_of(answer, "code") == (double)MR_COMMAND_NONE ||
-         mr_command_giver_refused((int)value_of(answer, "status"))))
+         mr_command_is_sender_refused((int)value_of(answer, "status"))))
         return false; /* the replay's own command, or a replacement for another one */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;

@@ -293,7 +293,7 @@ static bool take_commands(const struct board_messages *recorded, struct commands
         struct mr_command message = {
             .code = ack.code, .tag = ack.tag, .argument = argument_of(recorded, &ack, &mark)};
         /* the replay would obey it, because it has no key */
-        if (mr_command_giver_refused(ack.status))
+        if (mr_command_is_sender_refused(ack.status))
             message.code = MR_COMMAND_NONE;
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;

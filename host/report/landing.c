@@ -127,7 +127,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
     for (size_t i = 0; i <= CURVE_POINTS; i++) {
         struct mr_motion_estimate motion;
         curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
-        mr_gates_at(&measured->fit, curve.t_s[i], &motion);
+        mr_gates_motion_at(&measured->fit, curve.t_s[i], &motion);
         curve.value[i] = motion.deceleration_ft_s2.value;
         curve.half[i] = SUMMARY_95 * motion.deceleration_ft_s2.error;
         most = fmax(most, curve.value[i]);
@@ -160,7 +160,7 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
     figure_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
     for (size_t i = 0; i < measured->gates; i++) {
         struct mr_motion_estimate motion;
-        mr_gates_at(&measured->fit, measured->gate[i].t_s, &motion);
+        mr_gates_motion_at(&measured->fit, measured->gate[i].t_s, &motion);
         t_s[count] = measured->gate[i].t_s;
         residual[count] = IN_PER_FT * (measured->gate[i].station_ft - motion.position_ft.value);
         count += t_s[count] >= first_s && t_s[count] <= last_s;

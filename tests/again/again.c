@@ -160,7 +160,7 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
             slack_in[segment[i].segment] = (float)segment[i].slack_in;
     }
     if (again->result->possible)
-        mr_predictor_surveyed(&again->predictor, slack_in);
+        mr_predictor_mark_surveyed(&again->predictor, slack_in);
     free(segment);
     return status;
 }
@@ -212,7 +212,8 @@ static double whole(int64_t value)
         (void)mr_##name##_get(message, payload_, mr_##name##_put(message, payload_)); \
     } while (0)
 
-static void compare_zone(struct again *again, const struct store_zone *z, struct predict_said *said)
+static void compare_zone(struct again *again, const struct store_zone *z,
+                         struct predict_report *said)
 {
     THROUGH_WIRE(zone, &said->zone);
     THROUGH_WIRE(zone_lead, &said->lead);
@@ -226,7 +227,7 @@ static void compare_zone(struct again *again, const struct store_zone *z, struct
 }
 
 static void compare_prediction(struct again *again, const struct store_prediction *p,
-                               struct predict_said *said)
+                               struct predict_report *said)
 {
     THROUGH_WIRE(zone_error, &said->error);
     THROUGH_WIRE(zone_coming, &said->coming);
@@ -250,7 +251,7 @@ static void compare_prediction(struct again *again, const struct store_predictio
 }
 
 /* A board of before told no risk. */
-static void compare_risk(struct again *again, struct predict_said *said)
+static void compare_risk(struct again *again, struct predict_report *said)
 {
     while (again->next_risk < again->risks && again->risk[again->next_risk].block < again->block) {
         compare(again, "risk", 1.0, (double)NAN);
@@ -296,10 +297,10 @@ static void pass_over(struct again *again, int64_t block)
  * says, or is a difference. */
 static void hold_against(struct again *again)
 {
-    struct predict_said said;
-    predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block,
-                      &said);
-    predict_risk_statement(&again->hazard_said, (uint32_t)again->block, &said);
+    struct predict_report said;
+    predict_fill_report(&again->predictor, &again->look, again->warning, (uint32_t)again->block,
+                        &said);
+    predict_fill_risk_report(&again->hazard_said, (uint32_t)again->block, &said);
     pass_over(again, again->block);
     again->covered = has_gap(again, again->block, false);
     const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone]
@@ -329,7 +330,7 @@ static void hold_against(struct again *again)
 static unsigned take_edges(struct again *again, uint32_t until_tick, uint32_t *ticks)
 {
     unsigned count = 0;
-    while (again->next_edge < again->edges && count < MR_SWITCHES_WAITING &&
+    while (again->next_edge < again->edges && count < MR_SWITCHES_WAITING_MAX &&
            (int32_t)((uint32_t)again->edge[again->next_edge].tick - until_tick) <= 0)
         ticks[count++] = (uint32_t)again->edge[again->next_edge++].tick;
     return count;
@@ -345,10 +346,10 @@ static void read_transducers(struct again *again, const struct mr_block *block,
         if (again->config.channel[i].kind != MR_KIND_DISPLACEMENT)
             continue;
         struct mr_reading reading = mr_channel_read(&again->config.channel[i], block, i, ratio);
-        mr_watch_reading(&again->watch, &again->config.channel[i], i, block->index, &reading);
+        mr_watch_check(&again->watch, &again->config.channel[i], i, block->index, &reading);
         displacement_in[i] = reading.value;
         if (again->watch.changed >> i & 1u)
-            mr_watch_take(&again->watch, i, block->index, &news);
+            mr_watch_get_change(&again->watch, i, block->index, &news);
     }
 }
 
@@ -356,7 +357,7 @@ static void arm(struct again *again, const struct mr_block *block)
 {
     landing_arm(&again->landing, (uint16_t)again->row.board_landing, block->index);
     mr_watch_begin(&again->watch, again->config.channel, block->index);
-    baseline_forget(&again->baseline);
+    baseline_discard(&again->baseline);
     mr_predictor_arm(&again->predictor);
     mr_risk_arm(&again->hazard, __builtin_isnan(again->plan.speed_ft_s) ? NULL : &again->plan,
                 &again->predictor, again->config.site[0].touchdown_ft);
@@ -371,13 +372,13 @@ static void look(struct again *again, const struct mr_block *block)
     mr_predictor_zone(&again->predictor, &again->look);
     mr_risk_report(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
     bool warning = mr_risk_lamp(again->lamp_limit, &again->look, &again->hazard_said) &&
-                   landing_may_warn(&again->landing, block->index);
+                   landing_can_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||
                    again->look.level != was.level;
     again->warning = warning;
     if (warning && again->result->warned_block == STORE_NONE)
         again->result->warned_block = block->index;
-    if (changed || block->index % PREDICT_SAY_BLOCKS == 0)
+    if (changed || block->index % PREDICT_REPORT_BLOCKS == 0)
         hold_against(again);
 }
 
@@ -415,7 +416,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     struct again *again = context;
     struct mr_block block;
     struct mr_predictor_input input;
-    uint32_t ticks[MR_SWITCHES_WAITING];
+    uint32_t ticks[MR_SWITCHES_WAITING_MAX];
     float displacement_in[MR_TRANSDUCERS];
     if (again->over || mr_block_get(&block, record, length) != MR_OK)
         return MR_OK;
@@ -428,22 +429,23 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
     landing_block(&again->landing, &again->config, block.index, block.tick,
                   mr_staircase_code(&block), ticks, edges);
-    again->over = again->armed && !landing_recording(&again->landing);
+    again->over = again->armed && !landing_is_recording(&again->landing);
     if (!again->armed || again->over)
         return MR_OK;
     read_transducers(again, &block, displacement_in);
-    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index),
-                    predict_held(&again->predictor, &again->landing));
+    baseline_update(&again->baseline, displacement_in,
+                    landing_is_quiet(&again->landing, block.index),
+                    predict_held_zeros(&again->predictor, &again->landing));
     take_backlog(again);
     predict_compute_input(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
                           &(struct predict_block){.index = block.index,
                                                   .tick = block.tick,
                                                   .displacement_in = displacement_in,
-                                                  .baseline_in = again->baseline.in},
+                                                  .baseline_in = again->baseline.zero_in},
                           &input);
     mr_predictor_block(&again->predictor, &input);
     mr_risk_block(&again->hazard, &again->predictor, &input);
-    if (block.index % PREDICT_LOOK_BLOCKS == 0)
+    if (block.index % PREDICT_LAMP_BLOCKS == 0)
         look(again, &block);
     return MR_OK;
 }

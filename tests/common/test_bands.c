@@ -79,26 +79,27 @@ TEST(figures_are_those_of_appendix_c)
         play((const double[]){135.0 - 0.64 * s, 75.0 + 0.48 * s}, 2, 1, false, 60.0);
     play(left, 2, 200, false, 60.0);
     mr_bands_end(&bands);
-    mr_bands_figures(&bands, 0, &figures);
+    mr_bands_get_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 100.0, 1e-4);
     assert_near(figures.spread_lb, 0.0, 1e-4);
-    assert_near(figures.least.lb, 75.0, 1e-4);
-    assert_int_equal(figures.least.gage, 2);
-    assert_near(figures.most.lb, 135.0, 1e-4);
-    assert_int_equal(figures.most.gage, 1);
+    assert_near(figures.min.tension_lb, 75.0, 1e-4);
+    assert_int_equal(figures.min.gage, 2);
+    assert_near(figures.max.tension_lb, 135.0, 1e-4);
+    assert_int_equal(figures.max.gage, 1);
     assert_near(figures.after_lb, 101.0, 1e-4);
     assert_near(figures.change_lb, 1.0, 1e-4);
     /* zero 0.5 lb, gain 1 %: of the mean of two sqrt(2 (0.25 + 1)) / 2; of the change only the
      * gain's, 1 % of +3 and of -1 */
     assert_near(figures.before_error_lb, 0.790569, 1e-4);
     assert_near(figures.change_error_lb, 0.0158114, 1e-4);
-    assert_near(figures.least_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
-    assert_near(figures.most_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
-    mr_bands_figures(&bands, 1, &figures);
+    assert_near(figures.min_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
+    assert_near(figures.max_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
+    mr_bands_get_figures(&bands, 1, &figures);
     assert_int_equal(figures.gages, 0);
-    assert_true(isnan(figures.before_lb) && isnan(figures.least.lb) && isnan(figures.change_lb));
+    assert_true(isnan(figures.before_lb) && isnan(figures.min.tension_lb) &&
+                isnan(figures.change_lb));
 }
 
 /* The rivet of the closed form lets go: dT_n and dT_(n-1) end at once, and the lengths still add
@@ -234,11 +235,11 @@ TEST(a_gage_without_a_reading_takes_no_part)
     play((const double[]){100.0, (double)NAN, 104.0}, 3, 150, true, (double)NAN);
     play((const double[]){101.0, (double)NAN, 103.0}, 3, 150, false, 50.0);
     mr_bands_end(&bands);
-    mr_bands_figures(&bands, 0, &figures);
+    mr_bands_get_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 102.0, 1e-4);
-    assert_near(figures.most.lb, 103.0, 1e-4);
+    assert_near(figures.max.tension_lb, 103.0, 1e-4);
 }
 
 TEST(a_band_that_is_not_configured_is_not_watched)
@@ -329,13 +330,14 @@ TEST(the_recorded_landings_raise_nothing)
             keep(mr_bands_update(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
         }
         mr_bands_end(&bands);
-        mr_bands_figures(&bands, 0, &figures);
+        mr_bands_get_figures(&bands, 0, &figures);
         printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, "
                "after %.1f\n",
-               landings[l], (double)figures.before_lb, (double)figures.least.lb, figures.least.gage,
-               (double)figures.most.lb, figures.most.gage, (double)figures.after_lb);
+               landings[l], (double)figures.before_lb, (double)figures.min.tension_lb,
+               figures.min.gage, (double)figures.max.tension_lb, figures.max.gage,
+               (double)figures.after_lb);
         assert_int_equal(finds, 0);
-        assert_near(figures.least.lb, least, 1e-3);
+        assert_near(figures.min.tension_lb, least, 1e-3);
         free(run);
     }
 }
@@ -582,11 +584,13 @@ TEST(no_more_than_16_findings_come_of_one_step)
     for (unsigned i = 0; i < MR_GAGES; i++)
         gage[i].band = (uint8_t)(1 + i % MR_CONFIG_BANDS);
     mr_bands_arm(&bands, gage, band);
-    for (unsigned step = 1; step <= MR_BANDS_GROUP; step++) {
+    for (unsigned step = 1; step <= MR_BANDS_GROUP_STEPS; step++) {
         for (unsigned i = 0; i < MR_GAGES; i++)
-            tension_lb[i] = step == MR_BANDS_GROUP ? 310.0f : i < MR_CONFIG_BANDS ? 50.0f : 150.0f;
+            tension_lb[i] = step == MR_BANDS_GROUP_STEPS ? 310.0f
+                          : i < MR_CONFIG_BANDS          ? 50.0f
+                                                         : 150.0f;
         count = mr_bands_update(&bands, tension_lb, true, NAN, 4 * step);
-        assert_int_equal(count, step == MR_BANDS_GROUP ? MR_BANDS_EVENTS : 0);
+        assert_int_equal(count, step == MR_BANDS_GROUP_STEPS ? MR_BANDS_FINDINGS_MAX : 0);
     }
     for (unsigned n = 0; n < count; n++)
         assert_int_equal(bands.finding[n].reason,
@@ -600,14 +604,14 @@ TEST(a_band_below_zero_is_not_slack_of_nothing)
     static const double station_ft[] = {20.0, 80.0};
     struct mr_band_figures figures;
     set_up(station_ft, 2, 5.0f);
-    play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP, true, (double)NAN);
+    play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP_STEPS, true, (double)NAN);
     unsigned before = findings_of(MR_BAND_LOOSE) + findings_of(MR_BAND_SLACK);
     assert_int_equal(before, 2); /* of the 5 lb that were to be there, 0.5 */
     finds = 0;
     play((const double[]){0.3, 0.1}, 2, 100, false, 30.0);
     play((const double[]){4.3, 4.1}, 2, 100, false, 30.0); /* less than 5 lb is no sudden change */
     mr_bands_end(&bands);
-    mr_bands_figures(&bands, 0, &figures);
+    mr_bands_get_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_near(figures.before_lb, -0.3, 1e-5);
 }
@@ -618,11 +622,11 @@ TEST(what_a_band_has_now)
     float least, mean, most, tension_lb[MR_GAGES] = {90.0f, 120.0f, NAN, 700.0f, 800.0f};
     set_up(station_ft, 4, 100.0f);
     gage[3].band = 2;
-    assert_int_equal(mr_bands_now(gage, tension_lb, 0, &least, &mean, &most), 2);
+    assert_int_equal(mr_bands_extremes(gage, tension_lb, 0, &least, &mean, &most), 2);
     assert_near(least, 90.0, 0.0);
     assert_near(mean, 105.0, 1e-5);
     assert_near(most, 120.0, 0.0);
-    assert_int_equal(mr_bands_now(gage, tension_lb, 3, &least, &mean, &most), 0);
+    assert_int_equal(mr_bands_extremes(gage, tension_lb, 3, &least, &mean, &most), 0);
     assert_true(isnan(least) && isnan(mean) && isnan(most));
 }
 

@@ -144,7 +144,7 @@ TEST(some_channels_are_summed_like_all)
         assert_int_equal(scan.transducers * MR_SCANS_PER_BLOCK, at[0]);
         assert_int_equal(scan.others * MR_SCANS_PER_BLOCK, at[1]);
         mr_block_from_scans(&all, 3, 4, transducers, adc1);
-        mr_block_from_some(&some, &scan, 3, 4, some_transducers, some_others);
+        mr_block_from_fitted(&some, &scan, 3, 4, some_transducers, some_others);
         assert_int_equal(some.absent, absent);
         for (unsigned c = 0; c < MR_CHANNELS; c++) {
             bool there = c >= 22 || !(absent >> c & 1u);

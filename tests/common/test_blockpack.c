@@ -45,13 +45,13 @@ TEST(what_is_absent_costs_no_bits)
     assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
     assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff,
                      0x3fffff);
-    assert_true(mr_pack_follows(&pack, &block));
+    assert_true(mr_pack_can_follow(&pack, &block));
     assert_int_equal(mr_pack_block(&pack, &block, bits), 2 + 2 * 4);
     block.index = 2;
     block.tick += MR_TICKS_PER_BLOCK;
-    assert_true(mr_pack_follows(&pack, &block));
+    assert_true(mr_pack_can_follow(&pack, &block));
     block.absent = 0x3ffffe; /* another set of channels needs a key */
-    assert_false(mr_pack_follows(&pack, &block));
+    assert_false(mr_pack_can_follow(&pack, &block));
     /* and so does a mask: kind 5 where there is no key, or without a staircase */
     struct mr_record record;
     struct mr_pack unpack = {0};
@@ -129,7 +129,7 @@ TEST(every_block_comes_back)
         if (draw(200) == 0)
             absent = draw(2) ? draw(1u << 22) : 0;
         leave_out(&sent[n], absent);
-        if (!mr_pack_follows(&pack, &sent[n]))
+        if (!mr_pack_can_follow(&pack, &sent[n]))
             count[0] = mr_pack_key(&pack, &sent[n], bits[0]);
         count[1] = mr_pack_block(&pack, &sent[n], bits[1]);
         assert_true(count[1] <= MR_PACK_BYTES_MAX * 8u);

@@ -53,13 +53,13 @@ TEST(chi_square_is_that_of_the_tables)
                 {10, 23.209, 29.588},
                 {20, 37.566, 45.315}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_100), rows[i].one_in_100,
+        assert_near(mr_chi_square(rows[i].freedom, MR_SIGMA_1_IN_100), rows[i].one_in_100,
                     0.01 * rows[i].one_in_100);
-        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_1000), rows[i].one_in_1000,
+        assert_near(mr_chi_square(rows[i].freedom, MR_SIGMA_1_IN_1000), rows[i].one_in_1000,
                     0.031 * rows[i].one_in_1000);
     }
     /* nothing left over: nothing can contradict */
-    assert_near(mr_chi_square(0, MR_ONE_IN_100), 0.0, 0.0);
+    assert_near(mr_chi_square(0, MR_SIGMA_1_IN_100), 0.0, 0.0);
 }
 
 TEST(the_closed_form_is_found)
@@ -68,7 +68,7 @@ TEST(the_closed_form_is_found)
     struct mr_braking fit;
     size_t count = usual_gates(gates);
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
-    assert_true(mr_braking_holds(&fit));
+    assert_true(mr_braking_is_accepted(&fit));
     assert_int_equal(fit.freedom, count - 3);
     assert_near(fit.speed_ft_s, SPEED_FT_S, 1e-3);
     assert_near(fit.deceleration_ft_s2, DECELERATION_FT_S2, 1e-3);
@@ -102,7 +102,7 @@ TEST(a_gate_within_the_rise_and_gates_left_out)
     gates[0].station_ft -= 1.0;
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 4 | 1u << 0, &fit),
                      MR_OK);
-    assert_true(mr_braking_holds(&fit));
+    assert_true(mr_braking_is_accepted(&fit));
     assert_int_equal(fit.freedom, count - 2 - 3);
     assert_near(fit.speed_ft_s, SPEED_FT_S, 5e-3);
 }
@@ -115,12 +115,12 @@ TEST(the_worst_are_left_out_one_by_one)
     gates[5].station_ft += 0.10; /* 60 errors */
     gates[8].station_ft -= 0.06;
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
-    assert_false(mr_braking_holds(&fit));
+    assert_false(mr_braking_is_accepted(&fit));
     assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_OK);
     assert_int_equal(fit.left_out, 1u << 5);
     assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_OK);
     assert_int_equal(fit.left_out, 1u << 5 | 1u << 8);
-    assert_true(mr_braking_holds(&fit));
+    assert_true(mr_braking_is_accepted(&fit));
     assert_near(fit.speed_ft_s, SPEED_FT_S, 2e-3);
     /* a fifth of 11 gates is 2: with three out there is no more to be had, however bad the rest */
     gates[3].station_ft += 0.10;
@@ -128,7 +128,7 @@ TEST(the_worst_are_left_out_one_by_one)
     assert_int_equal(
         mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 5 | 1u << 8 | 1u << 9, &fit),
         MR_OK);
-    assert_false(mr_braking_holds(&fit));
+    assert_false(mr_braking_is_accepted(&fit));
     assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
     /* nor with five gates, of which two alone are beyond what is needed: with one less none could
      * tell which it was */
@@ -147,7 +147,7 @@ TEST(three_gates_are_taken_as_they_are)
     gates_at(since_s, 3, gates);
     assert_int_equal(mr_braking_fit(gates, 3, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
     assert_int_equal(fit.freedom, 0);
-    assert_true(mr_braking_holds(&fit));
+    assert_true(mr_braking_is_accepted(&fit));
     assert_near(fit.speed_ft_s, SPEED_FT_S, 0.01); /* the shape is not told by three */
 }
 

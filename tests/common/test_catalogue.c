@@ -155,17 +155,17 @@ TEST(places_go_there_and_back)
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
     for (unsigned m = 0; m < count; m++) {
-        assert_int_equal(mr_message_place(messages[m].id), m);
-        assert_int_equal(mr_message_at(m), messages[m].id);
-        assert_string_equal(mr_message_text(m), messages[m].name);
+        assert_int_equal(mr_message_index(messages[m].id), m);
+        assert_int_equal(mr_message_id_at(m), messages[m].id);
+        assert_string_equal(mr_message_name(m), messages[m].name);
     }
-    assert_int_equal(MR_PLACES, count + 2);
-    assert_int_equal(mr_message_at(mr_message_place(MR_ID_BLOCK)), MR_ID_BLOCK);
-    assert_int_equal(mr_message_at(mr_message_place(MR_ID_BOX_PART)), MR_ID_BOX_PART);
-    assert_string_equal(mr_message_text(MR_PLACE_BLOCK), "block");
-    assert_string_equal(mr_message_text(MR_PLACE_BOX_PART), "box_part");
-    assert_int_equal(mr_message_place(0x7ff), MR_PLACES);
-    assert_int_equal(mr_message_at(MR_PLACES), 0);
+    assert_int_equal(MR_MESSAGES, count + 2);
+    assert_int_equal(mr_message_id_at(mr_message_index(MR_ID_BLOCK)), MR_ID_BLOCK);
+    assert_int_equal(mr_message_id_at(mr_message_index(MR_ID_BOX_PART)), MR_ID_BOX_PART);
+    assert_string_equal(mr_message_name(MR_INDEX_BLOCK), "block");
+    assert_string_equal(mr_message_name(MR_INDEX_BOX_PART), "box_part");
+    assert_int_equal(mr_message_index(0x7ff), MR_MESSAGES);
+    assert_int_equal(mr_message_id_at(MR_MESSAGES), 0);
 }
 
 /* wire.h: rounded to nearest, clipped at the ends of the range, the missing code never made by a
@@ -334,7 +334,7 @@ TEST(a_value_has_a_text)
     {                \
         const char *(*const text)(unsigned) = mr_##values##_text;
 #define VALUE(values, NAME, number, word) assert_string_equal(text(NAME), word);
-#define WORDED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
+#define DESCRIBED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
 #define END_ENUM(values)                            \
         assert_string_equal(text(4711), "unknown"); \
     }

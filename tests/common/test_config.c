@@ -264,9 +264,9 @@ TEST(a_base_keeps_all_messages_within_11_bits)
     for (size_t i = 0; i < count; i++)
         last = messages[i].id > last ? messages[i].id : last;
     assert_string_equal(field->name, "can_base");
-    assert_int_equal(field->least, 0);
-    assert_int_equal(field->most + last, 0x7ff);
-    assert_int_equal(field->most, MR_CAN_BASE_MOST);
+    assert_int_equal(field->int_min, 0);
+    assert_int_equal(field->int_max + last, 0x7ff);
+    assert_int_equal(field->int_max, MR_CAN_BASE_MAX);
 }
 
 /* One thing after another is made wrong in a sound configuration. */

@@ -89,7 +89,7 @@ TEST(a_range_of_few_codes_is_refused)
 TEST(a_range_beyond_the_converter_is_refused)
 {
     struct mr_channel_config c = {.kind = MR_KIND_TENSION, .high = 668.0f, .unit_per_code = 0.04f};
-    assert_true(fabsf(mr_channel_reached(&c) - 167.076f / 668.0f) < 1e-5f);
+    assert_true(fabsf(mr_channel_range_share(&c) - 167.076f / 668.0f) < 1e-5f);
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
     c.high = 669.0f;
     assert_int_equal(mr_gain_check(&c), MR_RULE_UNREACHED);
@@ -98,7 +98,7 @@ TEST(a_range_beyond_the_converter_is_refused)
     assert_int_equal(mr_gain_check(&c), MR_RULE_UNREACHED);
     /* and one beyond the end leaves nothing: the converter ends at -0.9 lb */
     c.zero_code = 4200.0f;
-    assert_true(mr_channel_reached(&c) == 0.0f);
+    assert_true(mr_channel_range_share(&c) == 0.0f);
     c.zero_code = 4000.0f;
     c.unit_per_code = -0.16f; /* a falling one reads 640 lb from there */
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);

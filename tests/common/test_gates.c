@@ -43,7 +43,7 @@ TEST(uniform_deceleration_is_recovered)
     const double stop_s = 17.0 + DELAY_S,
                  stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-    assert_true(summary.even);
+    assert_true(summary.is_uniform);
     assert_int_equal(summary.outlier, 0);
     /* The shape of the rise is not told by the gates: it costs less than a fifth of the error. */
     assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-3);
@@ -97,7 +97,7 @@ TEST(errors_are_the_textbook_ones)
             gates[i] = (struct mr_gate){.t_s = i, .station_ft = 30.0 * i - 2.0 * i * i};
         double m = n;
         assert_int_equal(mr_gates_fit(gates, n, 2, s, &fit), MR_OK);
-        mr_gates_at(&fit, 0.5 * (m - 1.0), &motion);
+        mr_gates_motion_at(&fit, 0.5 * (m - 1.0), &motion);
         assert_near(motion.speed_ft_s.error, s * sqrt(12.0 / (m * (m * m - 1.0))), 1e-12);
         assert_near(motion.deceleration_ft_s2.error,
                     2.0 * s * sqrt(180.0 / (m * (m * m - 1.0) * (m * m - 4.0))), 1e-12);
@@ -128,7 +128,8 @@ TEST(the_online_intervals_hold)
         double true_s = gates[count - 1].t_s - 10.0;
         for (size_t i = 0; i < count; i++)
             gates[i].station_ft += (2.0 * uniform() - 1.0) * 0.02 / 12.0;
-        assert_int_equal(mr_gates_now(gates + 2, count - 2, SWITCH_ERROR_FT, &now), MR_OK);
+        assert_int_equal(mr_gates_latest_motion(gates + 2, count - 2, SWITCH_ERROR_FT, &now),
+                         MR_OK);
         inside += (unsigned)(fabs(now.speed_ft_s.value - (v - a * (true_s - DELAY_S))) <
                              1.96 * now.speed_ft_s.error);
     }
@@ -148,13 +149,13 @@ TEST(the_error_at_a_station_is_that_of_moved_switches)
     double square = 0.0;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates) - 2;
     assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
-    assert_int_equal(mr_gates_at_station(&fit, station_ft, false, &there), MR_OK);
+    assert_int_equal(mr_gates_motion_at_station(&fit, station_ft, false, &there), MR_OK);
     double braked_ft = 87.0 - 28.0 * DELAY_S + 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_near(there.speed_ft_s.value, sqrt(28.0 * 28.0 - 8.0 * braked_ft), 1e-7);
     for (size_t i = 0; i < count; i++) {
         gates[2 + i].station_ft += h_ft;
         assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
-        assert_int_equal(mr_gates_at_station(&fit, station_ft, false, &moved), MR_OK);
+        assert_int_equal(mr_gates_motion_at_station(&fit, station_ft, false, &moved), MR_OK);
         gates[2 + i].station_ft -= h_ft;
         double slope = (moved.speed_ft_s.value - there.speed_ft_s.value) / h_ft;
         square += slope * slope;
@@ -203,8 +204,10 @@ TEST(students_factor_is_that_of_the_tables)
     } rows[] = {{1, 12.706}, {2, 4.303},  {5, 2.571},  {10, 2.228},
                 {15, 2.131}, {20, 2.086}, {30, 2.042}, {60, 2.000}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        assert_near(mr_gates_student(rows[i].freedom), rows[i].t / 1.96, 0.005 * rows[i].t / 1.96);
-    assert_near(mr_gates_student(0), mr_gates_student(1), 0.0); /* as bad as can be stated */
+        assert_near(mr_gates_student_factor(rows[i].freedom), rows[i].t / 1.96,
+                    0.005 * rows[i].t / 1.96);
+    assert_near(mr_gates_student_factor(0), mr_gates_student_factor(1),
+                0.0); /* as bad as can be stated */
 }
 
 /* Gates of a polynomial of order 1 to 4 with exact stations: the lowest order that is enough, and
@@ -224,7 +227,7 @@ TEST(the_lowest_order_that_is_enough_is_taken)
         }
         assert_int_equal(mr_gates_fit_best(gates, 20, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, order);
-        mr_gates_at(&fit, 2.0, &motion);
+        mr_gates_motion_at(&fit, 2.0, &motion);
         double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
                        (order > 3 ? 32.0 * c[4] : 0.0);
         double rise = 2.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
@@ -237,9 +240,9 @@ TEST(the_lowest_order_that_is_enough_is_taken)
         assert_int_equal(mr_gates_fit_best(gates, 2, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, 1);
         assert_int_equal(mr_gates_fit_best(gates, 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
-        assert_int_equal(mr_gates_at_station(&fit, 1e4, false, &motion),
+        assert_int_equal(mr_gates_motion_at_station(&fit, 1e4, false, &motion),
                          MR_NUMERICS); /* never there */
-        assert_int_equal(mr_gates_at_station(&fit, -1e4, false, &motion), MR_NUMERICS);
+        assert_int_equal(mr_gates_motion_at_station(&fit, -1e4, false, &motion), MR_NUMERICS);
         assert_int_equal(mr_gates_fit(gates, 20, 0, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
         assert_int_equal(mr_gates_fit(gates, 20, MR_GATES_ORDER_MAX + 1, SWITCH_ERROR_FT, &fit),
                          MR_TOO_FEW);
@@ -256,10 +259,10 @@ TEST(the_online_estimate_leaves_one_out)
         (void)uniform_gates(3.0, 28.0, 4.0, gates);
         double since_s = gates[11].t_s - 10.0;
         gates[late].t_s += 5e-3;
-        assert_int_equal(mr_gates_now(gates, 12, SWITCH_ERROR_FT, &now), MR_OK);
+        assert_int_equal(mr_gates_latest_motion(gates, 12, SWITCH_ERROR_FT, &now), MR_OK);
         assert_near(now.speed_ft_s.value, 28.0 - 4.0 * (since_s - DELAY_S), 1e-3);
         gates[late].t_s = gates[late - 1].t_s;
-        assert_int_equal(mr_gates_now(gates, 12, SWITCH_ERROR_FT, &now), MR_MALFORMED);
+        assert_int_equal(mr_gates_latest_motion(gates, 12, SWITCH_ERROR_FT, &now), MR_MALFORMED);
     }
 }
 
@@ -303,7 +306,7 @@ TEST(an_uneven_brake_is_taken_apart)
             size_t count = two_brakes(a1, a2, first, gates);
             assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary),
                              MR_OK);
-            assert_false(summary.even);
+            assert_false(summary.is_uniform);
             assert_int_equal(summary.before_touchdown, 2 - first);
             assert_near(summary.touchdown_speed_ft_s.value, 32.0, 0.01 * 32.0);
             assert_near(summary.stop_t_s.value, stop_s, 0.01 + 3.0 * summary.stop_t_s.error);
@@ -326,7 +329,7 @@ TEST(a_late_switch_near_the_stop_is_left_out)
     assert_true(count > 18);
     gates[count - 3].t_s += 10e-3;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-    assert_false(summary.even);
+    assert_false(summary.is_uniform);
     assert_int_equal(summary.outlier, 1u << (count - 3));
     assert_near(summary.late_s[count - 3], 10e-3, 1e-3);
     assert_int_equal(summary.used_for_stop, 7);
@@ -343,10 +346,10 @@ TEST(few_gates_that_disagree_have_wide_errors)
     gates[2] = gates[6];
     gates[3] = gates[14];
     assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &good), MR_OK);
-    assert_true(good.even);
+    assert_true(good.is_uniform);
     gates[2].station_ft += 0.1;
     assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &bad), MR_OK);
-    assert_false(bad.even);
+    assert_false(bad.is_uniform);
     assert_int_equal(bad.used_for_stop, 4);
     assert_true(bad.touchdown_speed_ft_s.error > 5.0 * good.touchdown_speed_ft_s.error);
     assert_true(bad.stop_station_ft.error > 5.0 * good.stop_station_ft.error);
@@ -405,8 +408,8 @@ TEST(too_little_is_refused)
     struct mr_gates_fit fit;
     struct mr_motion_estimate motion;
     uniform_gates(3.0, 28.0, 4.0, gates);
-    assert_int_equal(mr_gates_now(gates, 1, SWITCH_ERROR_FT, &motion), MR_TOO_FEW);
-    assert_int_equal(mr_gates_now(gates, 2, SWITCH_ERROR_FT, &motion), MR_OK);
+    assert_int_equal(mr_gates_latest_motion(gates, 1, SWITCH_ERROR_FT, &motion), MR_TOO_FEW);
+    assert_int_equal(mr_gates_latest_motion(gates, 2, SWITCH_ERROR_FT, &motion), MR_OK);
     assert_true(isnan(motion.deceleration_ft_s2.value));
     assert_int_equal(mr_gates_summarise(gates, 2, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
     assert_int_equal(mr_gates_summarise(gates + 2, 2, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
@@ -429,10 +432,10 @@ TEST(the_staircase_names_the_switch)
     }
     assert_int_equal(mr_staircase_step(&staircase, edge_tick, &step), MR_OK);
     assert_near(step, 176.0, 1e-3);
-    assert_int_equal(mr_staircase_name(step, steps, 4, 0), 3);
-    assert_int_equal(mr_staircase_name(step, steps, 4, 4), 0);  /* that one is open already */
-    assert_int_equal(mr_staircase_name(69.0f, steps, 4, 0), 4); /* 72 is nearer than 64 */
-    assert_int_equal(mr_staircase_name(100.0f, steps, 4, 0), 0);
+    assert_int_equal(mr_staircase_identify(step, steps, 4, 0), 3);
+    assert_int_equal(mr_staircase_identify(step, steps, 4, 4), 0);  /* that one is open already */
+    assert_int_equal(mr_staircase_identify(69.0f, steps, 4, 0), 4); /* 72 is nearer than 64 */
+    assert_int_equal(mr_staircase_identify(100.0f, steps, 4, 0), 0);
 }
 
 /* Blocks a millisecond apart, the first 4 ms before the edge at tick 0; `codes` are their

@@ -15,9 +15,9 @@ static const uint8_t by_hand[MR_IMAGE_BYTES - 4] = {
 
 static void make_head(uint8_t head[MR_IMAGE_HEAD])
 {
-    for (unsigned i = 0; i < MR_IMAGE_PLACE; i++)
+    for (unsigned i = 0; i < MR_IMAGE_OFFSET; i++)
         head[i] = (uint8_t)(i * 7u);
-    memcpy(head + MR_IMAGE_PLACE, by_hand, sizeof by_hand);
+    memcpy(head + MR_IMAGE_OFFSET, by_hand, sizeof by_hand);
     uint32_t crc = (uint32_t)crc32(0, head, MR_IMAGE_HEAD - 4);
     for (unsigned i = 0; i < 4; i++)
         head[MR_IMAGE_HEAD - 4 + i] = (uint8_t)(crc >> 8 * i);
@@ -38,7 +38,7 @@ TEST(reads_and_writes_the_layout)
     assert_true(image.changed);
     assert_int_equal(image.commit, 0xc7a3136a);
     assert_int_equal(image.commit_more, 0xb3a3);
-    memcpy(again, head, MR_IMAGE_PLACE);
+    memcpy(again, head, MR_IMAGE_OFFSET);
     image.header_crc = 0;
     mr_image_put(&image, again);
     assert_memory_equal(again, head, sizeof head);
@@ -52,9 +52,9 @@ TEST(every_single_bit_is_noticed)
     make_head(head);
     for (unsigned bit = 0; bit < 8 * MR_IMAGE_HEAD; bit++) {
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        enum mr_status expected = bit / 8 - MR_IMAGE_PLACE < 4 ? MR_UNKNOWN
-                                : bit / 8 - MR_IMAGE_PLACE < 8 ? MR_VERSION
-                                                               : MR_CRC;
+        enum mr_status expected = bit / 8 - MR_IMAGE_OFFSET < 4 ? MR_UNKNOWN
+                                : bit / 8 - MR_IMAGE_OFFSET < 8 ? MR_VERSION
+                                                                : MR_CRC;
         assert_int_equal(mr_image_get(&image, head), expected);
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }

@@ -85,7 +85,7 @@ static void hear(const struct seeded_landing *landing, uint64_t seed, struct hea
         struct mr_switch_edge edge;
         for (size_t i = 0; i < count; i++)
             codes += steps[opening[i].position] * open_part(&opening[i], t_s);
-        mr_switches_level(&switches, tick0 + 84000u * block, (float)codes);
+        mr_switches_add_level(&switches, tick0 + 84000u * block, (float)codes);
         for (; next < count && opening[next].t_s < t_s + 0.9e-3; next++)
             assert_true(mr_switches_add(
                 &switches, tick0 + (uint32_t)llround(opening[next].t_s * TICKS_PER_S)));
@@ -160,7 +160,7 @@ static void intervals_hold(double place_in, double stated_in)
                 1.96 * summary.mean_deceleration_ft_s2.error;
         stop += fabs(summary.stop_station_ft.value - landing.stop_ft) <=
                 1.96 * summary.stop_station_ft.error;
-        even += summary.even;
+        even += summary.is_uniform;
         outlier += summary.outlier != 0;
     }
     qsort(speed_error, known, sizeof speed_error[0], by_size);

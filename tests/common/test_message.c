@@ -12,7 +12,7 @@ TEST(a_message_is_read_into_its_own_member)
     const uint8_t motion[8] = {0x78, 0x50, 0xac, 0x8a, 0x00, 0x80, 0x34, 0x12};
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, MR_ID_MOTION, motion, 8), MR_OK);
-    assert_int_equal(message.place, MR_PLACE_MOTION);
+    assert_int_equal(message.index, MR_INDEX_MOTION);
     assert_string_equal(message.info->name, "motion");
     assert_near(message.as.motion.position_ft, 41.2, 0.001);
     assert_near(message.as.motion.speed_ft_s, 35.5, 0.001);
@@ -57,7 +57,7 @@ TEST(every_message_is_read)
     assert_memory_equal(again, bytes, message.info->length);                                    \
     count++;
 #include "common/catalogue.def"
-    assert_int_equal(count, MR_PLACE_BLOCK);
+    assert_int_equal(count, MR_INDEX_BLOCK);
 }
 
 /* A campaign's event is of the block that its message is of. */

@@ -43,8 +43,8 @@ static struct mr_passage_news open_after(unsigned position, double after_s)
 static unsigned notes_of(unsigned position, enum mr_switch_reason reason)
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < passage.notes; i++)
-        count += passage.note[i].position == position && passage.note[i].reason == reason;
+    for (unsigned i = 0; i < passage.events; i++)
+        count += passage.event[i].position == position && passage.event[i].reason == reason;
     return count;
 }
 
@@ -57,16 +57,16 @@ TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
 {
     struct mr_passage_news news = open_after(1, 0.0);
     assert_false(news.started || news.gate || news.pushed);
-    assert_true(mr_passage_unclear(&passage, block_after(2.9)));
+    assert_true(mr_passage_is_unclear(&passage, block_after(2.9)));
     /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
-    assert_false(mr_passage_unclear(&passage, block_after(3.1)));
+    assert_false(mr_passage_is_unclear(&passage, block_after(3.1)));
     news = open_after(2, 0.25); /* 20 ft/s */
     assert_true(news.started && news.gate);
     assert_int_equal(passage.gates, 2);
     assert_near(passage.gate[1].t_s, 0.25, 1e-7);
     assert_near(passage.entry_ft_s, 20.0, 1e-5);
-    assert_int_equal(passage.notes, 0);
-    assert_false(mr_passage_unclear(&passage, block_after(0.1)));
+    assert_int_equal(passage.events, 0);
+    assert_false(mr_passage_is_unclear(&passage, block_after(0.1)));
     /* a landing is not given up by waiting */
     assert_false(mr_passage_block(&passage, block_after(31.0)));
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
@@ -80,10 +80,10 @@ TEST_IN(switches_that_did_not_open_are_missing, begin, NULL)
     assert_int_equal(notes_of(2, MR_SWITCH_MISSING), 1);
     assert_int_equal(notes_of(4, MR_SWITCH_MISSING), 1);
     assert_int_equal(notes_of(5, MR_SWITCH_MISSING), 1);
-    assert_int_equal(passage.notes, 4);
+    assert_int_equal(passage.events, 4);
     open_after(8, 0.5);
     assert_int_equal(notes_of(7, MR_SWITCH_MISSING), 1);
-    assert_int_equal(passage.notes, 1);
+    assert_int_equal(passage.events, 1);
 }
 
 /* 1.9 and 81 ft/s are no gear; 2.1 and 79 are. */
@@ -119,13 +119,13 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
     const unsigned strays[] = {2, 12, 22, 32};
     for (unsigned i = 0; i < 4; i++)
         assert_false(open_after(strays[i], 0.01).started); /* 5000 ft/s */
-    assert_int_equal(passage.notes, 0);
+    assert_int_equal(passage.events, 0);
     assert_false(open_after(40, 0.01).started);
     assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_true(mr_passage_block(&passage, block_after(30.001)));
     for (unsigned i = 1; i < 4; i++)
         assert_int_equal(notes_of(strays[i], MR_SWITCH_ALONE), 1);
-    assert_int_equal(passage.notes, 4);
+    assert_int_equal(passage.events, 4);
     assert_int_equal(passage.state, MR_PASSAGE_NONE);
     assert_int_equal(passage.pushbacks, 0);
 }
@@ -140,11 +140,11 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     assert_int_equal(passage.pushed_position, 7);
     assert_false(open_after(6, 5.0).pushed); /* the same one */
     assert_int_equal(passage.pushbacks, 1);
-    assert_true(mr_passage_unclear(&passage, block_after(29.0)));
+    assert_true(mr_passage_is_unclear(&passage, block_after(29.0)));
     assert_false(mr_passage_block(&passage, block_after(29.9)));
     assert_true(mr_passage_block(&passage, block_after(30.1)));
     assert_int_equal(notes_of(6, MR_SWITCH_REVERSE), 1);
-    assert_false(mr_passage_unclear(&passage, block_after(30.2)));
+    assert_false(mr_passage_is_unclear(&passage, block_after(30.2)));
     open_after(8, 40.0);
     assert_true(open_after(7, 5.0).pushed); /* another one */
     assert_int_equal(passage.pushbacks, 2);
@@ -252,7 +252,7 @@ TEST_IN(there_are_32_gates, begin, NULL)
     assert_int_equal(passage.gates, MR_GATES_MAX);
     assert_false(open_after(33, 0.2).gate);
     assert_int_equal(passage.gates, MR_GATES_MAX);
-    assert_int_equal(passage.notes, 0);
+    assert_int_equal(passage.events, 0);
 }
 
 TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
@@ -263,6 +263,6 @@ TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
     assert_int_equal(passage.pushbacks, 1);
     assert_false(open_after(1, 0.1).started);
     assert_true(open_after(2, 0.2).started);
-    assert_int_equal(passage.notes, 0);
+    assert_int_equal(passage.events, 0);
     assert_int_equal(passage.gates, 2);
 }

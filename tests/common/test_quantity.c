@@ -10,7 +10,7 @@ static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *p
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
-    mr_quantity_take(values, &message);
+    mr_quantity_update(values, &message);
 }
 
 TEST(a_message_says_its_own)

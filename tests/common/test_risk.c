@@ -232,7 +232,7 @@ TEST(no_transducer_is_told)
     mr_predictor_zone(&predictor, &zone);
     mr_risk_report(&risk, &predictor, &zone, &said);
     assert_int_equal(said.basis, MR_RISK_BLIND | MR_RISK_BRAKING_KNOWN);
-    assert_int_equal(said.set, MR_RISK_BRAKED + MR_RISK_NO_SENSOR);
+    assert_int_equal(said.set, MR_RISK_IF_BRAKING + MR_RISK_IF_NO_SENSOR);
 }
 
 /* 60 mats from 40 ft on, the wheel at 20 ft with 25 ft/s and 5 ft/s2. */

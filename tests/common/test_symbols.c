@@ -67,51 +67,51 @@ static int lay_out(void **state)
 TEST_IN(functions_are_found_by_address_and_name, lay_out, NULL)
 {
     size_t most;
-    assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_OK);
+    assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_OK);
     assert_int_equal(most, 7);
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 3);
-    assert_string_equal(mr_symbols_at(&symbols, 0x08010000)->name, "take");
+    assert_string_equal(mr_symbols_by_address(&symbols, 0x08010000)->name, "take");
     /* up to the one that begins inside */
-    assert_int_equal(mr_symbols_named(&symbols, "take")->size, 0x30);
-    assert_string_equal(mr_symbols_at(&symbols, 0x0801002e)->name, "take");
-    assert_string_equal(mr_symbols_at(&symbols, 0x08010030)->name, "stop");
-    assert_int_equal(mr_symbols_named(&symbols, "stop")->size, 0xd0);
-    assert_int_equal(mr_symbols_named(&symbols, "late")->address, 0x08010100);
+    assert_int_equal(mr_symbols_by_name(&symbols, "take")->size, 0x30);
+    assert_string_equal(mr_symbols_by_address(&symbols, 0x0801002e)->name, "take");
+    assert_string_equal(mr_symbols_by_address(&symbols, 0x08010030)->name, "stop");
+    assert_int_equal(mr_symbols_by_name(&symbols, "stop")->size, 0xd0);
+    assert_int_equal(mr_symbols_by_name(&symbols, "late")->address, 0x08010100);
     /* the last, without a size: one instruction */
-    assert_int_equal(mr_symbols_named(&symbols, "late")->size, 2);
-    assert_null(mr_symbols_at(&symbols, 0x08010102));
-    assert_null(mr_symbols_at(&symbols, 0x0800ffff));
-    assert_null(mr_symbols_named(&symbols, "table"));
-    assert_null(mr_symbols_named(&symbols, "alias"));
+    assert_int_equal(mr_symbols_by_name(&symbols, "late")->size, 2);
+    assert_null(mr_symbols_by_address(&symbols, 0x08010102));
+    assert_null(mr_symbols_by_address(&symbols, 0x0800ffff));
+    assert_null(mr_symbols_by_name(&symbols, "table"));
+    assert_null(mr_symbols_by_name(&symbols, "alias"));
 }
 
 TEST_IN(a_stripped_image_has_none, lay_out, NULL)
 {
     size_t most = 99;
     put_section(1, 1, 0, 0, 0);
-    assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_OK);
+    assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_OK);
     assert_int_equal(most, 0);
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 0);
-    assert_null(mr_symbols_at(&symbols, 0x08010000));
+    assert_null(mr_symbols_by_address(&symbols, 0x08010000));
 }
 
 TEST_IN(what_is_no_whole_image_is_refused, lay_out, NULL)
 {
     size_t most;
     for (size_t cut = 0; cut < sizeof file; cut++)
-        assert_int_equal(mr_symbols_take(file, cut, room, &symbols),
+        assert_int_equal(mr_symbols_read(file, cut, room, &symbols),
                          cut < 52 ? MR_MALFORMED : MR_TRUNCATED);
     /* a table that ends beyond the file, and beyond 32 bits */
     put_section(1, 2, SYMBOLS_AT, 0xfffffff0u, 2);
-    assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_TRUNCATED);
+    assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_TRUNCATED);
     assert_int_equal(most, 0);
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 2);
     put_section(2, 3, NAMES_AT, FILE_BYTES, 0); /* names that do */
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_TRUNCATED);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_TRUNCATED);
     put(4, 1, 2); /* 64 bits */
-    assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_MALFORMED);
+    assert_int_equal(mr_symbols_count(file, sizeof file, &most), MR_MALFORMED);
 }
 
 /* Names at the very end of the file, the last one without its zero. */
@@ -120,11 +120,11 @@ TEST_IN(a_name_that_does_not_end_is_refused, lay_out, NULL)
     put_section(2, 3, FILE_BYTES - 4u, 4, 0);
     for (unsigned n = 1; n < 7; n++)
         put(SYMBOLS_AT + 16u * n, 4, 100); /* outside the names: passed over */
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 0);
     put(SYMBOLS_AT + 32u, 4, 1);
     memcpy(file + FILE_BYTES - 4u, "\0abc", 4);
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_TRUNCATED);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_TRUNCATED);
     assert_int_equal(symbols.count, 0);
 }
 
@@ -132,12 +132,12 @@ TEST_IN(sections_that_are_not_there_are_refused, lay_out, NULL)
 {
     /* names in a section that there is not: no table of ours */
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9);
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 0);
     put(46, 2, 39); /* sections too short for what is read of them */
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_TRUNCATED);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_TRUNCATED);
     put(48, 2, 0); /* none at all */
-    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 0);
 }
 
@@ -170,12 +170,13 @@ TEST_IN(many_are_sorted, lay_out, NULL)
         symbol[12] = 0x12;
         symbol[14] = 1;
     }
-    assert_int_equal(mr_symbols_take(big, sizeof big, all, &symbols), MR_OK);
+    assert_int_equal(mr_symbols_read(big, sizeof big, all, &symbols), MR_OK);
     assert_int_equal(symbols.count, FUNCTIONS);
     for (uint32_t n = 0; n < FUNCTIONS; n++) {
-        assert_int_equal(symbols.all[n].address, 0x08010000u + 64u * n);
-        assert_string_equal(symbols.all[n].name, "one");
-        assert_ptr_equal(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 47u), &symbols.all[n]);
-        assert_null(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 48u));
+        assert_int_equal(symbols.entries[n].address, 0x08010000u + 64u * n);
+        assert_string_equal(symbols.entries[n].name, "one");
+        assert_ptr_equal(mr_symbols_by_address(&symbols, 0x08010000u + 64u * n + 47u),
+                         &symbols.entries[n]);
+        assert_null(mr_symbols_by_address(&symbols, 0x08010000u + 64u * n + 48u));
     }
 }

@@ -61,13 +61,13 @@ static void play_block(void)
     for (unsigned c = 0; c < 3; c++) {
         float value = wiring[c] == MR_VALID ? reading_in[c] + (float)(noise_in * normal()) : NAN;
         struct mr_reading reading = {value, value / 0.0016f, wiring[c]};
-        mr_watch_reading(&watch, &config[c], c, block, &reading);
+        mr_watch_check(&watch, &config[c], c, block, &reading);
         got_in[c] = reading.value;
         got[c] = reading.validity;
         assert_int_equal(isnan(reading.value), reading.validity != MR_VALID);
     }
     for (unsigned c = 0; c < 3; c++)
-        told[c] += mr_watch_take(&watch, c, block, &news[c]);
+        told[c] += mr_watch_get_change(&watch, c, block, &news[c]);
     block++;
 }
 
@@ -127,7 +127,7 @@ TEST_IN(a_spike_is_refused_and_told_at_once, start, NULL)
     reading_in[1] = 0.0f;
     play_block();
     assert_int_equal(got[1], MR_VALID);
-    assert_int_equal(watch.channel[1].invalid, 1);
+    assert_int_equal(watch.channel[1].invalid_count, 1);
     assert_int_equal(told[0] + told[2], 0);
 }
 
@@ -219,7 +219,7 @@ TEST_IN(an_invalid_neighbour_is_passed_over, start, NULL)
             fourth_in += 0.0005f;
         }
         play_block();
-        mr_watch_reading(&watch, &config[3], 3, block - 1, &reading);
+        mr_watch_check(&watch, &config[3], 3, block - 1, &reading);
     }
     assert_int_equal(got[1], MR_INVALID_STUCK);
     config[3] = (struct mr_channel_config){0};
@@ -271,7 +271,7 @@ TEST_IN(a_change_is_told_once_when_it_holds, start, NULL)
     assert_int_equal(told[0], 2);
     assert_int_equal(news[0].validity, MR_VALID);
     assert_int_equal(news[0].block, FIRST + 2110);
-    assert_int_equal(watch.channel[0].invalid, 2010);
+    assert_int_equal(watch.channel[0].invalid_count, 2010);
 }
 
 TEST_IN(a_fluttering_contact_floods_nobody, start, NULL)

@@ -143,7 +143,7 @@ TEST_IN(a_kinematic_warning_ends_before_the_landing, start, NULL)
     pass_switch(2, (double)index_now * 1e-3);
     play(40);
     app.landing.motion_known = false; /* an estimate that found nothing */
-    app.predict.motion.known = false;
+    app.predict.motion.is_known = false;
     play(5100);
     GET_LAST(landing, LANDING, &message);
     assert_int_equal(message.state, MR_LANDING_DONE);

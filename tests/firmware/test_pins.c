@@ -93,7 +93,7 @@ static const char *wrong_with(const struct mr_board *board, const struct board_r
 
 static const struct board_table *next_board(unsigned *number, const struct mr_board **board)
 {
-    *board = mr_board_of(*number);
+    *board = mr_board_by_number(*number);
     return *board ? board_table_of((*number)++) : NULL;
 }
 
@@ -124,12 +124,12 @@ TEST(a_pin_that_is_not_there_is_found)
     const struct board_table *zg = board_table_of(MR_BOARD_ZG);
     unsigned missing = 0;
     for (size_t i = 0; i < zg->rows; i++)
-        missing += wrong_with(mr_board_of(MR_BOARD_DISCOVERY), &zg->row[i]) != NULL;
+        missing += wrong_with(mr_board_by_number(MR_BOARD_DISCOVERY), &zg->row[i]) != NULL;
     assert_int_equal(missing, 8); /* PF3 to PF10: LQFP100 has no port F */
     const struct board_row serial = {BOARD_ROW_FUNCTION, 'C', 6, "USART6_TX", 7, "NONE", "X", ""};
-    assert_non_null(wrong_with(mr_board_of(MR_BOARD_DISCOVERY), &serial)); /* it is 8 */
+    assert_non_null(wrong_with(mr_board_by_number(MR_BOARD_DISCOVERY), &serial)); /* it is 8 */
     const struct board_row input = {BOARD_ROW_ANALOGUE, 'C', 4, "ADC3_IN14", 0, "NONE", "X", ""};
-    assert_non_null(wrong_with(mr_board_of(MR_BOARD_ZG), &input)); /* ADC1 and ADC2 alone */
+    assert_non_null(wrong_with(mr_board_by_number(MR_BOARD_ZG), &input)); /* ADC1 and ADC2 alone */
 }
 
 /* PA13, PA14: debugger. PH0, PH1: crystal. PA11, PA12: USB of the boot ROM. PC14, PC15: clock. */
@@ -237,7 +237,7 @@ TEST(facts_and_rows_agree)
             *(transducer ? &transducers : &others) += 1;
         }
         assert_int_equal(serials, 2);
-        assert_int_equal(board_fact_of(table, "NUMBER"), mr_board_named(board->name));
+        assert_int_equal(board_fact_of(table, "NUMBER"), mr_board_by_name(board->name));
         assert_in_range(transducers, 1, MR_TRANSDUCERS);
         assert_in_range(others, 2, MR_ADC1_CHANNELS);
         print_message("# %s: %u transducers, %u gages, staircase, reference\n", board->name,

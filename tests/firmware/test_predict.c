@@ -83,7 +83,7 @@ static uint32_t told_crc(struct mr_predictor_state *state)
     for (size_t i = 0; i < fake.sent_count; i++) {
         if (fake.sent[i].id == MR_ID_RUNWAY_JOINTS &&
             mr_runway_joints_get(&joints, fake.sent[i].data, 8) == MR_OK)
-            mr_runway_take(state, &joints);
+            mr_runway_apply_message(state, &joints);
     }
     GET_LAST(runway_store, RUNWAY_STORE, &stored);
     assert_int_equal(mr_runway_crc(state), stored.crc);

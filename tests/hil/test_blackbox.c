@@ -109,7 +109,7 @@ static void check_end(size_t count, const struct told *told)
     assert_int_equal(header.kind, MR_BOXPAGE_END);
     mr_boxpage_get_end(pages[count - 1], &end);
     assert_int_equal(end.lost, 0);
-    assert_int_equal(end.notes_lost, 0);
+    assert_int_equal(end.messages_lost, 0);
     assert_int_equal(end.blocks, told->blocks);
 }
 

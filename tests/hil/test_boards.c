@@ -96,7 +96,7 @@ TEST(each_has_the_memory_that_its_images_take_it_to_have)
 {
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = power_on(hil_board_type_named(names[i]));
-        const struct board_table *table = board_table_of((unsigned)mr_board_named(names[i]));
+        const struct board_table *table = board_table_of((unsigned)mr_board_by_name(names[i]));
         const struct board_region *program = board_region_of(table, "PROGRAM"),
                                   *ram = board_region_of(table, "RAM"),
                                   *ccm = board_region_of(table, "CCM");
@@ -123,7 +123,7 @@ TEST(each_chip_says_what_it_is)
     } wanted[BOARDS] = {{0x413, 1024}, {0x413, 1024}, {0x421, 512}};
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = run(hil_board_type_named(names[i]), names[i]);
-        const struct mr_board *told = mr_board_of((unsigned)mr_board_named(names[i]));
+        const struct mr_board *told = mr_board_by_number((unsigned)mr_board_by_name(names[i]));
         assert_int_equal(hil_bus_read(&board->core, IDCODE, 4) & 0xfffu, wanted[i].id);
         assert_int_equal(hil_bus_read(&board->core, FLASH_SIZE, 4) >> 16, wanted[i].kib);
         assert_int_equal(told->chip, wanted[i].id);

@@ -209,7 +209,7 @@ static void give(struct ear *ear, unsigned link, unsigned base)
  * Bases move up, by one alone, to the last, and back. */
 TEST(it_moves_behind_the_answer)
 {
-    static const unsigned bases[] = {BASE, BASE + 1, MR_CAN_BASE_MOST, 0};
+    static const unsigned bases[] = {BASE, BASE + 1, MR_CAN_BASE_MAX, 0};
     struct ear *ear = open_at(0, false);
     unsigned before = 0;
     ear_until(ear, 1.0);

@@ -81,7 +81,7 @@ static uint32_t function_at(const char *name)
     struct mr_symbols symbols;
     char error[256];
     assert_int_equal(hil_symbols_read(&symbols, FIRMWARE, error, sizeof error), MR_OK);
-    const struct mr_symbol *symbol = mr_symbols_named(&symbols, name);
+    const struct mr_symbol *symbol = mr_symbols_by_name(&symbols, name);
     assert_non_null(symbol);
     uint32_t address = symbol->address;
     hil_symbols_free(&symbols);

@@ -53,23 +53,23 @@ TEST(test_names)
         if (sscanf(line, "%x %x %c %127s", &address, &size, &type, name) != 4 ||
             (type != 'T' && type != 't'))
             continue;
-        const struct mr_symbol *symbol = mr_symbols_at(&symbols, address);
+        const struct mr_symbol *symbol = mr_symbols_by_address(&symbols, address);
         /* an object in .text, or a name inside another function */
         if (!symbol || symbol->address != address)
             continue;
-        assert_ptr_equal(mr_symbols_at(&symbols, address + symbol->size - 2u), symbol);
+        assert_ptr_equal(mr_symbols_by_address(&symbols, address + symbol->size - 2u), symbol);
         if (strcmp(symbol->name, name) == 0) {
             assert_in_range(symbol->size, 2, size);
             /* two files may have a function of the name */
-            assert_string_equal(mr_symbols_named(&symbols, name)->name, name);
+            assert_string_equal(mr_symbols_by_name(&symbols, name)->name, name);
             count++;
         }
     }
     assert_int_equal(pclose(nm), 0);
     assert_in_range(count, 150, 1000);
-    assert_null(mr_symbols_at(&symbols, 0x20000000u));
-    assert_null(mr_symbols_at(&symbols, 0));
-    assert_null(mr_symbols_named(&symbols, "no_such_function"));
+    assert_null(mr_symbols_by_address(&symbols, 0x20000000u));
+    assert_null(mr_symbols_by_address(&symbols, 0));
+    assert_null(mr_symbols_by_name(&symbols, "no_such_function"));
     hil_symbols_free(&symbols);
 }
 

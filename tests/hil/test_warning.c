@@ -71,22 +71,22 @@ static bool is_due(const struct mr_block *block)
     float mat_ft = p->config.chain.mat_length_ft * (float)chain->group,
           end_ft = mat_ft * (float)chain->count;
     if (!(p->speed_ft_s > 0.0f) || !(p->wheel_ft >= 0.0f && p->wheel_ft < end_ft) ||
-        !landing_may_warn(&app.landing, block->index))
+        !landing_can_warn(&app.landing, block->index))
         return false;
     float braking_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
     float stop_ft = fminf(p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / braking_ft_s2,
                           end_ft - 0.01f);
     unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
     mr_zonescan_begin(&scan, chain,
-                      &(struct mr_zonescan_order){
+                      &(struct mr_zonescan_range){
                           .from = (uint16_t)(place + 1),
-                          .place = (uint16_t)place,
-                          .last_place = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
-                          .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb,
+                          .position = (uint16_t)place,
+                          .last_position = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
+                          .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb,
                           .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
-    while (!mr_zonescan_go(&scan, chain, 10000)) {
+    while (!mr_zonescan_continue(&scan, chain, 10000)) {
     }
-    return scan.found.coming * chain->group >= MR_PREDICTOR_WARNING_MATS;
+    return scan.found.future * chain->group >= MR_PREDICTOR_WARNING_MATS;
 }
 
 /* The first block that calls for a warning; UINT32_MAX: none does. */
@@ -112,7 +112,7 @@ static uint32_t decisive_block(void)
         fake.block = *block;
         fake.block_ready = true;
         assert_true(app_poll(&app));
-        if (landing_recording(&app.landing) && is_due(block))
+        if (landing_is_recording(&app.landing) && is_due(block))
             return block->index;
     }
     return UINT32_MAX;

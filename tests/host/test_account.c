@@ -184,7 +184,7 @@ TEST(restart_begins_afresh)
 
 static bool count(struct account *account, uint16_t id, uint32_t sent)
 {
-    account_message(account, MR_PLACE_MESSAGE_COUNT);
+    account_message(account, MR_INDEX_MESSAGE_COUNT);
     return account_message_count(account, &(struct mr_message_count){.id = id, .count = sent});
 }
 
@@ -193,16 +193,16 @@ static bool count(struct account *account, uint16_t id, uint32_t sent)
 TEST(counts_of_a_board_that_begins_again)
 {
     struct account account;
-    unsigned zone = mr_message_place(MR_ID_ZONE), motion = mr_message_place(MR_ID_MOTION);
+    unsigned zone = mr_message_index(MR_ID_ZONE), motion = mr_message_index(MR_ID_MOTION);
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 0, 1);
     for (unsigned i = 0; i < 122; i++)
-        account_message(&account, MR_PLACE_ZONE);
+        account_message(&account, MR_INDEX_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 122));
     assert_true(count(&account, MR_ID_MOTION, 0));
     /* 1 to 6 are lost: the hello of a board that begins again may be among them */
     account_serial_frame(&account, 7, 1);
-    account_message(&account, MR_PLACE_MOTION);
+    account_message(&account, MR_INDEX_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
     account_settle(&account); /* it was none */
@@ -213,7 +213,7 @@ TEST(counts_of_a_board_that_begins_again)
     assert_int_equal(account.repeated_of[zone], 0);
     account_restart(&account, false);
     assert_true(count(&account, MR_ID_ZONE, 1)); /* of what came before that nothing is known */
-    account_message(&account, MR_PLACE_ZONE);
+    account_message(&account, MR_INDEX_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 4));
     assert_int_equal(account.missing_of[zone], 2);
 }
@@ -366,7 +366,7 @@ TEST(counts_of_nobody)
         account_message_count(&account, &count);
         count.count = 4000000000u;
         assert_false(account_message_count(&account, &count));
-        assert_int_equal(account.missing_of[mr_message_place(MR_ID_EDGE)], 0);
+        assert_int_equal(account.missing_of[mr_message_index(MR_ID_EDGE)], 0);
     }
 }
 

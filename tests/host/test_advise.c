@@ -227,7 +227,7 @@ static double play_alone(const struct advise_members *members, size_t m,
         at_ft += fmax(v, 0.0) * step_s;
         v -= a * step_s;
         if (step % block == block - 1)
-            assert_true(mr_chain_settle(&chain));
+            assert_true(mr_chain_end_block(&chain));
         if (step % (50 * block) || !(v > 2.0))
             continue;
         for (unsigned j = 0; j <= MATS; j++)

@@ -201,13 +201,13 @@ static void an_image_without_header_is_known_for_it(void **state)
     struct imagefile image;
     struct error error = {0};
     make_content();
-    memset(content + MR_IMAGE_PLACE, 0xff, MR_IMAGE_BYTES);
+    memset(content + MR_IMAGE_OFFSET, 0xff, MR_IMAGE_BYTES);
     scratch_write("f.bin", content, sizeof content);
     assert_int_equal(imagefile_read("f.bin", &image, &error), MR_OK);
     assert_false(image.stamped);
     imagefile_free(&image);
     make_content();
-    content[MR_IMAGE_PLACE + 4] = 2;
+    content[MR_IMAGE_OFFSET + 4] = 2;
     scratch_write("f.bin", content, sizeof content);
     refused("f.bin", MR_VERSION, "of a different format");
 }

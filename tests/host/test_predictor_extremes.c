@@ -105,7 +105,7 @@ TEST(extremes_agree_with_the_hosts_chain)
         print_message(
             "%-16s rms %.4f in of %.3f in; mat updates %.2f million, most in a block %u\n",
             extremes[k].name, rms_in, true_in, (double)predictor.updates / 1e6,
-            predictor.most_updates);
+            predictor.block_updates_max);
         assert_true(rms_in < extremes[k].most_rms_in);
         assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);

@@ -78,7 +78,7 @@ struct world {
     struct spread spread;
     double hours;
     double reference_v, scale_v;
-    struct sensor sensor[MR_WATCHED];
+    struct sensor sensor[MR_WATCH_CHANNELS];
 };
 
 /* A smooth step with a bump on it: the peak comes soon after the step, and then it rests. */
@@ -122,7 +122,7 @@ static void convert(const struct world *w, uint32_t index, double at, struct mr_
         adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
         double forward = scan % 2 ? -1.0 : 1.0;
-        for (unsigned c = 0; c < MR_WATCHED; c++) {
+        for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
             const struct sensor *s = &w->sensor[c];
             double truth = truth_at(s, at);
             if (c < MR_TRANSDUCERS)
@@ -178,7 +178,7 @@ static void calibrate(const struct sensor *s, double curve_in, struct mr_channel
 
 static void configure(const struct world *w, const struct spread *stated, struct measured *m)
 {
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         unsigned kind = c >= MR_TRANSDUCERS;
         struct mr_channel_config *config = &m->channel[c].config;
         *config =
@@ -225,7 +225,7 @@ static void measure(const struct world *w, const struct spread *stated)
     for (unsigned i = 0; i < BLOCKS; i++) {
         convert(w, (uint32_t)(m.first_block + i), (double)i, &block);
         float ratio = mr_channels_ratio(&plain_reference, &block);
-        for (unsigned c = 0; c < MR_WATCHED; c++) {
+        for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
             struct mr_reading reading = mr_channel_read(&m.channel[c].config, &block, c, ratio);
             assert_int_equal(reading.validity, MR_VALID);
             raw[c][i] = reading.value;
@@ -233,7 +233,7 @@ static void measure(const struct world *w, const struct spread *stated)
         }
     }
     measured_find_facts(&m);
-    for (unsigned c = 0; c < MR_WATCHED && noise_forgotten; c++)
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS && noise_forgotten; c++)
         m.channel[c].noise = 0.0;
 }
 
@@ -254,7 +254,7 @@ static void compare(const struct world *w, struct tally *t)
 {
     static const unsigned instant[INSTANTS] = {RISE - 12, RISE, RISE + 20, RISE + 80};
     static const size_t half[INSTANTS] = {0, 5, 2, 5};
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
+    for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         const struct sensor *s = &w->sensor[c];
         const struct measured_channel *channel = &m.channel[c];
         unsigned kind = c >= MR_TRANSDUCERS;
@@ -290,7 +290,7 @@ static struct tally fly(const struct spread *spread, const struct spread *stated
                            .hours = 1.0 + 2.0 * uniform(),
                            .reference_v = 2.5 * (1.0 + spread->reference * normal()),
                            .scale_v = 3.3 * (1.0 + 0.004 * normal())};
-        for (unsigned c = 0; c < MR_WATCHED; c++)
+        for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++)
             draw_sensor(&w.sensor[c], spread, c);
         measure(&w, stated);
         compare(&w, &t);

@@ -101,30 +101,31 @@ static unsigned plain_coming(unsigned place, float push_lb)
 static void compare(unsigned quota)
 {
     struct mr_zonescan scan;
-    struct mr_zonescan_order order = {
+    struct mr_zonescan_range order = {
         .from = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
-        .place = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
+        .position = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
         .push_lb = (float)(60.0 * uniform() * uniform()),
         .grit_lb = chain.grit_lb};
-    order.last_place =
-        (uint16_t)(order.place - 1u + (unsigned)(uniform() * (chain.count + 40u - order.place)));
+    order.last_position = (uint16_t)(order.position - 1u +
+                                     (unsigned)(uniform() * (chain.count + 40u - order.position)));
     unsigned first = 0, groups = plain_longest(order.from, &first), coming = 0, coming_place = 0,
              calls = 1;
-    for (unsigned n = order.place; n <= order.last_place && n < chain.count; n += MR_ZONE_STRIDE) {
+    for (unsigned n = order.position; n <= order.last_position && n < chain.count;
+         n += MR_ZONE_STRIDE) {
         unsigned here = plain_coming(n, order.push_lb);
         coming_place = here > coming ? n : coming_place;
         coming = here > coming ? here : coming;
     }
     mr_zonescan_begin(&scan, &chain, &order);
-    for (uint32_t before = 0; !mr_zonescan_go(&scan, &chain, quota);
+    for (uint32_t before = 0; !mr_zonescan_continue(&scan, &chain, quota);
          calls++, before = scan.visits) {
         assert_true(scan.visits > before && scan.visits <= before + quota + 1u);
         assert_true(calls < 100000);
     }
     assert_int_equal(scan.found.groups, groups);
     assert_int_equal(scan.found.first, first);
-    assert_int_equal(scan.found.coming, coming);
-    assert_int_equal(scan.found.coming_place, coming_place);
+    assert_int_equal(scan.found.future, coming);
+    assert_int_equal(scan.found.future_position, coming_place);
     double open_ft = 0.0;
     unsigned closed = 0;
     for (unsigned j = first; groups && j <= first + groups; j++) {
@@ -164,17 +165,17 @@ TEST(places_just_short_of_closing)
         }
         chain.friction_lb = 0.4f;
         struct mr_zonescan scan;
-        const struct mr_zonescan_order order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f,
+        const struct mr_zonescan_range order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f,
                                                 chain.grit_lb};
         unsigned coming = 0;
-        for (unsigned n = 1; n <= order.last_place; n += MR_ZONE_STRIDE) {
+        for (unsigned n = 1; n <= order.last_position; n += MR_ZONE_STRIDE) {
             unsigned here = plain_coming(n, order.push_lb);
             coming = here > coming ? here : coming;
         }
         mr_zonescan_begin(&scan, &chain, &order);
-        while (!mr_zonescan_go(&scan, &chain, 16)) {
+        while (!mr_zonescan_continue(&scan, &chain, 16)) {
         }
-        assert_int_equal(scan.found.coming, coming);
+        assert_int_equal(scan.found.future, coming);
     }
 }
 
@@ -189,10 +190,10 @@ TEST(a_search_is_short)
         draw_chain(420, 1);
         for (unsigned j = 1; j <= chain.count + 1u; j++)
             chain.grit_lb[j] = (float)(20.0 * uniform());
-        const struct mr_zonescan_order order = {1, 1, 419, (float)(40.0 * uniform()),
+        const struct mr_zonescan_range order = {1, 1, 419, (float)(40.0 * uniform()),
                                                 chain.grit_lb};
         mr_zonescan_begin(&scan, &chain, &order);
-        assert_true(mr_zonescan_go(&scan, &chain, 1000000));
+        assert_true(mr_zonescan_continue(&scan, &chain, 1000000));
         most = scan.visits > most ? scan.visits : most;
     }
     print_message("most visits of a search: %u\n", most);

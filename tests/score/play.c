@@ -38,8 +38,8 @@ static bool gear_take(struct known_gear *gear, const struct mr_gate *gate, size_
     /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it
      * replace them. */
     size_t skip = gear->beyond >= 2 ? gear->gates - gear->beyond : 0;
-    gear->known = mr_gates_now(gate + skip, gear->gates - skip, switch_error_ft, &gear->motion) ==
-                  MR_OK;
+    gear->known = mr_gates_latest_motion(gate + skip, gear->gates - skip, switch_error_ft,
+                                         &gear->motion) == MR_OK;
     return true;
 }
 

@@ -24,7 +24,7 @@
 #define ELF         "build/firmware/matrig.elf"
 #define LINKS       2 /* CAN, serial: as enum link_kind */
 #define COUNTS_KEPT 64u
-#define PLACES      ((unsigned)MR_PLACES)
+#define PLACES      ((unsigned)MR_MESSAGES)
 #define LANDINGS    3
 
 static const char *const link_name[LINKS] = {"CAN", "serial"};
@@ -32,25 +32,25 @@ static const char *const link_name[LINKS] = {"CAN", "serial"};
 /* Counts of messages on the pin since the board began, and as they were when each message_count
  * passed. */
 struct pin {
-    uint64_t left[MR_PLACES];
+    uint64_t left[MR_MESSAGES];
     struct {
         uint32_t count; /* what the message_count said */
         uint64_t left;
-    } kept[MR_PLACES][COUNTS_KEPT];
-    unsigned keep[MR_PLACES];
+    } kept[MR_MESSAGES][COUNTS_KEPT];
+    unsigned keep[MR_MESSAGES];
 };
 
 struct wire {
-    struct pin pin[2];         /* of the boot that goes on, of the one before */
-    unsigned boot, heard_boot; /* that goes on; that the host believes in */
-    bool told[MR_PLACES];      /* the host has received a count of it */
-    uint32_t count[MR_PLACES]; /* the last one */
-    bool whole;                /* the host heard this boot from its first frame on */
+    struct pin pin[2];           /* of the boot that goes on, of the one before */
+    unsigned boot, heard_boot;   /* that goes on; that the host believes in */
+    bool told[MR_MESSAGES];      /* the host has received a count of it */
+    uint32_t count[MR_MESSAGES]; /* the last one */
+    bool whole;                  /* the host heard this boot from its first frame on */
 };
 
 struct totals {
-    uint64_t left[MR_PLACES], received[MR_PLACES], missing[MR_PLACES], repeated[MR_PLACES],
-        dropped[MR_PLACES];
+    uint64_t left[MR_MESSAGES], received[MR_MESSAGES], missing[MR_MESSAGES], repeated[MR_MESSAGES],
+        dropped[MR_MESSAGES];
 };
 
 struct soak {
@@ -112,7 +112,7 @@ static void settle(struct soak *soak, unsigned link)
             received + missing - repeated != (int64_t)wire->count[place]) {
             printf("  %s %s: counted %" PRIu32 ", left the board %" PRIu64
                    ", received %lld, missing %lld, repeated %lld\n",
-                   link_name[link], mr_message_text(place), wire->count[place], left,
+                   link_name[link], mr_message_name(place), wire->count[place], left,
                    (long long)received, (long long)missing, (long long)repeated);
             soak->wrong++;
         }
@@ -139,12 +139,12 @@ static void left(struct soak *soak, unsigned link, uint16_t id, const uint8_t *p
                  size_t length)
 {
     struct pin *pin = &soak->wire[link].pin[0];
-    unsigned place = mr_message_place(id);
+    unsigned place = mr_message_index(id);
     struct mr_message_count count;
     if (place >= PLACES)
         return;
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
-        unsigned of = mr_message_place(count.id);
+        unsigned of = mr_message_index(count.id);
         if (of < PLACES) {
             pin->kept[of][pin->keep[of] % COUNTS_KEPT].count = count.count;
             pin->kept[of][pin->keep[of]++ % COUNTS_KEPT].left = pin->left[of];
@@ -199,12 +199,12 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
     struct mr_message_count count;
     struct mr_ack ack;
     struct mr_box_record record;
-    account_message(account, mr_message_place(id));
+    account_message(account, mr_message_index(id));
     if (id == MR_ID_CAN_HEALTH && link == LINK_CAN &&
         mr_can_health_get(&health, payload, length) == MR_OK)
         account_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
-        unsigned place = mr_message_place(count.id);
+        unsigned place = mr_message_index(count.id);
         if (account_message_count(account, &count) && place < PLACES) {
             soak->wire[link].told[place] = true;
             soak->wire[link].count[place] = count.count;
@@ -227,7 +227,7 @@ static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame
     struct soak *soak = ctx;
     struct mr_clock clock;
     (void)t_ps;
-    if (mr_message_place((uint16_t)frame->id) >= PLACES)
+    if (mr_message_index((uint16_t)frame->id) >= PLACES)
         return;
     if (frame->id == MR_ID_CLOCK && mr_clock_get(&clock, frame->data, frame->length) == MR_OK &&
         clock.tick != 0 && timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick)) {
@@ -486,7 +486,7 @@ static void report(const struct soak *soak)
             if (t->left[place])
                 printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64
                        "\n",
-                       link_name[link], mr_message_text(place), row[0], row[1], (long long)row[2],
+                       link_name[link], mr_message_name(place), row[0], row[1], (long long)row[2],
                        row[3], row[4]);
         }
         printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64 "\n",

@@ -11,17 +11,17 @@
 #if defined LANES_DOUBLE
 typedef double lane_real;
 typedef int64_t lane_bits;
-#define LANES_BUILTIN(name)     __builtin_ia32_##name##pd256
-#define LANES_MM(name)          _mm512_##name##_pd
-#define LANES_MM_COMPARE        _mm512_cmp_pd_mask
-#define LAW_LATE(stops, pushes) LANES(any)(stops)
+#define LANES_BUILTIN(name)                __builtin_ia32_##name##pd256
+#define LANES_MM(name)                     _mm512_##name##_pd
+#define LANES_MM_COMPARE                   _mm512_cmp_pd_mask
+#define LAW_NEEDS_REMAINDER(stops, pushes) LANES(any)(stops)
 #else
 typedef float lane_real;
 typedef int32_t lane_bits;
-#define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
-#define LANES_MM(name)          _mm256_##name##_ps
-#define LANES_MM_COMPARE        _mm256_cmp_ps_mask
-#define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* `left` is not used */
+#define LANES_BUILTIN(name)                __builtin_ia32_##name##ps256
+#define LANES_MM(name)                     _mm256_##name##_ps
+#define LANES_MM_COMPARE                   _mm256_cmp_ps_mask
+#define LAW_NEEDS_REMAINDER(stops, pushes) LANES(any)((stops) & (pushes)) /* `left` is not used */
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
 typedef lane_real lanes __attribute__((vector_size(32)));
@@ -44,25 +44,25 @@ typedef uint8_t bit_masks; /* AVX-512 has one bit per lane instead */
 #endif
 
 #define LAW_VECTOR
-#define LAW_REAL                lanes
-#define LAW_MASK                masks
-#define LAW_VALUE(x)            ((lanes){0} + (lane_real)(x))
-#define LAW_ABOVE(a, b)         LANES(above)(a, b)
-#define LAW_REACHES(a, b)       LANES(reaches)(a, b)
-#define LAW_EQUALS(a, b)        LANES(equals)(a, b)
-#define LAW_IF(mask, yes, no)   LANES(choose)(mask, yes, no)
-#define LAW_ONLY(mask, yes)     LANES(only)(mask, yes)
-#define LAW_PICK(mask, yes, no) LANES(pick)(mask, yes, no)
-#define LAW_BOTH(a, b)          ((a) & (b))
-#define LAW_EITHER(a, b)        ((a) | (b))
-#define LAW_NOT(mask)           ((masks) ~(mask))
-#define LAW_ONE(mask)           false
-#define LAW_LESSER(a, b)        LANES(lesser)(a, b)
-#define LAW_GREATER(a, b)       LANES(greater)(a, b)
-#define LAW_SIGN                ((words)(-LAW_VALUE(0)))
-#define LAW_SIZE(x)             ((lanes)(~LAW_SIGN & (words)(x)))
+#define LAW_REAL                  lanes
+#define LAW_MASK                  masks
+#define LAW_VALUE(x)              ((lanes){0} + (lane_real)(x))
+#define LAW_IS_GREATER(a, b)      LANES(above)(a, b)
+#define LAW_IS_AT_LEAST(a, b)     LANES(reaches)(a, b)
+#define LAW_IS_EQUAL(a, b)        LANES(equals)(a, b)
+#define LAW_IF(mask, yes, no)     LANES(choose)(mask, yes, no)
+#define LAW_OR_ZERO(mask, yes)    LANES(only)(mask, yes)
+#define LAW_SELECT(mask, yes, no) LANES(pick)(mask, yes, no)
+#define LAW_AND(a, b)             ((a) & (b))
+#define LAW_OR(a, b)              ((a) | (b))
+#define LAW_NOT(mask)             ((masks) ~(mask))
+#define LAW_IS_SCALAR_TRUE(mask)  false
+#define LAW_MIN(a, b)             LANES(lesser)(a, b)
+#define LAW_MAX(a, b)             LANES(greater)(a, b)
+#define LAW_SIGN                  ((words)(-LAW_VALUE(0)))
+#define LAW_ABS(x)                ((lanes)(~LAW_SIGN & (words)(x)))
 /* The magnitude `size` must not be negative. */
-#define LAW_SIGNED(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
-#define LAW(name)               LANES(name)
+#define LAW_COPYSIGN(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
+#define LAW(name)                 LANES(name)
 
 #endif

@@ -14,10 +14,10 @@
 #include "host/sim/scene/scene.h"
 
 /* Defines struct law_joint, law_joint_pull, law_mat_slip, ... for doubles. */
-#define LAW(name)              law_##name
-#define LAW_REAL               double
-#define LAW_SIZE(x)            fabs(x)
-#define LAW_SIGNED(size, sign) copysign(size, sign)
+#define LAW(name)                law_##name
+#define LAW_REAL                 double
+#define LAW_ABS(x)               fabs(x)
+#define LAW_COPYSIGN(size, sign) copysign(size, sign)
 #include "common/chain_law.h"
 
 #define LAW_INLINE static inline __attribute__((always_inline))

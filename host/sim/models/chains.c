@@ -12,12 +12,12 @@ struct chains {
     unsigned low, high; /* range of bays awake in any lane; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
     words awake[MR_CHAIN_BAYS + 2u]; /* per lane: -1 awake, 0 asleep */
-    lanes u_ft[MR_CHAIN_PLACES], v_ft_s[MR_CHAIN_PLACES];
-    lanes gap_ft[MR_CHAIN_PLACES], reach_ft[MR_CHAIN_PLACES];
-    lanes grit_lb[MR_CHAIN_PLACES];
+    lanes u_ft[MR_CHAIN_INDICES], v_ft_s[MR_CHAIN_INDICES];
+    lanes gap_ft[MR_CHAIN_INDICES], reach_ft[MR_CHAIN_INDICES];
+    lanes grit_lb[MR_CHAIN_INDICES];
     /* grit over stiffness: compression of the grit before it yields */
-    lanes give_ft[MR_CHAIN_PLACES];
-    lanes push_lb[MR_CHAIN_PLACES]; /* thrust of the wheel during a step */
+    lanes give_ft[MR_CHAIN_INDICES];
+    lanes push_lb[MR_CHAIN_INDICES]; /* thrust of the wheel during a step */
     words runaway;
 };
 

@@ -26,8 +26,8 @@ void chains_free(struct chains *chains);
  * thrust. */
 void chains_step(struct chains *chains, const unsigned mat[CHAINS_LANES],
                  const float thrust_lb[CHAINS_LANES]);
-/* Call after the steps of a block, like mr_chain_settle. Returns a bit mask of the lanes that have
- * diverged. */
+/* Call after the steps of a block, like mr_chain_end_block. Returns a bit mask of the lanes that
+ * have diverged. */
 unsigned chains_settle(struct chains *chains);
 
 /* Joints are 1..mats+1, mats 1..mats. */

@@ -112,7 +112,7 @@ static void LANES(step)(struct chains *c, const unsigned mat[CHAINS_LANES],
     masks carried = LANES(mask_of)((words){0});
     LANES(press)(c, mat, thrust_lb, true);
     for (unsigned bay = c->low; bay <= c->high; bay++) {
-        masks awake = LANES(mask_of)(c->awake[bay]), fresh = LAW_BOTH(awake, LAW_NOT(carried));
+        masks awake = LANES(mask_of)(c->awake[bay]), fresh = LAW_AND(awake, LAW_NOT(carried));
         if (LANES(any)(awake)) {
             if (LANES(any)(fresh))
                 left_lb = LANES(choose)(fresh, LANES(first_pull)(c, LANES(first_of)(bay), fresh),

@@ -78,9 +78,9 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
     lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
     lanes stopping_distance_ft =
-        LAW_ONLY(LAW_ABOVE(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
-        LAW_ONLY(LAW_ABOVE(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
-    return LAW_ONLY(slip.stops, stopping_distance_ft);
+        LAW_OR_ZERO(LAW_IS_GREATER(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
+        LAW_OR_ZERO(LAW_IS_GREATER(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
+    return LAW_OR_ZERO(slip.stops, stopping_distance_ft);
 }
 
 /* Updates the largest tensions of the block of joints at j, from their last three tensions. For
@@ -91,16 +91,17 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
 {
     lanes push_lb = LANES(greater)(-last_lb, LOAD(chain->push_lb + j));
     lanes pull_lb = LANES(greater)(last_lb, LOAD(chain->pull_lb + j));
-    masks large = LAW_ABOVE(LAW_SIZE(middle_lb), LAW_VALUE(chain->large_lb));
+    masks large = LAW_IS_GREATER(LAW_ABS(middle_lb), LAW_VALUE(chain->large_lb));
     if (LANES(any)(large)) {
         const lanes none = {0};
         lanes across_lb = last_lb - first_lb, up_lb = middle_lb - first_lb;
         lanes down_lb = middle_lb - last_lb;
-        masks top = large & LAW_ABOVE(up_lb * middle_lb, none) &
-                    LAW_ABOVE(down_lb * middle_lb, none) & LAW_ABOVE(first_lb * middle_lb, none) &
-                    LAW_ABOVE(last_lb * middle_lb, none);
-        lanes most_lb = middle_lb +
-                        LAW_ONLY(top, across_lb * across_lb / (LAW_VALUE(8) * (up_lb + down_lb)));
+        masks top = large & LAW_IS_GREATER(up_lb * middle_lb, none) &
+                    LAW_IS_GREATER(down_lb * middle_lb, none) &
+                    LAW_IS_GREATER(first_lb * middle_lb, none) &
+                    LAW_IS_GREATER(last_lb * middle_lb, none);
+        lanes most_lb = middle_lb + LAW_OR_ZERO(top, across_lb * across_lb /
+                                                         (LAW_VALUE(8) * (up_lb + down_lb)));
         push_lb = LANES(greater)(-most_lb, push_lb);
         pull_lb = LANES(greater)(most_lb, pull_lb);
     }

@@ -36,7 +36,7 @@ static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
     pushed_told += (unsigned)news.pushed;
     landing_states += (unsigned)(landing.state == MR_LANDING_LANDING ||
                                  landing.state == MR_LANDING_SETTLING);
-    assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_may_warn(&landing, index)));
+    assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_can_warn(&landing, index)));
 }
 
 /* One edge in the middle of a block. */
@@ -191,7 +191,7 @@ TEST_IN(a_burst_beyond_what_waits_is_cut, rig_before, NULL)
         next_block(index++, NULL, 0);
         told += landing.news.edges;
     }
-    assert_int_equal(told, MR_SWITCHES_WAITING);
+    assert_int_equal(told, MR_SWITCHES_WAITING_MAX);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
     assert_int_equal(landing.passage.state, MR_PASSAGE_NONE);
 }
@@ -324,7 +324,7 @@ TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
         open_codes = 0.0;
         landing_start(&landing);
         assert_int_equal(landing_arm(&landing, 1, 0), MR_OK);
-        landing_brake(&landing, 4000000000u); /* tried out while armed: not of the landing */
+        landing_set_brake(&landing, 4000000000u); /* tried out while armed: not of the landing */
         for (uint32_t index = 0; position < 8; index++) {
             double open_s = braked_s(-2.5 + 5.0 * (position - 1));
             uint32_t tick = 4000000000u + (uint32_t)llround(open_s * 84e6);
@@ -333,7 +333,7 @@ TEST_IN(a_late_brake_is_known_by_its_edge, rig_before, NULL)
             if (opens)
                 open_codes += step_of(position++);
             if (told && index == 1000)
-                landing_brake(&landing, 4000000000u + 84000000u);
+                landing_set_brake(&landing, 4000000000u + 84000000u);
         }
         for (unsigned i = 0; i < 50; i++) /* the last switch is identified */
             next_block((uint32_t)(1000.0 * braked_s(27.5)) + 1 + i, NULL, 0);

@@ -92,26 +92,26 @@ TEST(a_zero_is_the_mean_of_a_full_quiet_group)
 {
     struct baseline baseline;
     float in[MR_TRANSDUCERS] = {0};
-    baseline_forget(&baseline);
+    baseline_discard(&baseline);
     for (unsigned n = 0; n < BASELINE_BLOCKS - 1; n++) {
         in[0] = n % 2 ? 0.75f : 0.25f;
-        baseline_follow(&baseline, in, true, 0);
+        baseline_update(&baseline, in, true, 0);
     }
-    assert_true(isnan(baseline.in[0]));       /* one block short */
-    baseline_follow(&baseline, in, false, 0); /* something rolls: the group is void */
+    assert_true(isnan(baseline.zero_in[0]));  /* one block short */
+    baseline_update(&baseline, in, false, 0); /* something rolls: the group is void */
     for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
         in[0] = n % 2 ? 0.75f : 0.25f;
         in[1] = 2.0f;
-        baseline_follow(&baseline, in, true, 0);
+        baseline_update(&baseline, in, true, 0);
     }
-    assert_near(baseline.in[0], 0.5, 1e-6);
+    assert_near(baseline.zero_in[0], 0.5, 1e-6);
     for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
         in[0] = in[1] = 3.0f;
         /* transducer 2 has moved: it keeps what it has */
-        baseline_follow(&baseline, in, true, 1u << 1);
+        baseline_update(&baseline, in, true, 1u << 1);
     }
-    assert_near(baseline.in[0], 3.0, 1e-6);
-    assert_near(baseline.in[1], 2.0, 1e-6);
+    assert_near(baseline.zero_in[0], 3.0, 1e-6);
+    assert_near(baseline.zero_in[1], 2.0, 1e-6);
 }
 
 TEST(what_moved_is_held_until_a_switch_speaks)
@@ -119,7 +119,7 @@ TEST(what_moved_is_held_until_a_switch_speaks)
     static struct mr_predictor predictor;
     struct landing landing = rolling();
     predictor.moved = 5;
-    assert_int_equal(predict_held(&predictor, &landing), 5);
+    assert_int_equal(predict_held_zeros(&predictor, &landing), 5);
     landing.edges = 1;
-    assert_int_equal(predict_held(&predictor, &landing), 0);
+    assert_int_equal(predict_held_zeros(&predictor, &landing), 0);
 }

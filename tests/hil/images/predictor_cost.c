@@ -71,7 +71,7 @@ static void play(uint32_t blocks)
         uint32_t before = predictor.updates;
         mr_predictor_block(&predictor, &input);
         results[4] += predictor.updates != before;
-        if (k % MR_PREDICTOR_LOOK_BLOCKS == 0)
+        if (k % MR_PREDICTOR_INTERVAL_BLOCKS == 0)
             mr_predictor_zone(&predictor, &zone);
         wheel_ft += 1e-3f * speed_ft_s;
         speed_ft_s -= speed_ft_s > 0.0f ? 8e-3f : 0.0f;
@@ -90,7 +90,7 @@ static __attribute__((noinline)) int measure(void)
     play(control[1]);
     results[1] = predictor.updates;
     results[2] = predictor.visits;
-    results[3] = predictor.most_updates;
+    results[3] = predictor.block_updates_max;
     results[55] = 1;
     return 0;
 }
