@@ -36,7 +36,7 @@ void reference_units(FILE *out)
         "a knot.\n"
         "- Units may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
         "- The decimal separator is a point. A comma is an error.\n"
-        "- The error of a conversion is at most 0.502 units in the last place of a double.\n\n"
+        "\n"
         "| Kind | Units | SI |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++)
