@@ -18,7 +18,7 @@ PAGE = "docs/measured/advised.md"
 SERIES = [("standard", 5), ("grit", 4), ("bands-preliminary", 3), ("bands-off", 2), ("bands-detailed", 4), ("diagonal", 4), ("cleats", 6), ("stiffeners", 4)]
 HEAD = """# Measured: advice before each landing of the 1973 series
 
-This page shows the advice of `matrig advise --before RUN` for each landing of the series in [certification](certification.md). These are synthetic landings with
+This page shows the advice of `matrig advise --before RUN` for each landing of the series in [certification](certification.md). The landings are synthetic, with
 decelerations from the 1973 report. As the plan, `advise` gets the measured speed and mean braking of the landing, and assumes that the braking stays within 10 % of this
 mean. `advise` knows the friction, the survey and the earlier landings, but not the modification (bands, cleats, ...).
 
