@@ -619,25 +619,12 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
-/* Adds the thrust of the last landing, if the edge of the brake was recorded. `spread`: relative
- * error of the share. */
-static void add_measured_thrust(const struct advise *advise, double thrust_lb_per_g, double spread,
-                                struct answer *answer)
-{
-    const struct mr_estimate *braked = &advise->history.braking_ft_s2;
-    double thrust_lb = thrust_lb_per_g * braked->value / ADVISE_G_FT_S2;
-    if (!(braked->value > 0.0))
-        return;
-    answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION, thrust_lb,
-                    thrust_lb * hypot(spread, braked->error / braked->value), 1);
-    answer_remark(answer, ", in the last landing from the brake's edge to the stop");
-}
-
 /* Adds the thrust and its ratio to the critical thrust, above which a bow wave rises
  * (docs/explanation/bow-waves.md). */
 static void add_thrust(const struct advise *advise, struct answer *answer)
 {
     const struct advise_runway *runway = &advise->history.runway;
+    const struct mr_estimate measured_lb = advise->history.braking.thrust_lb;
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
                       (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
@@ -645,7 +632,11 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     if (runway->bump_ft > 0.0) {
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
-        add_measured_thrust(advise, share * runway->thrust_lb_per_g, spread, answer);
+        if (measured_lb.value > 0.0) {
+            answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION,
+                            measured_lb.value, measured_lb.error, 1);
+            answer_remark(answer, ", in the last landing from the brake's edge to the stop");
+        }
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
         answer_remark(answer,
                       ", for the assumed irregularity; bow waves form above about 1.2 times this");

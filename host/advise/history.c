@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "common/runway.h"
-#include "host/analyse/braking.h"
 #include "host/analyse/measured_load.h"
 #include "host/analyse/zones.h"
 #include "host/store/store_journal.h"
@@ -90,12 +89,10 @@ static void set_readings(const struct measured *measured, struct history *histor
 }
 
 static enum mr_status load_landing(struct store *store, struct history *history,
-                                   struct history_landing *landing, struct error *error)
+                                   struct history_landing *landing, bool last, struct error *error)
 {
     struct measured measured;
-    struct braking braking;
-    enum mr_status status = measured_load(store, landing->run, &measured, error)
-                              ?: braking_load(store, &measured, &braking, error);
+    enum mr_status status = measured_load(store, landing->run, &measured, error);
     const struct mr_gates_summary *summary = &measured.summary;
     if (status == MR_OK) {
         double speed_ft_s = summary->touchdown_speed_ft_s.value,
@@ -104,7 +101,6 @@ static enum mr_status load_landing(struct store *store, struct history *history,
         landing->is_measured = measured.fit_status == MR_OK && speed_ft_s > MIN_SPEED_FT_S &&
                                stopping_distance_ft > 1.0 && summary->stop_t_s.value > 0.0;
         history->touchdown_ft = measured.landing.touchdown_ft;
-        history->braking_ft_s2 = braking.deceleration_ft_s2;
         if (landing->is_measured) {
             landing->observation.braking = (struct advise_braking){
                 .speed_ft_s = speed_ft_s,
@@ -115,6 +111,8 @@ static enum mr_status load_landing(struct store *store, struct history *history,
             set_readings(&measured, history, landing);
         }
     }
+    if (status == MR_OK && last)
+        status = braking_load(store, &measured, &history->braking, error);
     measured_free(&measured);
     return status;
 }
@@ -246,7 +244,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
         observation->survey_error_in = history->survey_error_in;
         fill_nan(observation->survey_before_in);
         fill_nan(observation->survey_after_in);
-        status = load_landing(store, history, landing, error) ?:
+        status = load_landing(store, history, landing, i + 1 == count, error) ?:
                  load_survey(store, row[i].id, last_in, observation->survey_before_in, error) ?:
                  load_gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
                              observation->survey_before_in, &observation->survey_error_in, error) ?:

@@ -3,8 +3,8 @@
 #ifndef MATRIG_HOST_ADVISE_HISTORY_H
 #define MATRIG_HOST_ADVISE_HISTORY_H
 
-#include "common/gates.h"
 #include "host/advise/members.h"
+#include "host/analyse/braking.h"
 #include "host/analyse/inspection.h"
 #include "host/store/store.h"
 
@@ -21,8 +21,8 @@ struct history {
     struct advise_runway runway;
     /* braking of the last landing, from the edge of the brake to the stop; NaN: no edge was
      * recorded */
-    struct mr_estimate braking_ft_s2;
-    double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
+    struct braking braking; /* of the last landing */
+    double touchdown_ft;    /* touchdown of the last landing, as configured or corrected */
     struct history_landing *landing;
     size_t landings;
     int64_t newest_run; /* newest RUN of the campaign, which may be excluded here */

@@ -7,50 +7,55 @@
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
-/* The rows of the map, from the top: kinds, and their names. */
-static const char *const rows[] = {"damage", "mat", "subgrade"}, *const names[] = {"damage", "mats",
-                                                                                   "soil"};
-#define ROWS (sizeof rows / sizeof rows[0])
+/* The rows of the map, from the bottom: kinds. */
+static const char *const rows[] = {"subgrade", "mat", "damage"};
+enum { SUBGRADE, MAT, DAMAGE, ROWS };
 
 static const char *row_name(void *context, size_t i)
 {
     (void)context;
-    return names[ROWS - 1 - i];
+    return rows[i];
 }
 
 /* ROWS: not on the map. */
-static size_t row_of(const struct inspection *entry)
+static unsigned row_of(const struct inspection *entry)
 {
-    size_t row = 0;
+    unsigned row = 0;
     while (row < ROWS && strcmp(entry->kind->name, rows[row]) != 0)
         row++;
     return inspection_is_valid(entry, NULL, 0) ? row : ROWS;
 }
 
 /* Damage reaches over its length, a record of acceptance over one mat. */
-static void draw_record(struct figure *figure, const struct inspection *entry, size_t row)
+static void draw_record(struct figure *figure, const struct inspection *entry)
 {
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
     const char *repair = json_string_value(json_object_get(entry->values, "repair"));
-    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = (double)(ROWS - row);
-    double from_ft = row == 0 ? inspection_number(entry->values, "station_ft", "")
-                   : row == 1 ? (entry->row.place - 1.0) * mat_ft
-                              : entry->row.place - 0.5 * mat_ft,
+    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = row_of(entry) + 0.5;
+    double from_ft = row_of(entry) == DAMAGE ? inspection_number(entry->values, "station_ft", "")
+                   : row_of(entry) == MAT    ? (entry->row.place - 1.0) * mat_ft
+                                             : entry->row.place - 0.5 * mat_ft,
            to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", ""));
-    const char *shape = row > 0 ? verdicts[inspection_judge(entry)] : "damaged";
+    const char *shape = row_of(entry) == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
     const double tall = shape && strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
-    if (shape && !isnan(from_ft))
-        figure_shape(figure, shape, from_ft, to_ft, y - 0.5 - tall, y - 0.5 + tall, NULL);
+    if (row_of(entry) < ROWS && shape && !isnan(from_ft))
+        figure_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
 }
 
-static void put_map(const struct report *report, const struct inspections *all, FILE *out)
+static void put_map(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {
         "damaged", "damage", "repaired", "repaired",
         "failed",  "fail",   "closed",   "within its error of a limit",
         "passed",  "pass",   NULL};
+    const struct inspections *all = &report->records;
+    size_t first = 0;
+    while (first < all->count && row_of(&all->entry[first]) == ROWS)
+        first++;
+    if (first == all->count)
+        return;
     struct figure figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
                                         FIGURE_EACH);
     figure_plot(&figure, &(struct chart_axes){.x = "station",
@@ -61,16 +66,15 @@ static void put_map(const struct report *report, const struct inspections *all, 
                                               .height_px = 130,
                                               .tick = row_name,
                                               .ticks = ROWS});
-    for (size_t i = 0; i < all->count; i++)
-        if (row_of(&all->entry[i]) < ROWS)
-            draw_record(&figure, &all->entry[i], row_of(&all->entry[i]));
+    for (size_t i = first; i < all->count; i++)
+        draw_record(&figure, &all->entry[i]);
     figure_end(&figure, keys, "Records that hold, over the runway.");
 }
 
 /* Tables of the kinds that belong to landing `run`; 0: to the runway. */
-static void put_tables(const struct report *report, const struct inspections *all, int64_t run,
-                       FILE *out)
+static void put_tables(const struct report *report, int64_t run, FILE *out)
 {
+    const struct inspections *all = &report->records;
     struct answer *answer = answer_new(report->si);
     for (size_t k = 0; k < inspection_kind_count; k++)
         if ((inspection_kinds[k].place == INSPECTION_LANDING) == (run > 0))
@@ -82,22 +86,12 @@ static void put_tables(const struct report *report, const struct inspections *al
 
 void report_records(const struct report *report, FILE *out)
 {
-    struct inspections all;
-    bool any = false;
-    inspection_load(report->store, &all, report->error);
-    for (size_t i = 0; i < all.count; i++)
-        any = any || row_of(&all.entry[i]) < ROWS;
-    if (any)
-        put_map(report, &all, out);
-    put_tables(report, &all, 0, out);
-    inspection_free(&all);
+    put_map(report, out);
+    put_tables(report, 0, out);
 }
 
 void report_landing_records(const struct report *report, const struct report_landing *landing,
                             FILE *out)
 {
-    struct inspections all;
-    inspection_load(report->store, &all, report->error);
-    put_tables(report, &all, landing->summary.measured.landing.id, out);
-    inspection_free(&all);
+    put_tables(report, landing->summary.measured.landing.id, out);
 }

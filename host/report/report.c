@@ -359,7 +359,8 @@ enum mr_status report_begin(struct report *report, bool voided, struct error *er
             report->row[report->landings++] = report->row[i];
     }
     report->facts = xcalloc(report->landings + 1, sizeof *report->facts);
-    return status ?: store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error);
+    return status ?: inspection_load(report->store, &report->records, error)
+                  ?: store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error);
 }
 
 void report_landing_free(struct report_landing *landing)
@@ -378,6 +379,7 @@ void report_landing_free(struct report_landing *landing)
 void report_free(struct report *report)
 {
     record_free(&report->record);
+    inspection_free(&report->records);
     free(report->row);
     free(report->facts);
     free(report->slow);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "common/config.h"
+#include "host/analyse/inspection.h"
 #include "host/analyse/record.h"
 #include "host/analyse/summary.h"
 #include "host/base/answer.h"
@@ -101,6 +102,7 @@ struct report {
     struct report_facts *facts;
     size_t landings, voided; /* voided: number of landings left out */
     struct record record;
+    struct inspections records;
     struct store_slow *slow;
     size_t slow_rows;
     int64_t run; /* RUN of a report on one landing; 0: all */

@@ -41,8 +41,8 @@ static double carried(double stiffness, double cap, double stretch, double *zero
     return load;
 }
 
-/* How kinds of restraints differ. Beyond its grip a restraint that pulls out gives way: zero follows
- * x. `ends`: entries of a mat's row, as of a spring to the ground or to two neighbours. */
+/* How kinds of restraints differ. `pulls_out`: beyond the grip, zero follows x. `ends`: entries of
+ * a mat's row, as of a spring to the ground or to two neighbours. */
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
     double ends;

@@ -68,9 +68,8 @@ struct mods_bands {
 };
 
 /* The restraints of one kind: pointers into the arrays of the state. A restraint exerts
- * k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor), the rise of its middle
- * above the settled mat (tie-down), or the opening of a joint (absorber), ft. MODIFICATIONS.md,
- * "Restraints". */
+ * k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor), the rise of its
+ * middle above the settled mat (tie-down), or the opening of a joint (absorber), ft. */
 struct restraints {
     int kind;                         /* enum sim_restraint_kind */
     const struct sim_restraint *made; /* in the scene */
