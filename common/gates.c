@@ -367,6 +367,8 @@ static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate 
 /* Steps of the braking fit, defined below. */
 static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                     uint32_t left_out, struct mr_braking *fit);
+static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size_t on_track,
+                                 struct mr_braking *fit);
 static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
                                           double position_error_ft, struct mr_braking *fit);
 static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
@@ -468,27 +470,40 @@ static void finish_fit(struct mr_final_fit *work, enum mr_status status)
 }
 
 /* One round of a constant-braking fit to the gates on the track and `used` gates beyond. MR_OK: it
- * fits; MR_TOO_FEW: call again, later rounds leave out the worst gate; MR_LIMIT: braking is not
- * constant. */
+ * fits; MR_TOO_FEW: call again, later attempts have a late brake, or leave out the worst gate;
+ * MR_LIMIT: braking is not constant. */
 static enum mr_status try_uniform(struct mr_final_fit *work)
 {
+    const struct mr_gate *gates = work->gates;
     size_t count = work->on_track + work->used;
+    struct mr_braking *fit = &work->braking;
+    enum mr_final_attempt attempt = work->attempt;
+    bool late = attempt == MR_FINAL_LATE;
     enum mr_status status;
     if (!work->is_begun) {
-        status = work->is_fitted
-                   ? begin_without_worst(work->gates, count, work->position_error_ft,
-                                         &work->braking)
-                   : begin_braking(work->gates, count, work->touchdown_ft, 0, &work->braking);
+        status = late ? begin_late(gates, count, work->on_track, fit)
+               : attempt == MR_FINAL_WITHOUT
+                   ? begin_without_worst(gates, count, work->position_error_ft, fit)
+                   : begin_braking(gates, count, work->touchdown_ft, 0, fit);
         work->is_begun = status == MR_OK;
-        return work->is_begun ? MR_TOO_FEW : MR_LIMIT;
+        if (late && !work->is_begun && mr_braking_is_accepted(fit)) /* the first attempt */
+            return MR_OK;
+        if (late && !work->is_begun)
+            work->attempt = MR_FINAL_WITHOUT;
+        return work->is_begun || late ? MR_TOO_FEW : MR_LIMIT;
     }
-    if (iterate(work->gates, count, work->position_error_ft, &work->braking, &status))
+    if (iterate(gates, count, work->position_error_ft, fit, &status))
         return MR_TOO_FEW;
     work->is_begun = false;
-    if (status != MR_OK)
+    if (status != MR_OK && !late)
         return MR_LIMIT;
-    work->is_fitted = true;
-    return mr_braking_is_accepted(&work->braking) ? MR_OK : MR_TOO_FEW;
+    bool holds = status == MR_OK && mr_braking_is_accepted(fit);
+    bool perhaps_late = attempt == MR_FINAL_AT_ONCE && work->on_track >= 2 &&
+                        (!holds || fit->delay_s > MR_BRAKE_DELAY_S + 2.0 * MR_BRAKE_DELAY_ERROR_S);
+    if (holds && !perhaps_late)
+        return MR_OK;
+    work->attempt = perhaps_late ? MR_FINAL_LATE : late ? MR_FINAL_AGAIN : MR_FINAL_WITHOUT;
+    return MR_TOO_FEW;
 }
 
 /* Fits all gates. With fewer than four beyond touchdown no other fit is possible, so a poor one is
@@ -515,7 +530,7 @@ static void fit_all(struct mr_final_fit *work)
         finish_fit(work, status);
     } else {
         work->stage = MR_FINAL_TOUCHDOWN;
-        work->is_fitted = false;
+        work->attempt = MR_FINAL_AT_ONCE;
         if (work->used > MR_GATES_END_MAX)
             work->used = MR_GATES_END_MAX;
     }
@@ -527,7 +542,7 @@ static void fit_touchdown(struct mr_final_fit *work)
     if (status == MR_TOO_FEW)
         return;
     if (status == MR_LIMIT && work->used > 3) {
-        work->is_fitted = false;
+        work->attempt = MR_FINAL_AT_ONCE;
         work->used -= work->used > 5 ? 3 : 1;
         return;
     }
@@ -655,6 +670,9 @@ _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and i
 #define ITERATIONS_MAX 10
 #define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass here */
 #define DELAY_MAX_S    0.5
+#define ONSET_MAX_S    1.0  /* of a brake that acts late */
+#define LATE_GATES     4u   /* at least, that give its start values */
+#define LATE_OFF_FT    0.25 /* its start values may miss this much */
 
 /* Station and speed at a time, and the station's derivatives by the unknowns. */
 struct motion {
@@ -684,20 +702,20 @@ static void speed_loss(double since_s, double delay_s, double shape, double *val
 
 static void motion_at(const struct mr_braking *fit, double t_s, struct motion *motion)
 {
-    double since_s = t_s - fit->touchdown_s;
+    double since_s = t_s - fit->touchdown_s, braked_s = since_s - fit->onset_s;
     double lost = 0.0, rate = 0.0, by_delay = 0.0;
-    if (since_s > 0.0)
-        speed_loss(since_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
+    if (braked_s > 0.0)
+        speed_loss(braked_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
     motion->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s -
                          fit->deceleration_ft_s2 * lost;
     motion->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
     motion->slope[MR_BRAKING_TIME] = -motion->speed_ft_s;
     motion->slope[MR_BRAKING_SPEED] = since_s;
     motion->slope[MR_BRAKING_DECELERATION] = -lost;
-    motion->slope[MR_BRAKING_DELAY] = -fit->deceleration_ft_s2 * by_delay;
+    motion->slope[MR_BRAKING_DELAY] = fit->deceleration_ft_s2 * (fit->late ? rate : -by_delay);
     motion->slope[MR_BRAKING_SHAPE] =
-        since_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
-                                     : 0.0;
+        braked_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
+                                      : 0.0;
 }
 
 static double braking_error(const struct mr_braking *fit, const double *gradient)
@@ -778,8 +796,9 @@ static void set_equations(const struct mr_gate *gates, size_t count, double posi
     memset(matrix, 0, UNKNOWNS * sizeof matrix[0]);
     memset(right, 0, UNKNOWNS * sizeof right[0]);
     fit->chi_square = 0.0;
-    add_prior(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit, matrix,
-              right);
+    if (!fit->late)
+        add_prior(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit,
+                  matrix, right);
     add_prior(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix,
               right);
     for (size_t g = 0; g < count; g++) {
@@ -812,6 +831,35 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
     return set_start_values(gates, count, fit);
 }
 
+/* Start values of a brake that acts late: the speed of the gates on the track, and the time at
+ * which a parabola through the last gates has it. MR_LIMIT: the gear was elsewhere at that time;
+ * `fit` is unchanged. */
+static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size_t on_track,
+                                 struct mr_braking *fit)
+{
+    size_t last = count - on_track < MR_GATES_END_MAX ? count - on_track : MR_GATES_END_MAX;
+    struct mr_gates_fit parabola;
+    struct mr_motion_estimate end, onset;
+    struct mr_braking late;
+    if (last < LATE_GATES || mr_gates_fit(gates + count - last, last, 2, 1.0, &parabola) != MR_OK ||
+        begin_braking(gates, count, fit->touchdown_ft, 0, &late) != MR_OK)
+        return MR_LIMIT;
+    mr_gates_motion_at(&parabola, gates[count - 1].t_s, &end);
+    late.deceleration_ft_s2 = end.deceleration_ft_s2.value;
+    double onset_s = gates[count - 1].t_s -
+                     (late.speed_ft_s - end.speed_ft_s.value) / late.deceleration_ft_s2;
+    mr_gates_motion_at(&parabola, onset_s, &onset);
+    double rolled_ft = late.speed_ft_s * (onset_s - late.touchdown_s);
+    late.late = true;
+    late.freedom--;
+    late.onset_s = onset_s - late.touchdown_s - late.delay_s;
+    if (!(late.deceleration_ft_s2 > 0.0) || !(late.onset_s > 0.0) || late.onset_s > ONSET_MAX_S ||
+        fabs(onset.position_ft.value - late.touchdown_ft - rolled_ft) > LATE_OFF_FT)
+        return MR_LIMIT;
+    *fit = late;
+    return MR_OK;
+}
+
 /* One iteration, or the covariance after the last one. False: the fit has ended. */
 static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
                     struct mr_braking *fit, enum mr_status *status)
@@ -832,7 +880,9 @@ static bool iterate(const struct mr_gate *gates, size_t count, double position_e
     fit->touchdown_s += step[MR_BRAKING_TIME];
     fit->speed_ft_s += step[MR_BRAKING_SPEED];
     fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
-    fit->delay_s = clamp(fit->delay_s + step[MR_BRAKING_DELAY], DELAY_MIN_S, DELAY_MAX_S);
+    double *delay_s = fit->late ? &fit->onset_s : &fit->delay_s;
+    *delay_s = clamp(*delay_s + step[MR_BRAKING_DELAY], fit->late ? 0.0 : DELAY_MIN_S,
+                     fit->late ? ONSET_MAX_S : DELAY_MAX_S);
     fit->shape = clamp(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
     if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
         *status = MR_NUMERICS;
@@ -919,15 +969,15 @@ double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gat
 enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double v = fit->speed_ft_s, a = fit->deceleration_ft_s2, d = fit->delay_s;
-    double after_s = d + v / a; /* from touchdown to rest */
-    if (after_s < 2.0 * d)
+    double onset_s = fit->onset_s, after_s = onset_s + d + v / a; /* from touchdown to rest */
+    if (v / a < d)
         return MR_NUMERICS;
     double k = fit->shape;
     const double of_speed[UNKNOWNS] = {[MR_BRAKING_SPEED] = 1.0};
     const double of_touchdown[UNKNOWNS] = {[MR_BRAKING_TIME] = 1.0};
     const double of_stop[UNKNOWNS] = {1.0, 1.0 / a, -v / (a * a), 1.0, 0.0};
     const double of_station[UNKNOWNS] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d,
-                                         v - k * a * d, -0.5 * a * d * d};
+                                         fit->late ? v : v - k * a * d, -0.5 * a * d * d};
     const double of_mean[UNKNOWNS] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
                                       v * v / (a * a * after_s * after_s), -v / (after_s * after_s),
                                       0.0};
@@ -936,9 +986,9 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
                                                   braking_error(fit, of_touchdown)};
     summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s,
                                              braking_error(fit, of_stop)};
-    summary->stop_station_ft =
-        (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d,
-                             braking_error(fit, of_station)};
+    summary->stop_station_ft = (struct mr_estimate){fit->touchdown_ft + v * (onset_s + d) +
+                                                        0.5 * v * v / a - 0.5 * k * a * d * d,
+                                                    braking_error(fit, of_station)};
     summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s,
                                                             braking_error(fit, of_mean)};
     return MR_OK;

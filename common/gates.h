@@ -147,6 +147,10 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  * `position_error_ft`. That value is known and never estimated here, so intervals are normal:
  * +-1.96 standard errors for 95 %.
  *
+ * A brake may act late. If the model does not fit, or only with a delay beyond two of its errors,
+ * and two gates lie on the track, the deceleration may begin at an unknown onset after touchdown,
+ * with the prior delay and shape from there.
+ *
  * A chi-square test checks the model; it rejects 1 in 1000 landings for which the model is true. A
  * gate that alone causes a rejection by more than MR_GATE_OUTLIER_SIGMA standard errors can be left
  * out; the worst gate is left out first.
@@ -174,8 +178,10 @@ struct mr_braking {
     double touchdown_s;
     double speed_ft_s;
     double deceleration_ft_s2;
+    double onset_s; /* of a late brake, after touchdown; else 0 */
     double delay_s;
     double shape;
+    bool late; /* MR_BRAKING_DELAY is that of the onset, and delay_s is taken as given */
     double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
     double chi_square;
     unsigned freedom;    /* degrees of freedom */
@@ -233,6 +239,14 @@ enum mr_final_stage {
     MR_FINAL_DONE
 };
 
+/* Attempts to describe gates by one deceleration, in order. */
+enum mr_final_attempt {
+    MR_FINAL_AT_ONCE, /* the brake acts at touchdown */
+    MR_FINAL_LATE,    /* it acts later */
+    MR_FINAL_AGAIN,   /* at touchdown again, to leave out gates from */
+    MR_FINAL_WITHOUT, /* without the worst gate */
+};
+
 /* Search among the last gates for a gate without which all the others lie on a parabola. */
 struct mr_gates_search {
     size_t next, outlier;
@@ -247,9 +261,9 @@ struct mr_final_fit {
     double touchdown_ft;
     double position_error_ft;
     enum mr_final_stage stage;
-    bool is_fitted; /* the present part has been fitted once; later fits leave gates out */
-    bool is_begun;  /* a fit is in progress */
-    size_t used;    /* gates beyond touchdown in the present fit */
+    enum mr_final_attempt attempt; /* at the present part */
+    bool is_begun;                 /* a fit is in progress */
+    size_t used;                   /* gates beyond touchdown in the present fit */
     union {
         struct mr_braking braking;
         struct { /* used from stage MR_FINAL_LAST_GATES on */

@@ -14,8 +14,8 @@
 #define LAST_PART       1.2071
 #define LAST_PART_ERROR 0.6969
 #define PART_ERROR      0.288675 /* of a pulse: uniform from 0 to 1 */
-/* error of the onset over that of the touchdown, whose fit brakes from touchdown on: 1.38 in 31
- * drawn landings (chosen afterwards) */
+/* error of the onset over that of the touchdown: 80, 97 and 100 of 100 drawn landings are within 1,
+ * 2 and 3 such errors (chosen afterwards) */
 #define ONSET_FACTOR    1.5
 
 struct pulse {
