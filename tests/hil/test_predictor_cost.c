@@ -25,11 +25,13 @@ static bool one_of(const char *name, const char *const *list)
 /* Lines `COUNT ... NAME` of the profile, by function. */
 static void add_up(struct cost *cost, FILE *profile)
 {
-    static const char *const chain[] = {"mr_chain_step",      "step_bay", "pull",          "slip",
-                                        "mr_chain_end_block", "moves",    "mr_chain_take", NULL};
+    static const char *const chain[] = {
+        "mr_chain_step",      "step_bay", "update_joint",           "slip",
+        "mr_chain_end_block", "moves",    "mr_chain_reset_updates", NULL};
     static const char *const scan[] = {
-        "mr_zonescan", "closes",      "is_open",          "find_start",           "find_end", "lie",
-        "leave_place", "begin_place", "mr_chain_opening", "mr_chain_compression", NULL};
+        "mr_zonescan", "closes",       "is_open",        "find_start",       "find_end",
+        "lie",         "end_position", "begin_position", "mr_chain_opening", "mr_chain_compression",
+        NULL};
     static const char *const outside[] = {"main",  "measure", "play",   "set_up",
                                           "reset", "memset",  "memcpy", NULL};
     char line[256], name[128];
