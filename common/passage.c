@@ -114,11 +114,11 @@ static bool add_push(struct mr_passage *passage, const struct mr_passage_edge *e
 }
 
 /* Handles an edge while it is unknown whether a gear or a pushed model passes. */
-static struct mr_passage_news handle_first_edges(struct mr_passage *passage,
-                                                 const struct mr_passage_edge *edge,
-                                                 const float *stations_ft, unsigned switches)
+static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
+                                                    const struct mr_passage_edge *edge,
+                                                    const float *stations_ft, unsigned switches)
 {
-    struct mr_passage_news news = {0};
+    struct mr_passage_changes news = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
         if (is_rolling(speed_between(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
@@ -147,12 +147,12 @@ static bool is_plausible_speed(const struct mr_passage *passage, double speed_ft
                    speed_ft_s <= SPEED_RISE_MAX * passage->entry_ft_s + SPEED_RISE_MAX_FT_S;
 }
 
-static struct mr_passage_news handle_rolling_edge(struct mr_passage *passage,
-                                                  const struct mr_passage_edge *edge,
-                                                  double speed_ft_s, const float *stations_ft,
-                                                  unsigned switches)
+static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
+                                                     const struct mr_passage_edge *edge,
+                                                     double speed_ft_s, const float *stations_ft,
+                                                     unsigned switches)
 {
-    struct mr_passage_news news = {0};
+    struct mr_passage_changes news = {0};
     const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
     double since_ft_s = speed_between(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
@@ -180,9 +180,9 @@ static struct mr_passage_news handle_rolling_edge(struct mr_passage *passage,
     return news;
 }
 
-struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
-                                       const struct mr_passage_edge *edge, double speed_ft_s,
-                                       const float *stations_ft, unsigned switches)
+struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,
+                                             const struct mr_passage_edge *edge, double speed_ft_s,
+                                             const float *stations_ft, unsigned switches)
 {
     passage->events = 0;
     passage->quiet_since_block = edge->block;
@@ -191,7 +191,7 @@ struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
              : handle_first_edges(passage, edge, stations_ft, switches);
 }
 
-bool mr_passage_block(struct mr_passage *passage, uint32_t block)
+bool mr_passage_on_block(struct mr_passage *passage, uint32_t block)
 {
     passage->events = 0;
     if (block - passage->quiet_since_block < MR_PASSAGE_QUIET_BLOCKS)

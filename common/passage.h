@@ -71,7 +71,7 @@ struct mr_passage {
 };
 
 /* Result of the last edge. */
-struct mr_passage_news {
+struct mr_passage_changes {
     bool started; /* a landing has started: there are two gates */
     bool gate;    /* the landing has one more gate, or a different last gate */
     bool pushed;  /* a new push-back has begun */
@@ -83,13 +83,13 @@ void mr_passage_clear(struct mr_passage *passage);
 
 /* Processes the next named edge. `speed_ft_s`: expected speed of the gear from the last estimate,
  * NaN if unknown. `switches`: number of switches in the table; `stations_ft`: their stations. */
-struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
-                                       const struct mr_passage_edge *edge, double speed_ft_s,
-                                       const float *stations_ft, unsigned switches);
+struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,
+                                             const struct mr_passage_edge *edge, double speed_ft_s,
+                                             const float *stations_ft, unsigned switches);
 
 /* Call in each block: discards the held edges if no edge has followed for too long. True: edges
  * were discarded; the notes report them. */
-bool mr_passage_block(struct mr_passage *passage, uint32_t block);
+bool mr_passage_on_block(struct mr_passage *passage, uint32_t block);
 
 /* True while held edges may be the beginning of a landing, or the model is being pushed. Warnings
  * and zeros must wait. */

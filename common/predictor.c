@@ -156,7 +156,7 @@ static bool is_possible_sum(const struct mr_predictor *p, unsigned segment, floa
            is_between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
 }
 
-void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
+void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
 {
     float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
@@ -736,7 +736,7 @@ static void adapt_resistance(struct mr_predictor *p)
     p->interval_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
-void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input *input)
+void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     if (!p->is_armed)
         return;
@@ -928,7 +928,7 @@ static void set_verdict(struct mr_predictor_zone *zone)
     }
 }
 
-void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
     *zone = (struct mr_predictor_zone){.level = p->level,

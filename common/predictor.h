@@ -166,7 +166,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *predictor,
 /* Sets the openings from a survey. `sum_in`: MR_SEGMENTS sums of joint openings, each of ten mats;
  * NaN: not surveyed. Call between landings. A sum that is impossible for ten joints (negative, or
  * more than their slack) counts as not surveyed. */
-void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
+void mr_predictor_set_survey(struct mr_predictor *predictor, const float *sum_in);
 /* Call with the same sums after a runway has been loaded: no joint changes, and a segment counts as
  * surveyed if its joints have the sum. */
 void mr_predictor_mark_surveyed(struct mr_predictor *predictor, const float *sum_in);
@@ -176,13 +176,13 @@ void mr_predictor_arm(struct mr_predictor *predictor);
  * an impossible deceleration is replaced by the last one, and an impossible reading counts as
  * missing. If the chain diverges, it is restarted from the measurements and flagged
  * (MR_PREDICTOR_FELL_BACK). */
-void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
+void mr_predictor_on_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* Call when blocks are waiting: continues at the next cheaper level, as when the budget is
  * exceeded. */
 void mr_predictor_choose_cheaper(struct mr_predictor *predictor);
 /* Current result. May be called in every block: it is cheap except at the level
  * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */
-void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
+void mr_predictor_get_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* Result from transducers and survey only, without the model: the closed zone ahead, and in
  * `left_in` (MR_SEGMENTS values) the remaining sums of openings, NaN if unknown. */
 void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,

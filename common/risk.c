@@ -279,8 +279,8 @@ static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
     risk->has_left_plan = risk->has_left_plan || risk->off_blocks >= OFF_BLOCKS;
 }
 
-void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *p,
-                   const struct mr_predictor_input *input)
+void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
+                      const struct mr_predictor_input *input)
 {
     if (input->on_runway && p->speed_ft_s > 0.0f && !risk->is_down) {
         risk->is_down = true;
@@ -458,8 +458,8 @@ static float compute_risk(const struct mr_risk_report *said)
     return mr_risk_logistic(sum);
 }
 
-void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *p,
-                    const struct mr_predictor_zone *zone, struct mr_risk_report *said)
+void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
+                     const struct mr_predictor_zone *zone, struct mr_risk_report *said)
 {
     *said = (struct mr_risk_report){.risk = MR_NAN, .basis = find_basis(risk, p, zone)};
     set_lead(p, zone, said);

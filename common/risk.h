@@ -121,12 +121,12 @@ struct mr_risk_report {
 /* Begins a landing; call after mr_predictor_arm. `plan`: checked by mr_risk_plan_check, or NULL. */
 void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
                  const struct mr_predictor *predictor, float touchdown_ft);
-/* Call in each block, after mr_predictor_block with the same input. */
-void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *predictor,
-                   const struct mr_predictor_input *input);
-/* Computes the current risk. `zone`: the current result of mr_predictor_zone. */
-void mr_risk_report(struct mr_risk_state *risk, const struct mr_predictor *predictor,
-                    const struct mr_predictor_zone *zone, struct mr_risk_report *said);
+/* Call in each block, after mr_predictor_on_block with the same input. */
+void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *predictor,
+                      const struct mr_predictor_input *input);
+/* Computes the current risk. `zone`: the current result of mr_predictor_get_zone. */
+void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *predictor,
+                     const struct mr_predictor_zone *zone, struct mr_risk_report *said);
 
 /* Risk from which the lamp warns. A missed warning costs `cost_ratio` times as much as a needless
  * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */

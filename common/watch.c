@@ -204,7 +204,7 @@ static void update_validity(struct mr_watch *watch, unsigned c, uint8_t validity
 }
 
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
-                         struct mr_watch_news *news)
+                         struct mr_watch_change *news)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!(watch->changed >> c & 1u))
@@ -213,8 +213,8 @@ bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
     channel->reported = channel->newest_validity;
     channel->reported_block = index;
     channel->has_reported = true;
-    *news = (struct mr_watch_news){.validity = channel->newest_validity,
-                                   .block = channel->since_block};
+    *news = (struct mr_watch_change){.validity = channel->newest_validity,
+                                     .block = channel->since_block};
     return true;
 }
 

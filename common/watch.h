@@ -88,7 +88,7 @@ struct mr_watch {
     struct mr_watch_channel channel[MR_WATCH_CHANNELS];
 };
 
-struct mr_watch_news {
+struct mr_watch_change {
     uint8_t validity;
     uint32_t block; /* block at which the validity changed */
 };
@@ -105,7 +105,7 @@ void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *conf
                     uint32_t index, struct mr_reading *reading);
 /* Returns a change to be reported in `news` and clears its bit in `changed`; false: none. */
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
-                         struct mr_watch_news *news);
+                         struct mr_watch_change *news);
 
 /* Standard deviation of one reading, in or lb; NaN before there have been three readings in a
  * row. */

@@ -20,19 +20,19 @@
 #include "firmware/schedule.def"
 
 /* Checks at compile time that a row is only due in blocks in which the other row is due, too. */
-#define WITHIN(NAME, OTHER)                                                     \
+#define DUE_TOGETHER(NAME, OTHER)                                               \
     _Static_assert(SCHEDULE_##NAME##_PERIOD % SCHEDULE_##OTHER##_PERIOD == 0 && \
                        SCHEDULE_##NAME##_PHASE % SCHEDULE_##OTHER##_PERIOD ==   \
                            SCHEDULE_##OTHER##_PHASE,                            \
                    #NAME " without " #OTHER)
-WITHIN(BANDS, TENSIONS);
-WITHIN(BANDS_IDLE, TENSIONS_IDLE);
-WITHIN(SAY, LOOK);
-WITHIN(ALL_FAULTS, FAULTS);
-#undef WITHIN
+DUE_TOGETHER(BANDS, TENSIONS);
+DUE_TOGETHER(BANDS_IDLE, TENSIONS_IDLE);
+DUE_TOGETHER(ZONES, LAMP);
+DUE_TOGETHER(ALL_FAULTS, FAULTS);
+#undef DUE_TOGETHER
 
 /* Clears the histories' row of a missing block. */
-static void miss_block(struct app *app, uint32_t index)
+static void clear_history_row(struct app *app, uint32_t index)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         app->displacement_in[index % 4][i] = MR_NAN;
@@ -42,9 +42,9 @@ static void miss_block(struct app *app, uint32_t index)
 
 /* Clears the history of each channel with a new zero, so that no mean mixes readings from before
  * and after. */
-static void follow_zeros(struct app *app)
+static void clear_changed_zeros(struct app *app)
 {
-    uint32_t changed = zero_take_changed();
+    uint32_t changed = zero_get_changed();
     if (!changed)
         return;
     for (unsigned row = 0; row < 4; row++) {
@@ -58,7 +58,7 @@ static void follow_zeros(struct app *app)
         }
     }
     slowlog_reset(&app->slowlog);
-    channels_zeroed(&app->channels, changed, app->next_index);
+    channels_on_zero(&app->channels, changed, app->next_index);
 }
 
 static void discard_survey(struct app *app)
@@ -67,27 +67,27 @@ static void discard_survey(struct app *app)
         app->slack_in[i] = MR_NAN;
 }
 
-void app_configured(struct app *app)
+void app_apply_configuration(struct app *app)
 {
-    zero_start();
-    channels_zeroed(&app->channels, UINT32_MAX, 0);
+    zero_reset();
+    channels_on_zero(&app->channels, UINT32_MAX, 0);
     slowlog_reset(&app->slowlog);
-    app->fitted = config_fitted();
+    app->fitted = config_fitted_channels();
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
-        miss_block(app, i);
+        clear_history_row(app, i);
     app->blocks_in_row = 0;
     baseline_discard(&app->baseline);
     predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
-        blackbox_leave_out(&app->box);
+        blackbox_disable(&app->box);
     else if (!blackbox_has_memory(&app->box))
         blackbox_start(&app->box);
-    runwaystore_follow(&app->runwaystore, blackbox_has_memory(&app->box));
-    keystore_follow(&app->keystore, blackbox_has_memory(&app->box));
+    runwaystore_set_memory(&app->runwaystore, blackbox_has_memory(&app->box));
+    keystore_set_memory(&app->keystore, blackbox_has_memory(&app->box));
 }
 
-static void note_key(struct app *app)
+static void update_key_message(struct app *app)
 {
     app->telemetry.bus_key = (struct mr_bus_key){.state = (uint8_t)app->keystore.state,
                                                  .refused = app->proof.refused,
@@ -97,8 +97,8 @@ static void note_key(struct app *app)
 static void report_configuration(struct app *app)
 {
     app->telemetry.config_crc = app->configstore.crc;
-    app->telemetry.config_state = configstore_state(&app->configstore);
-    configround_burst(&app->telemetry, &app->landing);
+    app->telemetry.config_state = configstore_get_state(&app->configstore);
+    configround_start_burst(&app->telemetry, &app->landing);
 }
 
 void app_start(struct app *app)
@@ -106,7 +106,7 @@ void app_start(struct app *app)
     memset(app, 0, sizeof *app);
     configstore_start(&app->configstore);
     app->can_base = config.site[0].can_base;
-    board_can_move(app->can_base); /* before the first frame is sent */
+    board_can_set_base(app->can_base); /* before the first frame is sent */
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
@@ -116,13 +116,13 @@ void app_start(struct app *app)
     keystore_start(&app->keystore);
     predict_start(&app->predict);
     thermometer_start(&app->thermometer);
-    app_configured(app);
+    app_apply_configuration(app);
     keystore_check(&app->keystore);
     telemetry_start(&app->telemetry, &app->box);
     healthlink_start(&app->healthlink);
-    note_key(app);
+    update_key_message(app);
     report_configuration(app);
-    board_warn(false);
+    board_set_warning(false);
 }
 
 /* Sends the blocks before the next one, back to the last gap, so that everything derived from a
@@ -134,8 +134,8 @@ static void report_blocks_before(struct app *app)
            app->blocks_in_row > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
-        landinglink_block(&app->telemetry, &app->newest[first % APP_NEWEST]);
-        blackbox_block(&app->box, &app->newest[first % APP_NEWEST]);
+        landinglink_send_block(&app->telemetry, &app->newest_blocks[first % APP_NEWEST_BLOCKS]);
+        blackbox_on_block(&app->box, &app->newest_blocks[first % APP_NEWEST_BLOCKS]);
     }
 }
 
@@ -172,7 +172,7 @@ static bool is_reported_while_idle(uint32_t index)
 static void read_blocks_before(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
-        read_channels(app, &app->newest[(app->next_index - age) % APP_NEWEST]);
+        read_channels(app, &app->newest_blocks[(app->next_index - age) % APP_NEWEST_BLOCKS]);
 }
 
 static enum mr_status execute_arm(struct app *app, const struct mr_command *command)
@@ -182,10 +182,11 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
     /* without blocks the landing would not be measured */
     if (app->ticks_without_block >= STALL_TICKS)
         return MR_NOT_NOW;
-    if (calibrate_busy(&app->calibrate) || keystore_writing(&app->keystore))
+    if (calibrate_is_busy(&app->calibrate) || keystore_is_writing(&app->keystore))
         return MR_WAIT;
-    enum mr_status status = blackbox_ready(&app->box);
-    if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
+    enum mr_status status = blackbox_check_ready(&app->box);
+    if (status == MR_OK && app->predict.status == MR_OK &&
+        !runwaystore_is_loaded(&app->runwaystore))
         status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
         boxlink_report_state(&app->box, &app->telemetry);
@@ -200,13 +201,13 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
         healthlink_arm(&app->healthlink, &app->telemetry);
-        board_warn(false);
+        board_set_warning(false);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
-        landinglink_state(&app->telemetry, &app->landing);
+        landinglink_send_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
-        predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
+        predict_store_in_box(&app->predict, &app->telemetry, app->runwaystore.copy);
         report_blocks_before(app);
-        configround_burst(&app->telemetry, &app->landing);
+        configround_start_burst(&app->telemetry, &app->landing);
     }
     return status;
 }
@@ -232,8 +233,8 @@ static enum mr_status execute_mark(struct app *app, const struct mr_command *com
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
-    TELL(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument,
-         .landing = app->landing.number, .block = app->next_index);
+    TELEMETRY_SEND(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument,
+                   .landing = app->landing.number, .block = app->next_index);
     return MR_OK;
 }
 
@@ -244,13 +245,13 @@ static enum mr_status execute_survey(struct app *app, const struct mr_command *c
         command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
-    predict_survey(&app->predict, app->slack_in, app->next_index);
+    predict_set_survey(&app->predict, app->slack_in, app->next_index);
     return MR_OK;
 }
 
 /* True if the last pages of the last record are still to be written. A command that would end the
  * record has to wait. */
-static bool box_closing(const struct app *app)
+static bool is_box_closing(const struct app *app)
 {
     return app->box.state == MR_BOX_CLOSING;
 }
@@ -258,9 +259,9 @@ static bool box_closing(const struct app *app)
 static enum mr_status execute_bootrom(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    if (!board_rom_ready())
+    if (!board_is_rom_reachable())
         return MR_UNKNOWN;
-    if (box_closing(app))
+    if (is_box_closing(app))
         return MR_WAIT;
     app->ticks_to_rom = APP_ROM_TICKS;
     return MR_OK;
@@ -269,13 +270,13 @@ static enum mr_status execute_bootrom(struct app *app, const struct mr_command *
 /* Applies a configuration. Readings, switches passed and sums of the old one are discarded. */
 static enum mr_status execute_config_apply(struct app *app, const struct mr_command *command)
 {
-    if (calibrate_busy(&app->calibrate) || box_closing(app))
+    if (calibrate_is_busy(&app->calibrate) || is_box_closing(app))
         return MR_WAIT;
     enum mr_status status = configstore_apply(&app->configstore, &app->telemetry,
                                               (uint32_t)command->argument);
     if (status == MR_OK) {
         landing_reconfigure(&app->landing);
-        app_configured(app);
+        app_apply_configuration(app);
     }
     if (status == MR_OK || status == MR_IO)
         report_configuration(app);
@@ -284,14 +285,14 @@ static enum mr_status execute_config_apply(struct app *app, const struct mr_comm
 
 /* Moves to a new CAN base. Called after the answer was sent, so the answer uses the base of the
  * command. */
-static void follow_base(struct app *app)
+static void apply_can_base(struct app *app)
 {
     if (app->can_base == config.site[0].can_base)
         return;
     app->can_base = config.site[0].can_base;
-    board_can_move(app->can_base);
+    board_can_set_base(app->can_base);
     /* includes `hello` for listeners on the new base */
-    configround_burst(&app->telemetry, &app->landing);
+    configround_start_burst(&app->telemetry, &app->landing);
 }
 
 /* Status of a command that is answered later or not at all. */
@@ -300,8 +301,8 @@ static void follow_base(struct app *app)
 static enum mr_status execute_state(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    landinglink_state(&app->telemetry, &app->landing);
-    configround_burst(&app->telemetry, &app->landing);
+    landinglink_send_state(&app->telemetry, &app->landing);
+    configround_start_burst(&app->telemetry, &app->landing);
     healthlink_report_crash(&app->healthlink);
     return MR_OK;
 }
@@ -312,14 +313,14 @@ static enum mr_status execute_disarm(struct app *app, const struct mr_command *c
     bandwatch_end(&app->bandwatch, &app->telemetry);
     end_prediction(app, app->next_index);
     landing_disarm(&app->landing, app->next_index);
-    landinglink_state(&app->telemetry, &app->landing);
+    landinglink_send_state(&app->telemetry, &app->landing);
     return MR_OK;
 }
 
 static enum mr_status execute_reset(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    if (box_closing(app))
+    if (is_box_closing(app))
         return MR_WAIT;
     healthlink_schedule_restart(&app->healthlink);
     return MR_OK;
@@ -332,25 +333,25 @@ static enum mr_status execute_self_test(struct app *app, const struct mr_command
 
 static enum mr_status execute_calibrate(struct app *app, const struct mr_command *command)
 {
-    if (command->code == MR_COMMAND_ZERO && command->index && !app->replays)
+    if (command->code == MR_COMMAND_ZERO && command->index && !app->is_replay)
         return MR_REPLAY;
     enum mr_status status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing,
                                             command, app->next_index);
-    if (status == MR_OK && calibrate_busy(&app->calibrate))
+    if (status == MR_OK && calibrate_is_busy(&app->calibrate))
         return NO_ANSWER; /* answered when the calibration ends */
-    follow_zeros(app);
+    clear_changed_zeros(app);
     return status;
 }
 
 static enum mr_status execute_config_read(struct app *app, const struct mr_command *command)
 {
-    return configstore_read(&app->configstore, (uint32_t)command->argument, app->by_serial);
+    return configstore_read(&app->configstore, (uint32_t)command->argument, app->is_by_serial);
 }
 
 static enum mr_status execute_camera(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    return camera_command(&app->camera);
+    return camera_trigger(&app->camera);
 }
 
 static enum mr_status execute_live(struct app *app, const struct mr_command *command)
@@ -360,7 +361,7 @@ static enum mr_status execute_live(struct app *app, const struct mr_command *com
 
 static enum mr_status execute_backlog(struct app *app, const struct mr_command *command)
 {
-    enum mr_status status = predict_backlog(&app->predict, command->argument);
+    enum mr_status status = predict_set_backlog(&app->predict, command->argument);
     /* not answered, because the original landing had no such answer */
     return status == MR_OK ? NO_ANSWER : status;
 }
@@ -368,7 +369,7 @@ static enum mr_status execute_backlog(struct app *app, const struct mr_command *
 static enum mr_status execute_replay(struct app *app, const struct mr_command *command)
 {
     (void)command;
-    app->replays = true;
+    app->is_replay = true;
     return NO_ANSWER; /* not answered, for the same reason */
 }
 
@@ -379,7 +380,7 @@ static enum mr_status execute_box(struct app *app, const struct mr_command *comm
 
 static enum mr_status execute_key(struct app *app, const struct mr_command *command)
 {
-    if (blackbox_has_memory(&app->box) && !blackbox_idle(&app->box))
+    if (blackbox_has_memory(&app->box) && !blackbox_is_idle(&app->box))
         return MR_WAIT; /* the black box may erase for minutes */
     enum mr_status status = keystore_execute(&app->keystore, command);
     return status == MR_OK ? NO_ANSWER : status; /* answered when the key is written */
@@ -387,7 +388,7 @@ static enum mr_status execute_key(struct app *app, const struct mr_command *comm
 
 /* Passes a command to its part. A switch, not function pointers: the computed stack bound requires
  * that there are none. */
-static enum mr_status hand_on(struct app *app, const struct mr_command *command)
+static enum mr_status dispatch_command(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
 /* clang-format off */
@@ -400,9 +401,9 @@ static enum mr_status hand_on(struct app *app, const struct mr_command *command)
 
 /* Per command code: enum mr_command_when (0: no such code), enum mr_command_links, enum
  * mr_privilege. */
-static const struct allowed {
+static const struct command_rule {
     uint8_t when, links, privilege;
-} allowed[] = {
+} command_rule[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
     [code] = {MR_WHEN_##states, MR_LINKS_##links, MR_PRIVILEGE_##privilege},
 #include "common/catalogue.def"
@@ -411,90 +412,91 @@ static const struct allowed {
 /* True if commands from this link may be executed. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
-    bool jumper = links != MR_LINKS_BOTH && board_jumper();
+    bool jumper = links != MR_LINKS_BOTH && board_is_jumper_fitted();
     switch (links) {
-    case MR_LINKS_CABLE: return app->by_serial || jumper ? MR_OK : MR_CABLE;
-    case MR_LINKS_JUMPER: return app->by_serial && jumper ? MR_OK : MR_JUMPER;
-    case MR_LINKS_REPLAY: return app->replays ? MR_OK : MR_REPLAY;
+    case MR_LINKS_CABLE: return app->is_by_serial || jumper ? MR_OK : MR_CABLE;
+    case MR_LINKS_JUMPER: return app->is_by_serial && jumper ? MR_OK : MR_JUMPER;
+    case MR_LINKS_REPLAY: return app->is_replay ? MR_OK : MR_REPLAY;
     default: return MR_OK;
     }
 }
 
-static enum mr_status execute(struct app *app, const struct mr_command *command,
-                              const uint8_t *payload)
+static enum mr_status execute_command(struct app *app, const struct mr_command *command,
+                                      const uint8_t *payload)
 {
-    if (command->code >= sizeof allowed / sizeof allowed[0] || !allowed[command->code].when)
+    if (command->code >= sizeof command_rule / sizeof command_rule[0] ||
+        !command_rule[command->code].when)
         return MR_UNKNOWN;
-    const struct allowed *rule = &allowed[command->code];
+    const struct command_rule *rule = &command_rule[command->code];
     /* first: a checked proof is used up, so an eavesdropper cannot repeat a command refused
      * below */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
-                                            app->by_serial, payload);
+                                            app->is_by_serial, payload);
         if (status != MR_OK)
             return status;
     }
     /* the state before the link: a replayed landing then gets the same answer on either link */
     if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;
-    return check_link(app, (enum mr_command_links)rule->links) ?: hand_on(app, command);
+    return check_link(app, (enum mr_command_links)rule->links) ?: dispatch_command(app, command);
 }
 
 /* MR_OK: the command was answered; otherwise the payload was no command. */
-static enum mr_status take_command(struct app *app, const uint8_t *payload, size_t length)
+static enum mr_status handle_command(struct app *app, const uint8_t *payload, size_t length)
 {
     struct mr_command command;
     enum mr_status status = mr_command_get(&command, payload, length);
     if (status != MR_OK)
         return status;
-    blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    status = execute(app, &command, payload);
+    blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
+    status = execute_command(app, &command, payload);
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* the command that began the record */
-        blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
+        blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
-        TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status,
-             .tag = command.tag, .block = app->next_index);
-    follow_base(app);
+        TELEMETRY_SEND(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code,
+                       .status = (int8_t)status, .tag = command.tag, .block = app->next_index);
+    apply_can_base(app);
     return MR_OK;
 }
 
 /* Stores a word of a new configuration for the command `config-apply`. */
-static void take_word(struct app *app, const uint8_t *payload, size_t length)
+static void handle_config_word(struct app *app, const uint8_t *payload, size_t length)
 {
     enum mr_config_locked locked = landing_is_recording(&app->landing) ? MR_CONFIG_RECORDING
                                  : check_link(app, MR_LINKS_CABLE)     ? MR_CONFIG_BY_CAN
                                                                        : MR_CONFIG_OPEN;
-    configstore_word(&app->configstore, &app->telemetry, payload, length, locked);
+    configstore_put_word(&app->configstore, &app->telemetry, payload, length, locked);
 }
 
-static void take_commands(struct app *app)
+static void handle_input(struct app *app)
 {
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
     tasks_begin(MR_TASK_COMMANDS);
 
-    app->by_serial = false;
+    app->is_by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
-            (void)take_command(app, can.data, can.length);
+            (void)handle_command(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
-            take_word(app, can.data, can.length);
+            handle_config_word(app, can.data, can.length);
         else if (can.id == MR_ID_PROOF)
-            proof_take(&app->proof, false, can.data, can.length);
+            proof_store(&app->proof, false, can.data, can.length);
     }
-    app->by_serial = true;
+    app->is_by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
     for (size_t i = 0; i < count; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
         if (status == MR_OK && frame.type == MR_ID_COMMAND)
-            status = take_command(app, frame.payload, frame.length);
+            status = handle_command(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
-            take_word(app, frame.payload, frame.length);
+            handle_config_word(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_PROOF)
-            proof_take(&app->proof, true, frame.payload, frame.length);
+            proof_store(&app->proof, true, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_KEY_WORD)
-            keystore_word(&app->keystore, frame.payload, frame.length);
+            keystore_put_word(&app->keystore, frame.payload, frame.length);
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
@@ -518,44 +520,45 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
 }
 
 /* Temperature and slow log: measured mostly between landings. */
-static void take_slow(struct app *app, uint32_t index)
+static void handle_slow_log(struct app *app, uint32_t index)
 {
     const struct landing *landing = &app->landing;
     const struct thermometer *thermometer = &app->thermometer;
-    if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
-        TELL(&app->telemetry, TO_RECORD, temperature, TEMPERATURE,
-             .temperature_c = thermometer->temperature_c, .error_c = thermometer->error_c,
-             .block = index);
-    slowlog_block(&app->slowlog, &app->telemetry, index, app->tension_lb[index % 4],
-                  thermometer->last_c,
-                  landing->state != MR_LANDING_LANDING && landing->state != MR_LANDING_SETTLING);
+    if (thermometer_on_block(&app->thermometer, index, config.site[0].thermometer))
+        TELEMETRY_SEND(&app->telemetry, TO_RECORD, temperature, TEMPERATURE,
+                       .temperature_c = thermometer->temperature_c, .error_c = thermometer->error_c,
+                       .block = index);
+    slowlog_on_block(&app->slowlog, &app->telemetry, index, app->tension_lb[index % 4],
+                     thermometer->last_c,
+                     landing->state != MR_LANDING_LANDING && landing->state != MR_LANDING_SETTLING);
 }
 
-static void take_block(struct app *app, const struct mr_block *block)
+static void process_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING_MAX];
-    size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks,
-                                    MR_SWITCHES_WAITING_MAX);
+    size_t edges = board_edges_get(block->tick + LANDING_EDGE_TICKS, edge_ticks,
+                                   MR_SWITCHES_WAITING_MAX);
     unsigned row = block->index % 4;
     bool was_recording = landing_is_recording(&app->landing);
     bool was_armed = app->landing.state == MR_LANDING_ARMED;
 
     tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
-    timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
+    timesync_on_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block)))
         health_count(MR_FAULT_REFERENCE, 0);
-    struct landing_news news = landing_block(&app->landing, &config, block->index, block->tick,
-                                             mr_staircase_code(block), edge_ticks, (unsigned)edges);
+    struct landing_block_changes news = landing_on_block(&app->landing, &config, block->index,
+                                                         block->tick, mr_staircase_code(block),
+                                                         edge_ticks, (unsigned)edges);
     bool recording = landing_is_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 
     tasks_begin(MR_TASK_TELEMETRY);
-    healthlink_block(&app->healthlink, block);
+    healthlink_on_block(&app->healthlink, block);
     if (recording || is_reported_while_idle(block->index))
         read_channels(app, block);
     if (was_recording || recording)
-        landinglink_block(&app->telemetry, block);
+        landinglink_send_block(&app->telemetry, block);
     channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
                     app->displacement_in[row], app->baseline.zero_in, app->tension_lb[row]);
     if (news.state && app->landing.state == MR_LANDING_DONE) {
@@ -563,12 +566,12 @@ static void take_block(struct app *app, const struct mr_block *block)
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);
     }
-    live_block(&app->live, &app->landing, &app->telemetry, block);
-    landinglink_news(&app->telemetry, &app->landing, &news, block->index);
-    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
-                 block->tick + LANDING_EDGE_TICKS);
-    braking_block(&app->braking, &app->telemetry, &app->landing, block->index,
-                  block->tick + LANDING_EDGE_TICKS);
+    live_on_block(&app->live, &app->landing, &app->telemetry, block);
+    landinglink_send_changes(&app->telemetry, &app->landing, &news, block->index);
+    camera_on_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
+                    block->tick + LANDING_EDGE_TICKS);
+    braking_on_block(&app->braking, &app->telemetry, &app->landing, block->index,
+                     block->tick + LANDING_EDGE_TICKS);
     boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_update(&app->baseline, app->displacement_in[row],
@@ -579,44 +582,45 @@ static void take_block(struct app *app, const struct mr_block *block)
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS,
                      mean_in);
-        landinglink_displacements(&app->telemetry, mean_in, app->fitted, block->index);
+        landinglink_send_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
     if (app->fitted & MR_BITS_GAGES &&
         (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
         mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
-        landinglink_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
-        bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
+        landinglink_send_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS,
+                                  block->index);
+        bandwatch_on_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
-    calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
-    follow_zeros(app);
-    configstore_block(&app->configstore, &app->telemetry, recording);
-    take_slow(app, block->index);
-    regular_block(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
-    healthlink_regular(&app->healthlink, &app->telemetry, block->index);
+    calibrate_on_block(&app->calibrate, &app->telemetry, &app->landing, block);
+    clear_changed_zeros(app);
+    configstore_on_block(&app->configstore, &app->telemetry, recording);
+    handle_slow_log(app, block->index);
+    regular_on_block(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+    healthlink_send_regular(&app->healthlink, &app->telemetry, block->index);
     if (DUE(NONCE, block->index))
-        proof_second(&app->proof, &app->keystore, &app->telemetry);
+        proof_on_second(&app->proof, &app->keystore, &app->telemetry);
     tasks_done(MR_TASK_TELEMETRY);
 
     tasks_begin(MR_TASK_PREDICTOR);
-    predict_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
-    predict_block(&app->predict, &app->telemetry, &app->landing,
-                  &(struct predict_block){.index = block->index,
-                                          .tick = block->tick,
-                                          .displacement_in = app->displacement_in[row],
-                                          .baseline_in = app->baseline.zero_in,
-                                          .blocks_waiting = board_blocks_waiting()});
+    predict_send_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
+    predict_on_block(&app->predict, &app->telemetry, &app->landing,
+                     &(struct predict_block){.index = block->index,
+                                             .tick = block->tick,
+                                             .displacement_in = app->displacement_in[row],
+                                             .baseline_in = app->baseline.zero_in,
+                                             .blocks_waiting = board_blocks_waiting()});
     tasks_done(MR_TASK_PREDICTOR);
 }
 
-static void miss_blocks(struct app *app, uint32_t next_index)
+static void count_lost_blocks(struct app *app, uint32_t next_index)
 {
     uint32_t lost = next_index - app->next_index;
     uint32_t total = app->telemetry.blocks_lost + lost;
     app->telemetry.blocks_lost = lost > UINT16_MAX || total > UINT16_MAX ? UINT16_MAX
                                                                          : (uint16_t)total;
     for (uint32_t i = 0; i < lost && i < 4; i++)
-        miss_block(app, next_index - 1 - i);
+        clear_history_row(app, next_index - 1 - i);
     if (lost)
         app->blocks_in_row = 0;
     app->next_index = next_index;
@@ -624,12 +628,12 @@ static void miss_blocks(struct app *app, uint32_t next_index)
 
 /* Takes the next block into the slot of its index among the newest. The block stored there is no
  * longer needed. NULL: none. */
-static struct mr_block *next_block(struct app *app)
+static struct mr_block *fetch_block(struct app *app)
 {
-    struct mr_block *expected = &app->newest[app->next_index % APP_NEWEST];
-    if (!board_block_take(expected))
+    struct mr_block *expected = &app->newest_blocks[app->next_index % APP_NEWEST_BLOCKS];
+    if (!board_block_get(expected))
         return NULL;
-    struct mr_block *block = &app->newest[expected->index % APP_NEWEST];
+    struct mr_block *block = &app->newest_blocks[expected->index % APP_NEWEST_BLOCKS];
     if (block != expected) /* blocks are missing in between */
         *block = *expected;
     return block;
@@ -637,20 +641,20 @@ static struct mr_block *next_block(struct app *app)
 
 /* Runs the board's key storage. The key has the memory first at start, and during a change while
  * nothing is armed. True: the key uses the memory now. */
-static bool keep_key(struct app *app, bool free)
+static bool run_keystore(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
     struct mr_ack answer;
-    keystore_follow(store, blackbox_has_memory(&app->box));
-    while (!keystore_busy(store)) {
+    keystore_set_memory(store, blackbox_has_memory(&app->box));
+    while (!keystore_poll(store)) {
         if (!free || !keystore_begin(store))
             break;
     }
-    if (keystore_answer(store, &answer))
-        TELL(&app->telemetry, TO_LINKS, ack, ACK, .code = answer.code, .status = answer.status,
-             .tag = answer.tag, .block = app->next_index);
-    note_key(app);
-    return store->under_way || store->state == MR_KEY_NOT_READ;
+    if (keystore_get_answer(store, &answer))
+        TELEMETRY_SEND(&app->telemetry, TO_LINKS, ack, ACK, .code = answer.code,
+                       .status = answer.status, .tag = answer.tag, .block = app->next_index);
+    update_key_message(app);
+    return store->is_in_progress || store->state == MR_KEY_NOT_READ;
 }
 
 /* Shares the memory between the board's key, the black box and the predictor's runway, one
@@ -662,26 +666,26 @@ static void share_memory(struct app *app)
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
     bool begun = app->keystore.state != MR_KEY_NOT_READ; /* the key must be read first */
-    runwaystore_follow(store, blackbox_has_memory(box));
-    if (!runwaystore_busy(store, &app->predict, app->slack_in) &&
-        !keep_key(app, !begun || blackbox_idle(box))) {
+    runwaystore_set_memory(store, blackbox_has_memory(box));
+    if (!runwaystore_poll(store, &app->predict, app->slack_in) &&
+        !run_keystore(app, !begun || blackbox_is_idle(box))) {
         blackbox_poll(box, app->next_index);
-        if (blackbox_idle(box) && blackbox_has_memory(box))
+        if (blackbox_is_idle(box) && blackbox_has_memory(box))
             (void)runwaystore_begin(store, &app->predict, !landing_is_recording(&app->landing),
                                     app->next_index);
     }
-    box->waits = runwaystore_erasing(store);
+    box->is_waiting_for_erase = runwaystore_is_erasing(store);
 }
 
 bool app_poll(struct app *app)
 {
     struct mr_block *block;
     bool any = false;
-    while ((block = next_block(app)) != NULL) {
+    while ((block = fetch_block(app)) != NULL) {
         app->ticks_without_block = 0;
-        miss_blocks(app, block->index);
-        take_commands(app);
-        take_block(app, block);
+        count_lost_blocks(app, block->index);
+        handle_input(app);
+        process_block(app, block);
         app->blocks_in_row++;
         app->next_index = block->index + 1;
         any = true;
@@ -691,13 +695,13 @@ bool app_poll(struct app *app)
     share_memory(app);
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
-    healthlink_idle(&app->healthlink);
+    healthlink_run_idle(&app->healthlink);
     tasks_begin(MR_TASK_LOOP);
     return any;
 }
 
 /* Without scans there are no blocks and no landing: the tasks that handle them are not late. */
-static void excuse_tasks(void)
+static void mark_tasks_done(void)
 {
     tasks_done(MR_TASK_BLOCKS);
     tasks_done(MR_TASK_LANDING);
@@ -706,7 +710,7 @@ static void excuse_tasks(void)
 }
 
 /* True if a row that continues without scans is due at this phase of the round. */
-static bool report_due_without_scans(uint32_t phase)
+static bool is_due_without_scans(uint32_t phase)
 {
     bool due = false;
 #define BLOCKS(NAME, period, phase_, stalled, who, why) due |= (stalled) && DUE(NAME, phase);
@@ -720,12 +724,12 @@ static bool report_due_without_scans(uint32_t phase)
 static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
-        if (report_due_without_scans(phase))
-            regular_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+        if (is_due_without_scans(phase))
+            regular_on_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         if (DUE(NONCE, phase))
-            proof_second(&app->proof, &app->keystore, &app->telemetry);
+            proof_on_second(&app->proof, &app->keystore, &app->telemetry);
         if (DUE(CRASH_STALLED, phase))
-            healthlink_regular(&app->healthlink, &app->telemetry, phase);
+            healthlink_send_regular(&app->healthlink, &app->telemetry, phase);
     }
 }
 
@@ -741,8 +745,8 @@ void app_supervise(struct app *app)
         board_scans_restart();
     }
     if (app->ticks_without_block >= STALL_TICKS) {
-        take_commands(app);
-        excuse_tasks();
+        handle_input(app);
+        mark_tasks_done();
     }
     if (app->ticks_without_block && DUE(STALLED, app->ticks_without_block))
         report_without_scans(app);

@@ -28,7 +28,7 @@
 #define APP_TENSION_BLOCKS      4u
 /* a record begins this many blocks before arming, because the first means reach back that far */
 #define APP_BLOCKS_BEFORE       APP_TENSION_BLOCKS
-#define APP_NEWEST              8u /* blocks kept: those before arming, and new ones */
+#define APP_NEWEST_BLOCKS       8u /* blocks kept: those before arming, and new ones */
 /* Input processed per block: two commands from each link. The limit prevents a flood of commands
  * from delaying blocks or filling the links with answers. The input queues can hold a complete
  * survey. */
@@ -44,11 +44,12 @@ struct app {
     uint32_t next_index; /* index of the next expected block */
     uint32_t fitted;     /* bit c: channel c is fitted */
     uint16_t can_base;   /* present base of the identifiers */
-    bool by_serial;      /* the command being executed was received by serial */
-    bool replays;        /* inputs of a replay are accepted */
+    bool is_by_serial;   /* the command being executed was received by serial */
+    bool is_replay;      /* inputs of a replay are accepted */
 
-    struct mr_block newest[APP_NEWEST]; /* place of a block: its index modulo APP_NEWEST */
-    uint32_t blocks_in_row;             /* consecutive blocks up to the newest */
+    struct mr_block
+        newest_blocks[APP_NEWEST_BLOCKS]; /* place of a block: its index modulo APP_NEWEST_BLOCKS */
+    uint32_t blocks_in_row;               /* consecutive blocks up to the newest */
 
     /* Readings of the newest block and of the three before it, NaN for a lost block. A message
      * carries the mean of the last 2 or 4. Not updated while no means are sent. */
@@ -83,7 +84,7 @@ struct app {
 void app_start(struct app *app);
 /* Call when the configuration is known or has changed: starts the scans of the fitted channels,
  * discards readings, and enables or disables the black box. Only while nothing is recorded. */
-void app_configured(struct app *app);
+void app_apply_configuration(struct app *app);
 /* Processes everything that is due: commands, then each block that is ready. Returns true if there
  * was a block. */
 bool app_poll(struct app *app);

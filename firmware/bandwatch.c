@@ -16,9 +16,9 @@ static void report_findings(const struct mr_bands *bands, struct telemetry *tele
 {
     for (unsigned i = 0; i < bands->finding_count; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
-        TELL(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band,
-             .gage = finding->gage, .reason = finding->reason, .other = finding->other,
-             .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
+        TELEMETRY_SEND(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band,
+                       .gage = finding->gage, .reason = finding->reason, .other = finding->other,
+                       .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
     }
 }
 
@@ -44,13 +44,13 @@ static void report_state(struct telemetry *telemetry, const float tension_lb[MR_
             continue;
         state.gages = (uint8_t)mr_bands_extremes(&config.channel[MR_TRANSDUCERS], tension_lb, b,
                                                  &state.least_lb, &state.mean_lb, &state.most_lb);
-        TELL_THIS(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
     }
 }
 
-void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
-                        const struct landing *landing, const float tension_lb[MR_GAGES],
-                        const struct mr_block *block)
+void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
+                           const struct landing *landing, const float tension_lb[MR_GAGES],
+                           const struct mr_block *block)
 {
     bool recording = landing_is_recording(landing);
     if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
@@ -74,16 +74,17 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         if (!watch->bands.band[b].gages)
             continue;
         mr_bands_get_figures(&watch->bands, b, &f);
-        TELL(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
-             .gages = (uint8_t)f.gages, .before_lb = f.before_lb, .error_lb = f.before_error_lb,
-             .spread_lb = f.spread_lb);
-        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.min.gage,
-             .tension_lb = f.min.tension_lb, .error_lb = f.min_error_lb,
-             .at_block16 = (uint16_t)f.min.block);
-        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.max.gage,
-             .tension_lb = f.max.tension_lb, .error_lb = f.max_error_lb,
-             .at_block16 = (uint16_t)f.max.block);
-        TELL(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages,
-             .after_lb = f.after_lb, .change_lb = f.change_lb, .error_lb = f.change_error_lb);
+        TELEMETRY_SEND(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
+                       .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
+                       .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);
+        TELEMETRY_SEND(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band,
+                       .gage = f.min.gage, .tension_lb = f.min.tension_lb,
+                       .error_lb = f.min_error_lb, .at_block16 = (uint16_t)f.min.block);
+        TELEMETRY_SEND(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.max.gage,
+                       .tension_lb = f.max.tension_lb, .error_lb = f.max_error_lb,
+                       .at_block16 = (uint16_t)f.max.block);
+        TELEMETRY_SEND(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band,
+                       .gages = (uint8_t)f.gages, .after_lb = f.after_lb, .change_lb = f.change_lb,
+                       .error_lb = f.change_error_lb);
     }
 }

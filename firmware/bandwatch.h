@@ -20,9 +20,9 @@ struct bandwatch {
 void bandwatch_arm(struct bandwatch *watch);
 /* Processes the means of the four blocks up to `block`; while nothing is recorded, only the state
  * of the bands is reported. */
-void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
-                        const struct landing *landing, const float tension_lb[MR_GAGES],
-                        const struct mr_block *block);
+void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
+                           const struct landing *landing, const float tension_lb[MR_GAGES],
+                           const struct mr_block *block);
 /* Call at the end of a landing: reports the figures of each band if the watch was armed. */
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry);
 

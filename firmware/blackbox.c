@@ -5,18 +5,18 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-#define STEPS        128u /* steps per poll; a read needs two polls or more */
-#define VERIFY_TRIES 2u
-#define ERASE_TRIES  2u
-#define FAILURES_MAX 64u
-#define ERASE_MS     60u /* assumed until an erase has been timed */
-#define READ_TRIES   4u
-#define SCAN_TRIES   32u /* twice per page of a sector */
+#define STEPS_PER_POLL           128u /* steps per poll; a read needs two polls or more */
+#define VERIFY_TRIES             2u
+#define ERASE_TRIES              2u
+#define FAILURES_MAX             64u
+#define ERASE_ASSUMED_MS         60u /* assumed until an erase has been timed */
+#define READ_TRIES               4u
+#define SCAN_TRIES               32u /* twice per page of a sector */
 /* free pages of the ring: 8 pages of configuration at 4 ms each, 58 bytes per ms meanwhile,
  * twice */
-#define SLACK        16u
-#define SLACK_ERASE  112u /* SLACK plus 400 ms of the stream */
-#define PAGES        NOR_PAGES_PER_SECTOR
+#define RING_RESERVE_PAGES       16u
+#define RING_RESERVE_ERASE_PAGES 112u /* RING_RESERVE_PAGES plus 400 ms of the stream */
+#define SECTOR_PAGES             NOR_PAGES_PER_SECTOR
 
 /* States of a sector that belongs to no record. */
 enum {
@@ -29,7 +29,7 @@ enum {
     /* erased, or its first page looked erased at start: writing shows if another page is not */
     SECTOR_ERASED = 0xff,
 };
-_Static_assert(BLACKBOX_RECORDS <= SECTOR_BAD, "a place must not look like a state");
+_Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD, "a place must not look like a state");
 
 enum job {
     JOB_NONE,
@@ -40,7 +40,7 @@ enum job {
     JOB_PROGRAM,
     JOB_VERIFY,
     JOB_ERASE,
-    JOB_LOOK,
+    JOB_CHECK_ERASED,
     JOB_MARK_READ,
     JOB_MARK,
     JOB_MARK_CHECK,
@@ -77,10 +77,10 @@ static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t s
     return NOR_SECTORS;
 }
 
-static int free_place(const struct blackbox *box)
+static int free_record_index(const struct blackbox *box)
 {
-    for (int i = 0; i < (int)BLACKBOX_RECORDS; i++) {
-        if (!box->records[i].used)
+    for (int i = 0; i < (int)BLACKBOX_RECORDS_MAX; i++) {
+        if (!box->records[i].is_used)
             return i;
     }
     return -1;
@@ -88,8 +88,8 @@ static int free_place(const struct blackbox *box)
 
 static int find_record(const struct blackbox *box, uint16_t record)
 {
-    for (int i = 0; i < (int)BLACKBOX_RECORDS; i++) {
-        if (box->records[i].used && box->records[i].record == record)
+    for (int i = 0; i < (int)BLACKBOX_RECORDS_MAX; i++) {
+        if (box->records[i].is_used && box->records[i].record == record)
             return i;
     }
     return -1;
@@ -118,7 +118,7 @@ static void drop_record(struct blackbox *box, unsigned place)
         if (box->sector[s] == place)
             set_sector(box, s, s == record->last_sector ? SECTOR_LAST : SECTOR_DIRTY);
     }
-    record->used = false;
+    record->is_used = false;
 }
 
 /* --- pages --- */
@@ -141,18 +141,18 @@ static void open_page(struct blackbox_writer *writer, uint8_t *page)
 
 static void open_ring_page(struct blackbox *box)
 {
-    if (is_rolling(box) && box->put - box->got == BLACKBOX_RING)
-        box->got++;
-    if (box->put % BLACKBOX_KEY_PAGES == 0)
+    if (is_rolling(box) && box->pages_closed - box->pages_written == BLACKBOX_RING_PAGES)
+        box->pages_written++;
+    if (box->pages_closed % BLACKBOX_KEY_PAGES == 0)
         box->key_due = true;
-    box->key_valid[box->put % BLACKBOX_RING] = false;
-    open_page(&box->stream, box->ring[box->put % BLACKBOX_RING]);
+    box->key_valid[box->pages_closed % BLACKBOX_RING_PAGES] = false;
+    open_page(&box->stream, box->ring[box->pages_closed % BLACKBOX_RING_PAGES]);
 }
 
 static void begin_ring(struct blackbox *box)
 {
-    box->put = 0;
-    box->got = 0;
+    box->pages_closed = 0;
+    box->pages_written = 0;
     box->pack.keyed = false;
     open_ring_page(box);
     box->stream.page[MR_BOXPAGE_FIRST] = 0;
@@ -161,26 +161,26 @@ static void begin_ring(struct blackbox *box)
 /* Room for one more record of the stream: it may need the page after the open one. */
 static bool has_room(const struct blackbox *box)
 {
-    return is_rolling(box) || box->put + 1 - box->got < BLACKBOX_RING;
+    return is_rolling(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
 }
 
 static void close_page(struct blackbox *box, struct blackbox_writer *writer)
 {
     if (writer == &box->stream) {
-        box->put++;
+        box->pages_closed++;
         open_ring_page(box);
-    } else if (++box->config_put < BLACKBOX_CONFIG) {
-        open_page(writer, box->config[box->config_put]);
+    } else if (++box->config_closed < BLACKBOX_CONFIG_PAGES) {
+        open_page(writer, box->config[box->config_closed]);
     } else {
-        box->configuring = false;
+        box->is_configuring = false;
     }
 }
 
 _Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
 
 /* Appends `count` bits word by word: `bits` holds whole words, padded with zeroes. */
-static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
-                   size_t count)
+static void append_bits(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
+                        size_t count)
 {
     while (count) {
         unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
@@ -202,14 +202,14 @@ static void append(struct blackbox *box, struct blackbox_writer *writer, const u
 }
 
 /* Ends a page with the end tag, then ones. */
-static void flush(struct blackbox *box, struct blackbox_writer *writer)
+static void end_stream(struct blackbox *box, struct blackbox_writer *writer)
 {
     static const uint8_t end_tag[4] = {3};
-    append(box, writer, end_tag, MR_PACK_TAG_BITS);
+    append_bits(box, writer, end_tag, MR_PACK_TAG_BITS);
     uint8_t ones[4];
     unsigned left = (32u - writer->bit % 32u) % 32u; /* bits left in the word */
     mr_put_u32(ones, (1u << left) - 1u);
-    append(box, writer, ones, left);
+    append_bits(box, writer, ones, left);
     if (writer->bit) {
         memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff,
                MR_BOXPAGE_PAYLOAD - writer->bit / 8);
@@ -220,8 +220,8 @@ static void flush(struct blackbox *box, struct blackbox_writer *writer)
 static void put_key(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    append(box, &box->stream, bits, mr_pack_padding(box->stream.bit % 8, bits));
-    unsigned slot = box->put % BLACKBOX_RING;
+    append_bits(box, &box->stream, bits, mr_pack_padding(box->stream.bit % 8, bits));
+    unsigned slot = box->pages_closed % BLACKBOX_RING_PAGES;
     if (box->stream.page[MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
         box->stream.page[MR_BOXPAGE_FIRST] = (uint8_t)(box->stream.bit / 8);
     if (!box->key_valid[slot]) {
@@ -234,11 +234,11 @@ static void put_key(struct blackbox *box, const struct mr_block *block)
         box->end.first_block = block->index;
         box->first_stored = box->stored;
     }
-    append(box, &box->stream, bits, mr_pack_key(&box->pack, block, bits));
+    append_bits(box, &box->stream, bits, mr_pack_key(&box->pack, block, bits));
     box->key_due = false;
 }
 
-void blackbox_block(struct blackbox *box, const struct mr_block *block)
+void blackbox_on_block(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
     if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
@@ -250,11 +250,12 @@ void blackbox_block(struct blackbox *box, const struct mr_block *block)
     }
     if (box->key_due || !mr_pack_can_follow(&box->pack, block))
         put_key(box, block);
-    append(box, &box->stream, bits, mr_pack_block(&box->pack, block, bits));
+    append_bits(box, &box->stream, bits, mr_pack_block(&box->pack, block, bits));
     box->stored++;
 }
 
-void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
+void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *payload,
+                             size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
     if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
@@ -264,7 +265,7 @@ void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, si
         health_count(MR_FAULT_BOX_LOST, 1);
         return;
     }
-    append(box, &box->stream, bits, mr_pack_message(id, payload, length, bits));
+    append_bits(box, &box->stream, bits, mr_pack_message(id, payload, length, bits));
 }
 
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start)
@@ -274,46 +275,51 @@ void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *star
     box->armed = true;
     box->reading = -1;
     box->start = *start;
-    box->config_put = 1;
+    box->config_closed = 1;
     open_page(&box->meta, box->config[1]);
     box->meta.page[MR_BOXPAGE_FIRST] = 0;
-    box->configuring = true;
+    box->is_configuring = true;
 }
 
-void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
+void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint8_t *payload,
+                                   size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->configuring)
+    if (!box->is_configuring)
         return;
     size_t count = mr_pack_message(id, payload, length, bits);
-    unsigned left = (BLACKBOX_CONFIG - box->config_put) * MR_BOXPAGE_PAYLOAD * 8u - box->meta.bit;
+    unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_closed) * MR_BOXPAGE_PAYLOAD * 8u -
+                    box->meta.bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
         /* room for the end tag and the word that flush may add */
-        append(box, &box->meta, bits, count);
+        append_bits(box, &box->meta, bits, count);
         return;
     }
     health_count(MR_FAULT_BOX_LOST, 1);
     /* ends the page properly: otherwise a reader would continue with bits of the stream */
-    flush(box, &box->meta);
-    box->configuring = false;
+    end_stream(box, &box->meta);
+    box->is_configuring = false;
 }
 
 /* Skips the pages ahead of the first key: they cannot be read. Also skips enough to keep free pages
  * in the ring for the blocks that arrive while the configuration is written and a running erase
  * ends. */
-static void begin_at_key(struct blackbox *box)
+static void skip_to_key(struct blackbox *box)
 {
-    uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE
-                                                                                 : SLACK;
-    if (box->put + slack - box->got > BLACKBOX_RING)
-        box->got = box->put + slack - BLACKBOX_RING;
-    while (box->got != box->put &&
-           box->ring[box->got % BLACKBOX_RING][MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
-        box->got++;
-    uint32_t keyed = box->got;
-    while (keyed != box->put && !box->key_valid[keyed % BLACKBOX_RING])
+    uint32_t slack = box->is_waiting_for_erase || box->job == JOB_ERASE ||
+                             box->job == JOB_CHECK_ERASED
+                       ? RING_RESERVE_ERASE_PAGES
+                       : RING_RESERVE_PAGES;
+    if (box->pages_closed + slack - box->pages_written > BLACKBOX_RING_PAGES)
+        box->pages_written = box->pages_closed + slack - BLACKBOX_RING_PAGES;
+    while (box->pages_written != box->pages_closed &&
+           box->ring[box->pages_written % BLACKBOX_RING_PAGES][MR_BOXPAGE_FIRST] ==
+               MR_BOXPAGE_NO_FIRST)
+        box->pages_written++;
+    uint32_t keyed = box->pages_written;
+    while (keyed != box->pages_closed && !box->key_valid[keyed % BLACKBOX_RING_PAGES])
         keyed++;
-    unsigned slot = keyed % BLACKBOX_RING;
+    unsigned slot = keyed % BLACKBOX_RING_PAGES;
     box->first_open = !box->key_valid[slot];
     box->key_due |= box->first_open;
     box->end = (struct mr_boxpage_end){.first_block = box->key_block[slot]};
@@ -328,23 +334,23 @@ static void scan_next(struct blackbox *box)
     box->scan_sector++;
 }
 
-static unsigned place_of(struct blackbox *box, uint16_t record)
+static unsigned record_index_of(struct blackbox *box, uint16_t record)
 {
     int place = find_record(box, record);
     if (place >= 0)
         return (unsigned)place;
-    place = free_place(box);
+    place = free_record_index(box);
     if (place < 0)
-        return BLACKBOX_RECORDS;
+        return BLACKBOX_RECORDS_MAX;
     box->records[place] =
-        (struct blackbox_record){.used = true, .record = record, .first_seq = UINT32_MAX};
+        (struct blackbox_record){.is_used = true, .record = record, .first_seq = UINT32_MAX};
     return (unsigned)place;
 }
 
-static void found_page(struct blackbox *box, const struct mr_boxpage_header *header)
+static void register_page(struct blackbox *box, const struct mr_boxpage_header *header)
 {
-    unsigned place = place_of(box, header->record);
-    if (place == BLACKBOX_RECORDS) {
+    unsigned place = record_index_of(box, header->record);
+    if (place == BLACKBOX_RECORDS_MAX) {
         set_sector(box, box->job_sector, SECTOR_FOREIGN);
         return;
     }
@@ -365,7 +371,7 @@ static void scan_page(struct blackbox *box)
 {
     struct mr_boxpage_header header;
     if (mr_boxpage_check(box->buffer, &header) == MR_OK) {
-        found_page(box, &header);
+        register_page(box, &header);
         scan_next(box);
     } else if (++box->tries < SCAN_TRIES) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
@@ -399,7 +405,7 @@ static void scan_walk(struct blackbox *box)
         if (header.kind == MR_BOXPAGE_END) {
             struct mr_boxpage_end end;
             mr_boxpage_get_end(box->buffer, &end);
-            record->complete = true;
+            record->is_complete = true;
             record->first_block = end.first_block;
             record->blocks = end.blocks;
             record->lost = end.lost;
@@ -409,7 +415,7 @@ static void scan_walk(struct blackbox *box)
         return;
     }
     box->tries = 0;
-    if (status == MR_OK && box->job_page + 1 < PAGES)
+    if (status == MR_OK && box->job_page + 1 < SECTOR_PAGES)
         begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page + 1);
     else
         begin_read(box, JOB_SCAN_START, record->first_sector, 0);
@@ -434,16 +440,16 @@ static void scan_start(struct blackbox *box)
 
 static void end_scan(struct blackbox *box)
 {
-    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++) {
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++) {
         const struct blackbox_record *record = &box->records[i];
-        if (record->used && record->next_seq > box->next_seq) {
+        if (record->is_used && record->next_seq > box->next_seq) {
             box->next_seq = record->next_seq;
             box->next_record = (uint16_t)(record->record + 1);
             box->newest_sector = record->last_sector;
         }
     }
-    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++) {
-        if (box->records[i].used && box->freed[i])
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++) {
+        if (box->records[i].is_used && box->freed[i])
             drop_record(box, i);
     }
     box->head = (box->newest_sector + 1) % NOR_SECTORS;
@@ -457,9 +463,9 @@ static bool begin_scan(struct blackbox *box)
         nor_begin_read(address_of(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER);
         return true;
     }
-    while (box->scan_place < BLACKBOX_RECORDS && !box->records[box->scan_place].used)
+    while (box->scan_place < BLACKBOX_RECORDS_MAX && !box->records[box->scan_place].is_used)
         box->scan_place++;
-    if (box->scan_place < BLACKBOX_RECORDS) {
+    if (box->scan_place < BLACKBOX_RECORDS_MAX) {
         begin_read(box, JOB_SCAN_WALK, box->records[box->scan_place].last_sector, 0);
         return true;
     }
@@ -471,22 +477,22 @@ static bool begin_scan(struct blackbox *box)
 
 static bool begin_read_out(struct blackbox *box)
 {
-    if (box->read_over)
+    if (box->has_read_all)
         return false;
     begin_job(box, JOB_READ, box->read_sector, box->read_cursor);
     nor_begin_read(address_of(box->read_sector, box->read_cursor), box->read_buffer, NOR_PAGE);
     return true;
 }
 
-static void next_read(struct blackbox *box)
+static void advance_read(struct blackbox *box)
 {
     unsigned place = (unsigned)box->reading;
     box->read_tries = 0;
-    if (++box->read_cursor < PAGES)
+    if (++box->read_cursor < SECTOR_PAGES)
         return;
     box->read_cursor = 0;
     if (box->read_sector == box->records[place].last_sector)
-        box->read_over = true;
+        box->has_read_all = true;
     else
         box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place);
 }
@@ -501,14 +507,14 @@ static void read_page(struct blackbox *box)
     if (status == MR_OK && header.record == record->record &&
         header.seq - record->first_seq >= box->read_page) {
         box->read_page = header.seq - record->first_seq;
-        box->read_ready = true;
+        box->is_page_ready = true;
         box->read_part = 0;
     } else if (status == MR_CRC && ++box->read_tries < READ_TRIES) {
         return;
     } else {
         if (status == MR_CRC)
             health_count(MR_FAULT_NOR_FAILED, 3);
-        next_read(box);
+        advance_read(box);
     }
 }
 
@@ -516,26 +522,26 @@ static void read_page(struct blackbox *box)
 
 void blackbox_trigger(struct blackbox *box, uint32_t block)
 {
-    int place = free_place(box);
+    int place = free_record_index(box);
     if (box->state != MR_BOX_READY || !box->armed || place < 0)
         return;
-    if (box->configuring)
-        flush(box, &box->meta);
-    box->configuring = false;
+    if (box->is_configuring)
+        end_stream(box, &box->meta);
+    box->is_configuring = false;
     box->start.trigger_block = block;
     mr_boxpage_put_start(box->config[0], &box->start);
-    box->config_got = 0;
-    begin_at_key(box);
-    box->place = (unsigned)place;
-    box->records[place] = (struct blackbox_record){.used = true,
+    box->config_written = 0;
+    skip_to_key(box);
+    box->record_index = (unsigned)place;
+    box->records[place] = (struct blackbox_record){.is_used = true,
                                                    .record = box->next_record++,
                                                    .landing = box->start.landing,
                                                    .first_sector = NOR_SECTORS,
                                                    .first_seq = box->next_seq,
                                                    .next_seq = box->next_seq};
-    box->head_page = PAGES;
+    box->head_page = SECTOR_PAGES;
     box->failures = 0;
-    box->end_written = false;
+    box->is_end_written = false;
     box->reading = -1;
     box->state = MR_BOX_RECORDING;
 }
@@ -543,35 +549,35 @@ void blackbox_trigger(struct blackbox *box, uint32_t block)
 void blackbox_finish(struct blackbox *box)
 {
     box->armed = false;
-    box->configuring = false;
+    box->is_configuring = false;
     if (box->state == MR_BOX_RECORDING)
         box->state = MR_BOX_CLOSING;
 }
 
 /* Writes the rest of the stream and the end page as soon as the ring has room for both. */
-static void write_end(struct blackbox *box)
+static void write_end_page(struct blackbox *box)
 {
-    if (box->state != MR_BOX_CLOSING || box->end_written ||
-        box->put + 3 - box->got >= BLACKBOX_RING)
+    if (box->state != MR_BOX_CLOSING || box->is_end_written ||
+        box->pages_closed + 3 - box->pages_written >= BLACKBOX_RING_PAGES)
         return;
-    flush(box, &box->stream);
+    end_stream(box, &box->stream);
     box->end.blocks = box->first_open ? 0 : box->stored - box->first_stored;
     box->end.lost = box->first_open ? 0
                                     : box->last_block + 1 - box->end.first_block - box->end.blocks;
-    mr_boxpage_put_end(box->ring[box->put % BLACKBOX_RING], &box->end);
-    box->put++;
-    box->end_written = true;
+    mr_boxpage_put_end(box->ring[box->pages_closed % BLACKBOX_RING_PAGES], &box->end);
+    box->pages_closed++;
+    box->is_end_written = true;
 }
 
 static void close_record(struct blackbox *box, bool complete)
 {
-    struct blackbox_record *record = &box->records[box->place];
-    record->complete = complete;
+    struct blackbox_record *record = &box->records[box->record_index];
+    record->is_complete = complete;
     record->first_block = box->end.first_block;
     record->blocks = box->end.blocks;
     record->lost = box->end.lost;
     if (record->first_sector == NOR_SECTORS)
-        record->used = false; /* not a single page was written */
+        record->is_used = false; /* not a single page was written */
     box->state = MR_BOX_READY;
     begin_ring(box);
 }
@@ -580,21 +586,23 @@ static void close_record(struct blackbox *box, bool complete)
 
 static uint8_t *next_page(struct blackbox *box)
 {
-    if (box->config_got < box->config_put)
-        return box->config[box->config_got];
-    return box->got != box->put ? box->ring[box->got % BLACKBOX_RING] : NULL;
+    if (box->config_written < box->config_closed)
+        return box->config[box->config_written];
+    return box->pages_written != box->pages_closed
+             ? box->ring[box->pages_written % BLACKBOX_RING_PAGES]
+             : NULL;
 }
 
 static bool begin_program(struct blackbox *box)
 {
-    struct blackbox_record *record = &box->records[box->place];
+    struct blackbox_record *record = &box->records[box->record_index];
     uint8_t *page = next_page(box);
     if (!page) {
-        if (box->end_written)
+        if (box->is_end_written)
             close_record(box, true);
         return false;
     }
-    if (box->head_page == PAGES) {
+    if (box->head_page == SECTOR_PAGES) {
         unsigned sector = find_sector(box, box->head, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
             /* memory full: the ring keeps its pages and new data is lost */
@@ -611,11 +619,11 @@ static bool begin_program(struct blackbox *box)
     return true;
 }
 
-static void page_holds(struct blackbox *box)
+static void confirm_page(struct blackbox *box)
 {
-    struct blackbox_record *record = &box->records[box->place];
+    struct blackbox_record *record = &box->records[box->record_index];
     if (box->head_page == 0) {
-        set_sector(box, box->head, (uint8_t)box->place);
+        set_sector(box, box->head, (uint8_t)box->record_index);
         if (record->first_sector == NOR_SECTORS)
             record->first_sector = (uint16_t)box->head;
         record->last_sector = (uint16_t)box->head;
@@ -623,37 +631,37 @@ static void page_holds(struct blackbox *box)
     }
     box->failures = 0;
     box->next_seq = ++record->next_seq;
-    if (box->config_got < box->config_put)
-        box->config_got++;
+    if (box->config_written < box->config_closed)
+        box->config_written++;
     else
-        box->got++;
-    if (++box->head_page == PAGES)
+        box->pages_written++;
+    if (++box->head_page == SECTOR_PAGES)
         box->head = (box->head + 1) % NOR_SECTORS;
 }
 
 /* Continues with the next sector after a page failed. */
-static void note_failed_page(struct blackbox *box)
+static void handle_failed_page(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);
     if (box->head_page == 0)
         set_sector(box, box->head, SECTOR_BAD);
     box->head = (box->head + 1) % NOR_SECTORS;
-    box->head_page = PAGES;
+    box->head_page = SECTOR_PAGES;
     if (++box->failures == FAILURES_MAX) {
         box->state = MR_BOX_FAILED;
         box->armed = false;
     }
 }
 
-static void verify(struct blackbox *box)
+static void verify_page(struct blackbox *box)
 {
     const uint8_t *page = next_page(box);
     if (memcmp(page, box->buffer, NOR_PAGE) == 0)
-        page_holds(box);
+        confirm_page(box);
     else if (++box->tries < VERIFY_TRIES)
         begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
     else
-        note_failed_page(box);
+        handle_failed_page(box);
 }
 
 /* --- erasing --- */
@@ -675,10 +683,10 @@ static void begin_erase(struct blackbox *box, unsigned sector)
 static void check_erased_page(struct blackbox *box)
 {
     if (mr_is_blank(box->buffer, NOR_PAGE)) {
-        if (box->job_page + 1 == PAGES)
+        if (box->job_page + 1 == SECTOR_PAGES)
             set_sector(box, box->job_sector, SECTOR_ERASED);
         else
-            begin_read(box, JOB_LOOK, box->job_sector, box->job_page + 1);
+            begin_read(box, JOB_CHECK_ERASED, box->job_sector, box->job_page + 1);
     } else if (box->state != MR_BOX_READY || box->armed) {
         return; /* the sector stays dirty until a later erase */
     } else if (++box->tries < ERASE_TRIES) {
@@ -739,7 +747,7 @@ static bool begin_next_job(struct blackbox *box)
             return true;
         }
         if (box->reading >= 0)
-            return !box->read_ready && begin_read_out(box);
+            return !box->is_page_ready && begin_read_out(box);
         return begin_idle_work(box);
     default: return false;
     }
@@ -759,18 +767,18 @@ static void finish_job(struct blackbox *box, bool done)
         if (done)
             begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
         else
-            note_failed_page(box);
+            handle_failed_page(box);
         break;
-    case JOB_VERIFY: verify(box); break;
+    case JOB_VERIFY: verify_page(box); break;
     case JOB_ERASE:
         if (done) {
             box->erase_ms = (3 * box->erase_ms + (box->now_ms - box->erase_begun_ms) + 2) / 4;
-            begin_read(box, JOB_LOOK, box->job_sector, 0);
+            begin_read(box, JOB_CHECK_ERASED, box->job_sector, 0);
         } else {
             mark_sector_bad(box);
         }
         break;
-    case JOB_LOOK: check_erased_page(box); break;
+    case JOB_CHECK_ERASED: check_erased_page(box); break;
     case JOB_MARK_READ: program_mark(box); break;
     case JOB_MARK: begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
     case JOB_MARK_CHECK: check_mark(box); break;
@@ -785,7 +793,7 @@ void blackbox_start(struct blackbox *box)
     memset(box->sector, SECTOR_UNREAD, sizeof box->sector);
     box->next_record = 1;
     box->newest_sector = NOR_SECTORS - 1;
-    box->erase_ms = ERASE_MS;
+    box->erase_ms = ERASE_ASSUMED_MS;
     box->freeing = -1;
     box->reading = -1;
     box->state = MR_BOX_LOOKING;
@@ -798,13 +806,13 @@ void blackbox_start(struct blackbox *box)
 
 bool blackbox_has_memory(const struct blackbox *box)
 {
-    return box->state != MR_BOX_MISSING && !box->stuck;
+    return box->state != MR_BOX_MISSING && !box->is_stuck;
 }
 
-void blackbox_leave_out(struct blackbox *box)
+void blackbox_disable(struct blackbox *box)
 {
     memset(box, 0, sizeof *box);
-    box->left_out = true;
+    box->is_disabled = true;
     box->freeing = -1;
     box->reading = -1;
 }
@@ -814,8 +822,8 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
     box->now_ms = now_ms;
     if (!blackbox_has_memory(box))
         return;
-    write_end(box);
-    for (unsigned n = 0; n < STEPS; n++) {
+    write_end_page(box);
+    for (unsigned n = 0; n < STEPS_PER_POLL; n++) {
         enum nor_status status = nor_poll();
         if (status == NOR_BUSY)
             return;
@@ -826,7 +834,7 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
         }
         if (status == NOR_STUCK) {
             health_count(MR_FAULT_NOR_FAILED, 5);
-            box->stuck = true;
+            box->is_stuck = true;
             box->state = MR_BOX_FAILED;
             return;
         }
@@ -836,37 +844,37 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
     }
 }
 
-bool blackbox_idle(const struct blackbox *box)
+bool blackbox_is_idle(const struct blackbox *box)
 {
     return box->job == JOB_NONE && (box->state == MR_BOX_READY || box->state == MR_BOX_FAILED);
 }
 
-enum mr_status blackbox_ready(const struct blackbox *box)
+enum mr_status blackbox_check_ready(const struct blackbox *box)
 {
     if (box->state == MR_BOX_MISSING || box->state == MR_BOX_FAILED)
         return MR_OK;
     if (box->state != MR_BOX_READY || box->freeing >= 0)
         return MR_WAIT;
-    if (free_place(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE)
+    if (free_record_index(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE_SECTORS)
         return MR_FULL;
-    return box->ready < BLACKBOX_RESERVE ? MR_WAIT : MR_OK;
+    return box->ready < BLACKBOX_RESERVE_SECTORS ? MR_WAIT : MR_OK;
 }
 
 float blackbox_wait_s(const struct blackbox *box)
 {
-    switch (blackbox_ready(box)) {
+    switch (blackbox_check_ready(box)) {
     case MR_OK: return 0.0f;
     case MR_WAIT:
         if (box->state == MR_BOX_LOOKING || box->freeing >= 0)
             return 1.0f;
         if (box->state != MR_BOX_READY)
-            return 0.005f * (float)(box->put - box->got + 1);
-        return 0.001f * (float)((BLACKBOX_RESERVE - box->ready) * (box->erase_ms + 1));
+            return 0.005f * (float)(box->pages_closed - box->pages_written + 1);
+        return 0.001f * (float)((BLACKBOX_RESERVE_SECTORS - box->ready) * (box->erase_ms + 1));
     default: return MR_NAN;
     }
 }
 
-enum mr_status blackbox_at_rest(const struct blackbox *box)
+enum mr_status blackbox_check_at_rest(const struct blackbox *box)
 {
     if (box->state == MR_BOX_LOOKING || box->state == MR_BOX_CLOSING || box->freeing >= 0)
         return MR_WAIT;
@@ -876,7 +884,7 @@ enum mr_status blackbox_at_rest(const struct blackbox *box)
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 {
     int place = find_record(box, record);
-    enum mr_status status = blackbox_at_rest(box);
+    enum mr_status status = blackbox_check_at_rest(box);
     if (status != MR_OK)
         return status;
     if (place < 0)
@@ -887,55 +895,55 @@ enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
     return MR_OK;
 }
 
-const struct blackbox_record *blackbox_record(const struct blackbox *box, unsigned i)
+const struct blackbox_record *blackbox_record_at(const struct blackbox *box, unsigned i)
 {
-    return i < BLACKBOX_RECORDS && box->records[i].used ? &box->records[i] : NULL;
+    return i < BLACKBOX_RECORDS_MAX && box->records[i].is_used ? &box->records[i] : NULL;
 }
 
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page)
 {
     int place = find_record(box, record);
-    enum mr_status status = blackbox_at_rest(box);
+    enum mr_status status = blackbox_check_at_rest(box);
     if (status != MR_OK)
         return status;
     if (place < 0)
         return MR_UNKNOWN;
-    /* A sector holds at most PAGES pages of the record, so page n is in sector n / PAGES of the
-     * record or a later one. */
+    /* A sector holds at most SECTOR_PAGES pages of the record, so page n is in sector n /
+     * SECTOR_PAGES of the record or a later one. */
     box->read_sector = box->records[place].first_sector;
-    for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector;
-         n++)
+    for (uint32_t n = 0;
+         n < page / SECTOR_PAGES && box->read_sector != box->records[place].last_sector; n++)
         box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place);
     box->reading = place;
     box->read_page = page;
     box->read_cursor = 0;
     box->read_tries = 0;
-    box->read_ready = false;
-    box->read_over = false;
+    box->is_page_ready = false;
+    box->has_read_all = false;
     return MR_OK;
 }
 
-enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page,
-                                      uint8_t *part, const uint8_t **bytes)
+enum blackbox_part blackbox_get_part(struct blackbox *box, uint16_t *record, uint16_t *page,
+                                     uint8_t *part, const uint8_t **bytes)
 {
     if (box->reading < 0)
-        return BLACKBOX_NO_PART;
+        return BLACKBOX_PART_NONE;
     const struct blackbox_record *of = &box->records[box->reading];
     *record = of->record;
-    if (box->read_over && !box->read_ready) {
+    if (box->has_read_all && !box->is_page_ready) {
         *page = (uint16_t)(of->next_seq - of->first_seq);
         box->reading = -1;
-        return BLACKBOX_LAST_READ;
+        return BLACKBOX_PART_END;
     }
-    if (!box->read_ready)
-        return BLACKBOX_NO_PART;
+    if (!box->is_page_ready)
+        return BLACKBOX_PART_NONE;
     *page = (uint16_t)box->read_page;
     *part = (uint8_t)box->read_part;
-    *bytes = box->read_buffer + BLACKBOX_PART * box->read_part;
-    if (++box->read_part == NOR_PAGE / BLACKBOX_PART) {
-        box->read_ready = false;
+    *bytes = box->read_buffer + BLACKBOX_PART_BYTES * box->read_part;
+    if (++box->read_part == NOR_PAGE / BLACKBOX_PART_BYTES) {
+        box->is_page_ready = false;
         box->read_page++;
-        next_read(box);
+        advance_read(box);
     }
-    return BLACKBOX_A_PART;
+    return BLACKBOX_PART_READY;
 }

@@ -8,11 +8,11 @@
  *
  * Space: sectors are used in rotation, so that they wear uniformly; records that were not freed are
  * skipped. Freed sectors are erased and checked while idle. Nothing is erased while a landing is
- * recorded, so arming waits until BLACKBOX_RESERVE sectors are erased. An incompressible block
- * takes 466 bits; 10 s of such blocks and the configuration take 151 sectors. The 4064 sectors of
- * the box hold 25 such landings plus the reserve for the 26th. The maximum of 22 s (landing.h)
- * takes 120 sectors with real blocks, or 329 with incompressible blocks; the last 2.8 s of the
- * latter would exceed the reserve and be reported as lost.
+ * recorded, so arming waits until BLACKBOX_RESERVE_SECTORS sectors are erased. An incompressible
+ * block takes 466 bits; 10 s of such blocks and the configuration take 151 sectors. The 4064
+ * sectors of the box hold 25 such landings plus the reserve for the 26th. The maximum of 22 s
+ * (landing.h) takes 120 sectors with real blocks, or 329 with incompressible blocks; the last 2.8 s
+ * of the latter would exceed the reserve and be reported as lost.
  *
  * Every page is read back after programming. A page that fails this check is written again into the
  * next sector, and the rest of its sector is left unused. A sector that cannot be erased is not
@@ -30,18 +30,18 @@
 #include "firmware/board.h"
 
 /* pages, 32 KiB: the longest erase (0.4 s) needs 24 KiB; the longest page program takes 3 ms */
-#define BLACKBOX_RING      128u
+#define BLACKBOX_RING_PAGES      128u
 /* pages for start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway
  * of 512 mats takes 1.9 KB */
-#define BLACKBOX_CONFIG    40u
-#define BLACKBOX_RECORDS   64u
-#define BLACKBOX_RESERVE   288u /* sectors */
+#define BLACKBOX_CONFIG_PAGES    40u
+#define BLACKBOX_RECORDS_MAX     64u
+#define BLACKBOX_RESERVE_SECTORS 288u /* sectors */
 /* maximum pages between two keys, at which a reader can resynchronise */
-#define BLACKBOX_KEY_PAGES 16u
-#define BLACKBOX_PART      128u /* bytes of a page that one frame carries */
+#define BLACKBOX_KEY_PAGES       16u
+#define BLACKBOX_PART_BYTES      128u /* bytes of a page that one frame carries */
 
 struct blackbox_record {
-    bool used, complete; /* not complete: the power failed during recording */
+    bool is_used, is_complete; /* not complete: the power failed during recording */
     uint16_t record, landing;
     uint16_t first_sector, last_sector;
     uint32_t first_seq, next_seq;
@@ -59,15 +59,15 @@ struct blackbox {
      * armed. CLOSING: writing the last pages of a landing. FAILED: too many pages failed in a row,
      * or the memory stays busy; not used until the next start. */
     enum mr_box_condition state;
-    bool stuck;      /* FAILED because the memory stays busy */
-    bool left_out;   /* excluded by the configuration */
-    uint32_t now_ms; /* index of the newest block */
+    bool is_stuck;    /* FAILED because the memory stays busy */
+    bool is_disabled; /* excluded by the configuration */
+    uint32_t now_ms;  /* index of the newest block */
 
     /* index in `records` of the record in this sector, or the sector's state (enum in
      * blackbox.c) */
     uint8_t sector[NOR_SECTORS];
     unsigned ready, dirty, bad; /* number of sectors that are erased, to be erased, and unusable */
-    struct blackbox_record records[BLACKBOX_RECORDS];
+    struct blackbox_record records[BLACKBOX_RECORDS_MAX];
     uint16_t next_record;
     uint32_t next_seq;
     /* written last; kept until a newer one is written, because its numbers are needed at start */
@@ -76,44 +76,46 @@ struct blackbox {
     /* Record being assembled. */
     struct mr_pack pack;
     bool key_due;
-    uint8_t ring[BLACKBOX_RING][MR_BOXPAGE];
-    uint32_t put, got; /* put: pages closed (page `put` is open); got: pages written or dropped */
-    uint8_t config[BLACKBOX_CONFIG][MR_BOXPAGE];
-    unsigned config_put, config_got;
-    bool configuring;
+    uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE];
+    uint32_t pages_closed,
+        /* put: pages closed (page `pages_closed` is open); got: pages written or dropped */
+        pages_written;
+    uint8_t config[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE];
+    unsigned config_closed, config_written;
+    bool is_configuring;
     struct blackbox_writer stream, meta;
     struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
     bool armed;
     /* the first block of the record, which begins with a key, has not been packed yet */
     bool first_open;
-    bool end_written;      /* the end page is in the ring */
+    bool is_end_written;   /* the end page is in the ring */
     uint32_t stored;       /* blocks packed since start */
     uint32_t first_stored; /* blocks packed before the record's first block */
     uint32_t last_block;
     /* block and count at the first key of a page */
-    uint32_t key_block[BLACKBOX_RING], key_stored[BLACKBOX_RING];
-    bool key_valid[BLACKBOX_RING];
+    uint32_t key_block[BLACKBOX_RING_PAGES], key_stored[BLACKBOX_RING_PAGES];
+    bool key_valid[BLACKBOX_RING_PAGES];
 
     /* Operation of the memory in progress. */
     unsigned job, job_sector, job_page, tries;
     uint8_t buffer[MR_BOXPAGE];
-    unsigned place;     /* index in `records` of the record being written */
-    unsigned head;      /* sector being written, or start of the search for the next */
-    unsigned head_page; /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
-    unsigned failures;  /* pages in a row that failed the read-back */
+    unsigned record_index; /* index in `records` of the record being written */
+    unsigned head;         /* sector being written, or start of the search for the next */
+    unsigned head_page;    /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
+    unsigned failures;     /* pages in a row that failed the read-back */
     uint32_t erase_begun_ms, erase_ms;
-    bool waits;  /* waiting for an erase by the runway store (app.c) */
-    int freeing; /* index of the record being freed; -1: none */
+    bool is_waiting_for_erase; /* waiting for an erase by the runway store (app.c) */
+    int freeing;               /* index of the record being freed; -1: none */
     unsigned scan_sector, scan_place;
-    bool freed[BLACKBOX_RECORDS];
+    bool freed[BLACKBOX_RECORDS_MAX];
 
     /* Record being read out. */
     int reading; /* index of the record; -1: none */
     uint32_t read_page;
     unsigned read_sector, read_cursor, read_tries;
     /* `read_buffer` holds page read_page; the record has no further pages */
-    bool read_ready, read_over;
+    bool is_page_ready, has_read_all;
     unsigned read_part;
     uint8_t read_buffer[MR_BOXPAGE];
 };
@@ -122,27 +124,29 @@ void blackbox_start(struct blackbox *box);
 /* True if there is a memory that executes commands. */
 bool blackbox_has_memory(const struct blackbox *box);
 /* Call if no black box is configured: nothing is recorded, and the memory is not accessed. */
-void blackbox_leave_out(struct blackbox *box);
+void blackbox_disable(struct blackbox *box);
 /* Continues the operation of the memory, without waiting. `now_ms`: index of the newest block. */
 void blackbox_poll(struct blackbox *box, uint32_t now_ms);
 
 /* True if the box does not need the memory now. */
-bool blackbox_idle(const struct blackbox *box);
+bool blackbox_is_idle(const struct blackbox *box);
 
 /* MR_OK: a landing may be armed (without a memory it is armed without the box); MR_WAIT: call again
  * after blackbox_wait_s; MR_FULL: records must be freed first. */
-enum mr_status blackbox_ready(const struct blackbox *box);
-/* Expected seconds until blackbox_ready returns MR_OK; NaN: waiting does not help. */
+enum mr_status blackbox_check_ready(const struct blackbox *box);
+/* Expected seconds until blackbox_check_ready returns MR_OK; NaN: waiting does not help. */
 float blackbox_wait_s(const struct blackbox *box);
 
 /* At arming: the facts of the landing, then its configuration, one call per message. */
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start);
-void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length);
+void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint8_t *payload,
+                                   size_t length);
 /* Call for each block, in order, also while nothing is recorded. A jump of the index means lost
  * blocks. */
-void blackbox_block(struct blackbox *box, const struct mr_block *block);
+void blackbox_on_block(struct blackbox *box, const struct mr_block *block);
 /* Records a message. */
-void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length);
+void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *payload,
+                             size_t length);
 /* Call at the first edge: writing to the memory starts here. */
 void blackbox_trigger(struct blackbox *box, uint32_t block);
 /* Call when the landing has ended or was aborted. Has no effect if none was triggered. */
@@ -151,17 +155,18 @@ void blackbox_finish(struct blackbox *box);
 /* MR_OK: records can be listed, read and freed. MR_WAIT: the box is scanning its memory, closing a
  * record or freeing one; try again soon. MR_NOT_NOW: a landing is armed or in progress, or there is
  * no memory. */
-enum mr_status blackbox_at_rest(const struct blackbox *box);
-/* Frees a record. MR_OK; MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as blackbox_at_rest. */
+enum mr_status blackbox_check_at_rest(const struct blackbox *box);
+/* Frees a record. MR_OK; MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: as
+ * blackbox_check_at_rest. */
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Starts reading out a record at page `page`. Status as blackbox_free. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);
-enum blackbox_part { BLACKBOX_NO_PART, BLACKBOX_A_PART, BLACKBOX_LAST_READ };
-/* Returns the next half page if it is ready. BLACKBOX_LAST_READ: end of the record; `*page` is its
+enum blackbox_part { BLACKBOX_PART_NONE, BLACKBOX_PART_READY, BLACKBOX_PART_END };
+/* Returns the next half page if it is ready. BLACKBOX_PART_END: end of the record; `*page` is its
  * number of pages. */
-enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page,
-                                      uint8_t *part, const uint8_t **bytes);
+enum blackbox_part blackbox_get_part(struct blackbox *box, uint16_t *record, uint16_t *page,
+                                     uint8_t *part, const uint8_t **bytes);
 /* Record with index i in `records`, or NULL. */
-const struct blackbox_record *blackbox_record(const struct blackbox *box, unsigned i);
+const struct blackbox_record *blackbox_record_at(const struct blackbox *box, unsigned i);
 
 #endif

@@ -3,8 +3,8 @@
  *
  * firmware/f407/ implements it with the registers of the STM32F407; tests link a fake. The
  * application uses no registers and no clock: its time is the index of the current block. Every
- * wait in these calls is bounded. Only board_record_late_task and board_note_good may be called
- * from an interrupt. Faults are counted with health_count (health.h). */
+ * wait in these calls is bounded. Only board_record_late_task and board_reset_restart_count may be
+ * called from an interrupt. Faults are counted with health_count (health.h). */
 #ifndef MATRIG_FIRMWARE_BOARD_H
 #define MATRIG_FIRMWARE_BOARD_H
 
@@ -38,17 +38,17 @@ struct board_can_errors {
     uint8_t last_error; /* LEC, as in the message can_alarm */
     bool passive;
     bool bus_off;
-    bool missing;     /* the controller did not start */
-    bool pending;     /* a frame is waiting to be sent */
-    uint32_t passed;  /* frames sent */
-    uint32_t removed; /* queued frames that were dropped by board_can_clear */
+    bool is_missing;        /* the controller did not start */
+    bool is_pending;        /* a frame is waiting to be sent */
+    uint32_t sent_count;    /* frames sent */
+    uint32_t removed_count; /* queued frames that were dropped by board_can_clear */
 };
 
 /* Restarts before this start. */
 struct board_restart {
-    uint8_t restarts; /* restarts by watchdog or processor fault since power on */
-    uint8_t in_row;   /* consecutive restarts, without ten good seconds in between */
-    bool quiet; /* too many in a row: no scans and no black box, and the warning output is on */
+    uint8_t restarts;    /* restarts by watchdog or processor fault since power on */
+    uint8_t consecutive; /* consecutive restarts, without ten good seconds in between */
+    bool is_quiet; /* too many in a row: no scans and no black box, and the warning output is on */
     uint8_t brown_out; /* level of the option bytes, as in the message restarts */
     uint8_t late_task; /* task that was late before a watchdog reset; 0: none */
     uint32_t late_pc;
@@ -62,7 +62,7 @@ struct board_upkeep {
     uint16_t stack_used, stack_size; /* bytes */
     uint16_t ram_rounds;             /* completed tests of all RAM in use */
     uint16_t flash_rounds;           /* completed checks of the program's checksum */
-    bool ram_bad, flash_bad;         /* a fault was found since the start */
+    bool is_ram_bad, is_flash_bad;   /* a fault was found since the start */
     uint32_t bad_address;            /* address of the first bad RAM */
 };
 
@@ -72,31 +72,31 @@ void board_start(void);
 void board_identify(struct board_identity *identity);
 /* Bit c: the board has an input for channel c (common/block.h). The bits of staircase and reference
  * are always set. */
-uint32_t board_inputs(void);
+uint32_t board_input_mask(void);
 /* Nominal supply voltage of the converters. */
 uint32_t board_supply_mv(void);
 
 /* Returns the next block in order; false: none is ready. A jump of the index means lost blocks. */
-bool board_block_take(struct mr_block *block);
+bool board_block_get(struct mr_block *block);
 /* Number of blocks that are ready. */
 unsigned board_blocks_waiting(void);
 /* Returns the captured switch edges up to and including `until_tick` (TIM2, modulo 2^32), oldest
  * first, and their number. */
-size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
+size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 
 enum board_pulses { BOARD_FRAMES, BOARD_BRAKE, BOARD_WHEEL, BOARD_PULSES };
 /* Switches the capture of an input's pulses on or off. */
-void board_pulses_capture(enum board_pulses input, bool on);
-/* As board_edges_take, for pulses; the delay of their input filter has been subtracted. */
-size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
-                         size_t capacity);
+void board_pulses_enable(enum board_pulses input, bool on);
+/* As board_edges_get, for pulses; the delay of their input filter has been subtracted. */
+size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                        size_t capacity);
 /* Sets the level of the camera's trigger output. Returns TIM2 at that moment. */
-uint32_t board_camera(bool high);
+uint32_t board_set_camera_trigger(bool high);
 
 /* Sets the base that is added to the identifiers of all frames sent and received
  * (common/canbase.h). Frames that are already queued keep their identifiers. Until the first call
  * the board does not take part in the bus. */
-void board_can_move(uint16_t base);
+void board_can_set_base(uint16_t base);
 /* Queues one frame; false: the queue is full or the link is down (the caller counts the drop). */
 bool board_can_send(const struct board_can_frame *frame);
 /* Number of queued frames that are not in the controller yet. */
@@ -118,36 +118,36 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 
 /* Sets the warning output (lamp and horn). The output is fail-safe: it is on when the board is
  * dead. */
-void board_warn(bool warning);
+void board_set_warning(bool warning);
 /* Switches the shunt resistors across one arm of every strain bridge; off after reset. */
-void board_shunt(bool on);
+void board_set_shunts(bool on);
 /* True if the lamp draws current. */
-bool board_lamp_draws(void);
+bool board_has_lamp_current(void);
 void board_watchdog_feed(void);
 
 /* True if the maintenance jumper is fitted. */
-bool board_jumper(void);
+bool board_is_jumper_fitted(void);
 /* True if the boot ROM uses the pins of the serial link. Otherwise the board could not be recovered
  * from the boot ROM. */
-bool board_rom_ready(void);
+bool board_is_rom_reachable(void);
 /* Restarts into the chip's boot ROM. Does not return on the board. */
 void board_enter_rom(void);
 /* Restarts the board. Does not return on the board. */
 void board_reset(void);
-void board_restarted(struct board_restart *restart);
+void board_get_restart(struct board_restart *restart);
 /* Records the late task and its PC for the report after a watchdog reset; task 0: the task has run
  * again. May be called from an interrupt. */
 void board_record_late_task(uint8_t task, uint32_t pc);
 /* Call after ten good seconds: the next restart counts as the first in a row. May be called from an
  * interrupt. */
-void board_note_good(void);
+void board_reset_restart_count(void);
 
 /* Tests the next part of RAM and checks the next part of flash. Takes 15 us, with interrupts masked
  * for less than 1 us at a time. Failures are counted. */
 void board_check_memory(void);
 /* Restarts both tests from the beginning. */
-void board_restart_test(void);
-void board_test_state(struct board_upkeep *upkeep);
+void board_restart_memory_test(void);
+void board_get_upkeep(struct board_upkeep *upkeep);
 /* Reads the flash and checks that vectors, header and program match the image that was built; takes
  * about 5 ms. False: the image has no header with a CRC. */
 bool board_image_check(bool *good);

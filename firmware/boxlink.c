@@ -14,14 +14,14 @@ enum mr_status boxlink_execute(struct boxlink *link, struct blackbox *box,
                                struct telemetry *telemetry, const struct mr_command *command)
 {
     uint32_t argument = (uint32_t)command->argument;
-    enum mr_status status = blackbox_at_rest(box);
+    enum mr_status status = blackbox_check_at_rest(box);
     if (command->argument < 0)
         return MR_USAGE;
     switch (command->code) {
     case MR_COMMAND_BOX_LIST:
         boxlink_report_state(box, telemetry);
         if (status != MR_WAIT)
-            *link = (struct boxlink){.listing = true};
+            *link = (struct boxlink){.is_listing = true};
         return status == MR_WAIT ? MR_WAIT : MR_OK;
     case MR_COMMAND_BOX_READ:
         return blackbox_read(box, (uint16_t)(argument >> PAGE_BITS),
@@ -45,7 +45,7 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
         .firmware = {FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH},
         .clock_source = identity->clock_source,
     };
-    if (box->left_out)
+    if (box->is_disabled)
         return;
     memcpy(start.uid, identity->uid, sizeof start.uid);
     blackbox_arm(box, &start);
@@ -55,57 +55,57 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
 void boxlink_report_state(const struct blackbox *box, struct telemetry *telemetry)
 {
     unsigned records = 0;
-    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
-        records += blackbox_record(box, i) != NULL;
-    TELL(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state,
-         .records = (uint8_t)records, .ready = (uint16_t)box->ready, .wait_s = blackbox_wait_s(box),
-         .reserve = BLACKBOX_RESERVE);
-    TELL(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS,
-         .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
-         .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++)
+        records += blackbox_record_at(box, i) != NULL;
+    TELEMETRY_SEND(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state,
+                   .records = (uint8_t)records, .ready = (uint16_t)box->ready,
+                   .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE_SECTORS);
+    TELEMETRY_SEND(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS,
+                   .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
+                   .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
 }
 
-static uint16_t at_most_u16(uint32_t value)
+static uint16_t clip_u16(uint32_t value)
 {
     return value > UINT16_MAX ? UINT16_MAX : (uint16_t)value;
 }
 
 /* Sends one record of the list per block. */
-static void list(struct boxlink *link, const struct blackbox *box, struct telemetry *telemetry)
+static void send_list(struct boxlink *link, const struct blackbox *box, struct telemetry *telemetry)
 {
     const struct blackbox_record *record = NULL;
-    while (link->next < BLACKBOX_RECORDS && !record)
-        record = blackbox_record(box, link->next++);
+    while (link->next < BLACKBOX_RECORDS_MAX && !record)
+        record = blackbox_record_at(box, link->next++);
     struct mr_box_record message = {0};
     struct mr_box_span span = {0};
     if (record) {
         message = (struct mr_box_record){.record = record->record,
                                          .landing = record->landing,
-                                         .pages = at_most_u16(record->next_seq - record->first_seq),
-                                         .complete = record->complete};
+                                         .pages = clip_u16(record->next_seq - record->first_seq),
+                                         .complete = record->is_complete};
         span = (struct mr_box_span){.first_block = record->first_block,
-                                    .blocks = at_most_u16(record->blocks),
-                                    .lost = at_most_u16(record->lost)};
+                                    .blocks = clip_u16(record->blocks),
+                                    .lost = clip_u16(record->lost)};
     }
-    TELL_THIS(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
     if (message.record) /* 0: the end of the list */
-        TELL_THIS(telemetry, TO_LINKS, box_span, BOX_SPAN, &span);
-    link->listing = record != NULL;
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_span, BOX_SPAN, &span);
+    link->is_listing = record != NULL;
 }
 
 /* Sends half a page per block: 146 kB/s of the 200 kB/s that serial carries. */
-static void read_out(struct blackbox *box, struct telemetry *telemetry)
+static void send_page(struct blackbox *box, struct telemetry *telemetry)
 {
     uint8_t payload[MR_BOX_PART_BYTES];
     uint16_t record, page;
     uint8_t part = 0;
     const uint8_t *bytes = NULL;
-    enum blackbox_part what = blackbox_take_part(box, &record, &page, &part, &bytes);
-    if (what == BLACKBOX_LAST_READ) {
-        TELL(telemetry, TO_LINKS, box_end, BOX_END, .record = record, .pages = page);
-    } else if (what == BLACKBOX_A_PART) {
+    enum blackbox_part what = blackbox_get_part(box, &record, &page, &part, &bytes);
+    if (what == BLACKBOX_PART_END) {
+        TELEMETRY_SEND(telemetry, TO_LINKS, box_end, BOX_END, .record = record, .pages = page);
+    } else if (what == BLACKBOX_PART_READY) {
         uint8_t *p = mr_put_u8(mr_put_u8(mr_put_u16(mr_put_u16(payload, record), page), part), 0);
-        memcpy(p, bytes, BLACKBOX_PART);
+        memcpy(p, bytes, BLACKBOX_PART_BYTES);
         telemetry_send(telemetry, TO_SERIAL, MR_ID_BOX_PART, payload, sizeof payload);
     }
 }
@@ -113,14 +113,14 @@ static void read_out(struct blackbox *box, struct telemetry *telemetry)
 void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                       const struct landing *landing, const struct mr_block *block, bool was_armed)
 {
-    blackbox_block(box, block);
+    blackbox_on_block(box, block);
     if (was_armed && landing->state == MR_LANDING_LANDING)
         blackbox_trigger(box, block->index);
     if (!landing_is_recording(landing) && box->armed)
         blackbox_finish(box);
-    if (!box->left_out && DUE(BOX, block->index))
+    if (!box->is_disabled && DUE(BOX, block->index))
         boxlink_report_state(box, telemetry);
-    if (link->listing)
-        list(link, box, telemetry);
-    read_out(box, telemetry);
+    if (link->is_listing)
+        send_list(link, box, telemetry);
+    send_page(box, telemetry);
 }

@@ -7,7 +7,7 @@
 #include "firmware/telemetry.h"
 
 struct boxlink {
-    bool listing;
+    bool is_listing;
     unsigned next; /* index of the next record to be listed */
 };
 

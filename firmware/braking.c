@@ -9,23 +9,23 @@ void braking_arm(struct braking *braking)
 
 static void report(struct telemetry *telemetry, uint16_t number, uint32_t tick, uint32_t index)
 {
-    TELL(telemetry, TO_RECORD, braking_edge, BRAKING_EDGE, .number = number, .tick = tick,
-         .block16 = (uint16_t)index);
+    TELEMETRY_SEND(telemetry, TO_RECORD, braking_edge, BRAKING_EDGE, .number = number, .tick = tick,
+                   .block16 = (uint16_t)index);
 }
 
-void braking_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
-                   uint32_t index, uint32_t until_tick)
+void braking_on_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
+                      uint32_t index, uint32_t until_tick)
 {
     bool recording = landing_is_recording(landing);
     uint32_t ticks[PULSES_PER_BLOCK];
-    pulses_fit(&braking->brake, BOARD_BRAKE, config.site[0].brake_edge != 0);
-    pulses_fit(&braking->wheel, BOARD_WHEEL, config.site[0].wheel_pulses != 0);
-    size_t count = pulses_take(&braking->brake, BOARD_BRAKE, index, until_tick, ticks);
+    pulses_set_fitted(&braking->brake, BOARD_BRAKE, config.site[0].brake_edge != 0);
+    pulses_set_fitted(&braking->wheel, BOARD_WHEEL, config.site[0].wheel_pulses != 0);
+    size_t count = pulses_get(&braking->brake, BOARD_BRAKE, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++) {
         landing_set_brake(landing, ticks[i]);
         report(telemetry, 0, ticks[i], index);
     }
-    count = pulses_take(&braking->wheel, BOARD_WHEEL, index, until_tick, ticks);
+    count = pulses_get(&braking->wheel, BOARD_WHEEL, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording && braking->count < UINT16_MAX; i++)
         report(telemetry, ++braking->count, ticks[i], index);
 }

@@ -17,9 +17,9 @@ struct braking {
 
 /* Call when a landing is armed. */
 void braking_arm(struct braking *braking);
-/* Call in each block, after landing_block. `until_tick`: captures up to this tick belong to the
+/* Call in each block, after landing_on_block. `until_tick`: captures up to this tick belong to the
  * block. */
-void braking_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
-                   uint32_t index, uint32_t until_tick);
+void braking_on_block(struct braking *braking, struct telemetry *telemetry, struct landing *landing,
+                      uint32_t index, uint32_t until_tick);
 
 #endif

@@ -9,15 +9,15 @@
 #include "firmware/channels.h"
 #include "firmware/configround.h"
 
-#define ZERO_MOVES_IN 0.004f
-#define MOVES_LB      0.75f
-#define ZERO_FAR_LB   30.0f
-/* allowed deviation relative to the expected span; at least SURE standard errors */
-#define SPAN_OFF      0.01f
-#define SURE          3.0f
-#define HALF          (CALIBRATE_BLOCKS / 2u)
+#define MOVEMENT_MAX_IN    0.004f
+#define MOVEMENT_MAX_LB    0.75f
+#define ZERO_OFFSET_MAX_LB 30.0f
+/* allowed deviation relative to the expected span; at least SIGNIFICANCE_SIGMA standard errors */
+#define SPAN_TOLERANCE     0.01f
+#define SIGNIFICANCE_SIGMA 3.0f
+#define HALF_BLOCKS        (CALIBRATE_BLOCKS / 2u)
 
-enum { PHASE_REST, PHASE_ON, PHASE_REST_AGAIN, PHASE_TELL };
+enum { PHASE_REST, PHASE_SHUNTED, PHASE_REST_AGAIN, PHASE_REPORT };
 enum verdict {
     GOOD = MR_ZERO_GOOD,
     NOT_VALID = MR_ZERO_NOT_VALID,
@@ -28,7 +28,7 @@ _Static_assert(GOOD == (int)MR_SHUNT_GOOD && NOT_VALID == (int)MR_SHUNT_NOT_VALI
                    MOVES == (int)MR_SHUNT_MOVED && WRONG == (int)MR_SHUNT_WRONG,
                "zero and shunt calibration share their verdicts");
 
-bool calibrate_busy(const struct calibrate *calibrate)
+bool calibrate_is_busy(const struct calibrate *calibrate)
 {
     return calibrate->command != 0;
 }
@@ -38,14 +38,14 @@ void calibrate_start(struct calibrate *calibrate)
     memset(calibrate, 0, sizeof *calibrate);
     for (unsigned g = 0; g < MR_GAGES; g++)
         calibrate->last_span_lb[g] = calibrate->last_rest_lb[g] = MR_NAN;
-    board_shunt(false);
+    board_set_shunts(false);
 }
 
-static void answer(struct telemetry *telemetry, const struct calibrate *calibrate,
-                   enum mr_status status, uint32_t block)
+static void send_answer(struct telemetry *telemetry, const struct calibrate *calibrate,
+                        enum mr_status status, uint32_t block)
 {
-    TELL(telemetry, TO_RECORD, ack, ACK, .code = calibrate->command, .status = (int8_t)status,
-         .tag = calibrate->tag, .block = block);
+    TELEMETRY_SEND(telemetry, TO_RECORD, ack, ACK, .code = calibrate->command,
+                   .status = (int8_t)status, .tag = calibrate->tag, .block = block);
 }
 
 /* ---- which channels ---- */
@@ -62,14 +62,14 @@ static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
     if (calibrate->command == MR_COMMAND_SHUNT)
         return channel >= MR_TRANSDUCERS && channel < MR_TRANSDUCERS + MR_GAGES &&
                has_shunt(channel - MR_TRANSDUCERS);
-    return (kind == MR_KIND_DISPLACEMENT && calibrate->what != 2) ||
-           (kind == MR_KIND_TENSION && calibrate->what != 1);
+    return (kind == MR_KIND_DISPLACEMENT && calibrate->zero_argument != 2) ||
+           (kind == MR_KIND_TENSION && calibrate->zero_argument != 1);
 }
 
 /* ---- means of a phase ---- */
 
 /* Code in the form in which common/channels.h applies the zero: without the ratio. */
-static float code_of(const struct mr_block *block, unsigned channel)
+static float channel_code(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
                   ? (float)block->plus[channel] - (float)block->minus[channel]
@@ -86,54 +86,55 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
             continue;
         struct mr_reading reading = mr_channel_read(&config.channel[c], block, c, ratio);
         if (reading.validity != MR_VALID) {
-            calibrate->bad |= 1u << c;
+            calibrate->invalid_channels |= 1u << c;
             continue;
         }
         float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value
-                                                             : code_of(block, c) * ratio;
+                                                             : channel_code(block, c) * ratio;
         if (calibrate->count == 0)
             *mean = (struct calibrate_mean){.origin = value};
         value -= mean->origin;
         mean->sum += value;
-        mean->square += value * value;
-        mean->first_half += calibrate->count < HALF ? value : 0.0f;
+        mean->square_sum += value * value;
+        mean->first_half_sum += calibrate->count < HALF_BLOCKS ? value : 0.0f;
     }
     calibrate->count++;
 }
 
-static float mean_of(const struct calibrate_mean *mean)
+static float mean_value(const struct calibrate_mean *mean)
 {
     return mean->origin + mean->sum / (float)CALIBRATE_BLOCKS;
 }
 
-static float deviation_of(const struct calibrate_mean *mean)
+static float standard_deviation(const struct calibrate_mean *mean)
 {
     float n = (float)CALIBRATE_BLOCKS;
-    float variance = (mean->square - mean->sum * mean->sum / n) / (n - 1.0f);
+    float variance = (mean->square_sum - mean->sum * mean->sum / n) / (n - 1.0f);
     return __builtin_sqrtf(variance > 0.0f ? variance : 0.0f);
 }
 
 /* The larger one of standard deviation and difference of the halves. */
-static float spread_of(const struct calibrate_mean *mean)
+static float mean_spread(const struct calibrate_mean *mean)
 {
-    float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half) / (float)HALF,
-          deviation = deviation_of(mean);
+    float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half_sum) / (float)HALF_BLOCKS,
+          deviation = standard_deviation(mean);
     return apart > deviation ? apart : deviation;
 }
 
 /* ---- zero ---- */
 
-static enum verdict judge_zero(const struct calibrate *calibrate, unsigned c)
+static enum verdict check_zero(const struct calibrate *calibrate, unsigned c)
 {
     const struct mr_channel_config *channel = &config.channel[c];
     const struct calibrate_mean *mean = &calibrate->mean[c];
     float unit = __builtin_fabsf(channel->unit_per_code);
     bool tension = channel->kind == MR_KIND_TENSION;
-    if (calibrate->bad >> c & 1u)
+    if (calibrate->invalid_channels >> c & 1u)
         return NOT_VALID;
-    if (!(spread_of(mean) * unit <= (tension ? MOVES_LB : ZERO_MOVES_IN)))
+    if (!(mean_spread(mean) * unit <= (tension ? MOVEMENT_MAX_LB : MOVEMENT_MAX_IN)))
         return MOVES;
-    return tension && __builtin_fabsf(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB
+    return tension && __builtin_fabsf(mean_value(mean) - zero_get_configured(c)) * unit >
+                          ZERO_OFFSET_MAX_LB
              ? WRONG
              : GOOD;
 }
@@ -145,35 +146,35 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (!is_calibrated(calibrate, c))
             continue;
-        enum verdict verdict = judge_zero(calibrate, c);
+        enum verdict verdict = check_zero(calibrate, c);
         bool valid = verdict != NOT_VALID;
-        struct mr_zero_result result = {.index = (uint8_t)c,
-                                        .verdict = (uint8_t)verdict,
-                                        .spread_codes = valid ? spread_of(&calibrate->mean[c])
-                                                              : MR_NAN,
-                                        .zero_code = valid ? mean_of(&calibrate->mean[c]) : MR_NAN};
-        TELL_THIS(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
+        struct mr_zero_result result = {
+            .index = (uint8_t)c,
+            .verdict = (uint8_t)verdict,
+            .spread_codes = valid ? mean_spread(&calibrate->mean[c]) : MR_NAN,
+            .zero_code = valid ? mean_value(&calibrate->mean[c]) : MR_NAN};
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
         good &= verdict == GOOD;
     }
     for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
         if (is_calibrated(calibrate, c))
-            zero_measure(c, mean_of(&calibrate->mean[c]));
+            zero_set_measured(c, mean_value(&calibrate->mean[c]));
     }
-    answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);
+    send_answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);
     if (good)
-        configround_burst(telemetry, landing);
+        configround_start_burst(telemetry, landing);
     calibrate->command = 0;
 }
 
 /* Sets a zero measured earlier: the bits of the argument are the code. */
-static enum mr_status set_zero(const struct mr_command *command)
+static enum mr_status set_given_zero(const struct mr_command *command)
 {
     unsigned channel = command->index - 1u;
     float code;
     memcpy(&code, &command->argument, sizeof code);
     if (channel >= MR_TRANSDUCERS + MR_GAGES || !(__builtin_fabsf(code) <= 4096.0f))
         return MR_USAGE;
-    zero_measure(channel, code);
+    zero_set_measured(channel, code);
     return MR_OK;
 }
 
@@ -190,19 +191,19 @@ static void end_phase(struct calibrate *calibrate)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
         const struct calibrate_mean *mean = &calibrate->mean[MR_TRANSDUCERS + g];
-        float lb = mean_of(mean);
+        float lb = mean_value(mean);
         if (!has_shunt(g))
             continue;
-        if (spread_of(mean) > MOVES_LB)
-            calibrate->moved |= 1u << g;
-        if (calibrate->phase == PHASE_ON) {
+        if (mean_spread(mean) > MOVEMENT_MAX_LB)
+            calibrate->moved_gages |= 1u << g;
+        if (calibrate->phase == PHASE_SHUNTED) {
             calibrate->on_lb[g] = lb;
         } else if (calibrate->phase == PHASE_REST) {
             calibrate->rest_lb[g] = lb;
-            calibrate->noise_lb[g] = deviation_of(mean);
+            calibrate->noise_lb[g] = standard_deviation(mean);
         } else {
-            if (__builtin_fabsf(lb - calibrate->rest_lb[g]) > MOVES_LB)
-                calibrate->moved |= 1u << g;
+            if (__builtin_fabsf(lb - calibrate->rest_lb[g]) > MOVEMENT_MAX_LB)
+                calibrate->moved_gages |= 1u << g;
             calibrate->rest_lb[g] = 0.5f * (calibrate->rest_lb[g] + lb);
         }
     }
@@ -210,15 +211,15 @@ static void end_phase(struct calibrate *calibrate)
 
 /* The factor 1.5: the span is the difference of a mean over 256 blocks and one over 512. The
  * configured gain error does not widen the limit: the shunt exists to check the gain. */
-static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
+static enum verdict check_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
     float noise = calibrate->noise_lb[g] * calibrate->noise_lb[g] * 1.5f / (float)CALIBRATE_BLOCKS;
-    float allowed_lb = SPAN_OFF * channel->shunt_lb;
-    float error_lb = SURE * __builtin_sqrtf(noise);
-    if (calibrate->bad >> (MR_TRANSDUCERS + g) & 1u)
+    float allowed_lb = SPAN_TOLERANCE * channel->shunt_lb;
+    float error_lb = SIGNIFICANCE_SIGMA * __builtin_sqrtf(noise);
+    if (calibrate->invalid_channels >> (MR_TRANSDUCERS + g) & 1u)
         return NOT_VALID;
-    if (calibrate->moved >> g & 1u)
+    if (calibrate->moved_gages >> g & 1u)
         return MOVES;
     return __builtin_fabsf(span_lb - channel->shunt_lb) >
                    (error_lb > allowed_lb ? error_lb : allowed_lb)
@@ -229,7 +230,7 @@ static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, fl
 static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
     float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
-    enum verdict verdict = judge_span(calibrate, g, span_lb);
+    enum verdict verdict = check_span(calibrate, g, span_lb);
     bool known = verdict == GOOD || verdict == WRONG;
     if (verdict == NOT_VALID)
         span_lb = MR_NAN;
@@ -242,9 +243,9 @@ static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry
         .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
         .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
         .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
-    TELL_THIS(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
-    TELL_THIS(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
-    calibrate->failed |= verdict != GOOD;
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
+    calibrate->has_failed |= verdict != GOOD;
     if (known) {
         calibrate->last_span_lb[g] = span_lb;
         calibrate->last_rest_lb[g] = calibrate->rest_lb[g];
@@ -254,21 +255,21 @@ static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry
 static void report_begin(struct calibrate *calibrate, struct telemetry *telemetry,
                          const struct landing *landing)
 {
-    TELL(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number,
-         .landing = landing->number, .block = calibrate->began_block);
+    TELEMETRY_SEND(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number,
+                   .landing = landing->number, .block = calibrate->began_block);
 }
 
 /* Reports one gage per block, to avoid a burst. */
 static void report_next(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
 {
-    while (calibrate->telling && !has_shunt(MR_GAGES - calibrate->telling))
-        calibrate->telling--;
-    if (calibrate->telling) {
-        report_gage(calibrate, telemetry, MR_GAGES - calibrate->telling);
-        calibrate->telling--;
+    while (calibrate->gages_to_report && !has_shunt(MR_GAGES - calibrate->gages_to_report))
+        calibrate->gages_to_report--;
+    if (calibrate->gages_to_report) {
+        report_gage(calibrate, telemetry, MR_GAGES - calibrate->gages_to_report);
+        calibrate->gages_to_report--;
         return;
     }
-    answer(telemetry, calibrate, calibrate->failed ? MR_LIMIT : MR_OK, block);
+    send_answer(telemetry, calibrate, calibrate->has_failed ? MR_LIMIT : MR_OK, block);
     calibrate->command = 0;
 }
 
@@ -280,10 +281,10 @@ static void continue_phase(struct calibrate *calibrate, struct telemetry *teleme
         return;
     }
     end_phase(calibrate);
-    board_shunt(calibrate->phase == PHASE_REST);
+    board_set_shunts(calibrate->phase == PHASE_REST);
     if (calibrate->phase == PHASE_REST_AGAIN) {
         report_begin(calibrate, telemetry, landing);
-        calibrate->telling = MR_GAGES;
+        calibrate->gages_to_report = MR_GAGES;
     }
     begin_phase(calibrate, calibrate->phase + 1u, block + 1u + CALIBRATE_SETTLE_BLOCKS);
 }
@@ -294,33 +295,33 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
                                const struct landing *landing, const struct mr_command *command,
                                uint32_t block)
 {
-    if (calibrate_busy(calibrate))
+    if (calibrate_is_busy(calibrate))
         return MR_NOT_NOW;
     bool zero = command->code == MR_COMMAND_ZERO;
     if (zero && command->index) {
-        enum mr_status status = set_zero(command);
+        enum mr_status status = set_given_zero(command);
         if (status == MR_OK)
-            configround_burst(telemetry, landing);
+            configround_start_burst(telemetry, landing);
         return status;
     }
     if (command->argument < 0 || command->argument > (zero ? 2 : 0))
         return MR_USAGE;
     calibrate->command = command->code;
-    calibrate->what = (uint8_t)command->argument;
+    calibrate->zero_argument = (uint8_t)command->argument;
     calibrate->tag = command->tag;
-    calibrate->bad = calibrate->moved = 0;
-    calibrate->failed = false;
+    calibrate->invalid_channels = calibrate->moved_gages = 0;
+    calibrate->has_failed = false;
     calibrate->began_block = block;
     begin_phase(calibrate, PHASE_REST, block);
     return MR_OK;
 }
 
-void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
-                     const struct landing *landing, const struct mr_block *block)
+void calibrate_on_block(struct calibrate *calibrate, struct telemetry *telemetry,
+                        const struct landing *landing, const struct mr_block *block)
 {
-    if (!calibrate_busy(calibrate))
+    if (!calibrate_is_busy(calibrate))
         return;
-    if (calibrate->phase == PHASE_TELL) {
+    if (calibrate->phase == PHASE_REPORT) {
         report_next(calibrate, telemetry, block->index);
         return;
     }
@@ -333,9 +334,9 @@ void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
 
 void calibrate_abort(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
 {
-    if (!calibrate_busy(calibrate))
+    if (!calibrate_is_busy(calibrate))
         return;
-    board_shunt(false);
-    answer(telemetry, calibrate, MR_TIMEOUT, block);
+    board_set_shunts(false);
+    send_answer(telemetry, calibrate, MR_TIMEOUT, block);
     calibrate->command = 0;
 }

@@ -28,25 +28,25 @@
 
 /* Sums of one channel over the blocks of a phase: codes for a zero, pounds for a shunt. */
 struct calibrate_mean {
-    float origin, sum, square, first_half;
+    float origin, sum, square_sum, first_half_sum;
 };
 
 struct calibrate {
-    uint8_t command; /* 0: no calibration in progress */
-    uint8_t what;    /* argument of the command zero */
+    uint8_t command;       /* 0: no calibration in progress */
+    uint8_t zero_argument; /* argument of the command zero */
     uint8_t phase;
     uint16_t tag;
     uint32_t began_block, next_block; /* next_block: the first one used after settling */
     unsigned count;                   /* blocks processed in this phase */
-    uint32_t bad;                     /* one bit per channel: not valid in at least one block */
+    uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
     float rest_lb[MR_GAGES], on_lb[MR_GAGES], noise_lb[MR_GAGES]; /* results of completed phases */
-    uint32_t moved;                                               /* one bit per gage */
+    uint32_t moved_gages;                                         /* one bit per gage */
     uint16_t number; /* number of shunt calibrations since reset */
     /* results of the previous calibration; NaN: none */
     float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES];
-    unsigned telling; /* number of gages still to be reported */
-    bool failed;
+    unsigned gages_to_report; /* number of gages still to be reported */
+    bool has_failed;
 };
 
 void calibrate_start(struct calibrate *calibrate);
@@ -55,9 +55,9 @@ void calibrate_start(struct calibrate *calibrate);
 enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *telemetry,
                                const struct landing *landing, const struct mr_command *command,
                                uint32_t block);
-bool calibrate_busy(const struct calibrate *calibrate);
-void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
-                     const struct landing *landing, const struct mr_block *block);
+bool calibrate_is_busy(const struct calibrate *calibrate);
+void calibrate_on_block(struct calibrate *calibrate, struct telemetry *telemetry,
+                        const struct landing *landing, const struct mr_block *block);
 /* Call when the scans have stopped: ends a calibration. */
 void calibrate_abort(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block);
 

@@ -2,30 +2,30 @@
 
 #include "firmware/config.h"
 
-enum mr_status camera_command(struct camera *camera)
+enum mr_status camera_trigger(struct camera *camera)
 {
     if (!config.site[0].camera)
         return MR_NOT_NOW;
-    camera->due = MR_CAMERA_BY_COMMAND;
+    camera->due_cause = MR_CAMERA_BY_COMMAND;
     return MR_OK;
 }
 
 void camera_arm(struct camera *camera)
 {
     camera->frames = 0;
-    camera->passed = __builtin_isnan(config.site[0].camera_station_ft);
-    if (config.site[0].camera && camera->passed)
-        camera->due = MR_CAMERA_BY_ARMING;
+    camera->is_station_trigger_done = __builtin_isnan(config.site[0].camera_station_ft);
+    if (config.site[0].camera && camera->is_station_trigger_done)
+        camera->due_cause = MR_CAMERA_BY_ARMING;
 }
 
 static void report_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
                           uint32_t until_tick, bool recording)
 {
     uint32_t ticks[PULSES_PER_BLOCK];
-    size_t count = pulses_take(&camera->pulses, BOARD_FRAMES, index, until_tick, ticks);
+    size_t count = pulses_get(&camera->pulses, BOARD_FRAMES, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++)
-        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,
-             .tick = ticks[i], .block16 = (uint16_t)index);
+        TELEMETRY_SEND(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,
+                       .tick = ticks[i], .block16 = (uint16_t)index);
 }
 
 /* True if the wheel is at the camera's station when a pulse would begin, after the end of the
@@ -37,34 +37,35 @@ static bool is_at_station(const struct landing *landing, uint32_t tick)
                config.site[0].camera_station_ft;
 }
 
-static void trigger_camera(struct camera *camera, struct telemetry *telemetry, uint32_t index)
+static void send_trigger(struct camera *camera, struct telemetry *telemetry, uint32_t index)
 {
-    uint32_t tick = board_camera(true);
-    TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due,
-         .block16 = (uint16_t)index);
-    camera->due = 0;
-    camera->high = true;
+    uint32_t tick = board_set_camera_trigger(true);
+    TELEMETRY_SEND(telemetry, TO_RECORD, camera, CAMERA, .tick = tick,
+                   .cause = (uint8_t)camera->due_cause, .block16 = (uint16_t)index);
+    camera->due_cause = 0;
+    camera->is_high = true;
     camera->high_block = index;
 }
 
-void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing,
-                  uint32_t index, uint32_t tick, uint32_t until_tick)
+void camera_on_block(struct camera *camera, struct telemetry *telemetry,
+                     const struct landing *landing, uint32_t index, uint32_t tick,
+                     uint32_t until_tick)
 {
     bool fitted = config.site[0].camera != 0;
-    pulses_fit(&camera->pulses, BOARD_FRAMES, fitted);
-    if (camera->high && index - camera->high_block >= CAMERA_PULSE_BLOCKS) {
-        (void)board_camera(false);
-        camera->high = false;
+    pulses_set_fitted(&camera->pulses, BOARD_FRAMES, fitted);
+    if (camera->is_high && index - camera->high_block >= CAMERA_PULSE_BLOCKS) {
+        (void)board_set_camera_trigger(false);
+        camera->is_high = false;
     }
     if (!fitted) {
-        camera->due = 0; /* the pulse was for a camera that is no longer configured */
+        camera->due_cause = 0; /* the pulse was for a camera that is no longer configured */
         return;
     }
     report_frames(camera, telemetry, index, until_tick, landing_is_recording(landing));
-    if (!camera->passed && is_at_station(landing, tick)) {
-        camera->passed = true;
-        camera->due = MR_CAMERA_BY_STATION;
+    if (!camera->is_station_trigger_done && is_at_station(landing, tick)) {
+        camera->is_station_trigger_done = true;
+        camera->due_cause = MR_CAMERA_BY_STATION;
     }
-    if (camera->due && !camera->high)
-        trigger_camera(camera, telemetry, index);
+    if (camera->due_cause && !camera->is_high)
+        send_trigger(camera, telemetry, index);
 }

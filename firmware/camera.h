@@ -18,21 +18,25 @@
 #define CAMERA_PULSE_BLOCKS 10u
 
 struct camera {
-    bool passed; /* the trigger by station has been sent in this landing or is not needed */
-    uint8_t due; /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
-    bool high;
+    bool
+        /* the trigger by station has been sent in this landing or is not needed */
+        is_station_trigger_done;
+    uint8_t
+        due_cause; /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
+    bool is_high;
     uint32_t high_block; /* block at which the pulse began */
     struct pulses pulses;
     uint16_t frames; /* frames since arming */
 };
 
 /* Executes the trigger command. MR_OK; MR_NOT_NOW: there is no camera. */
-enum mr_status camera_command(struct camera *camera);
+enum mr_status camera_trigger(struct camera *camera);
 /* Call when a landing is armed. */
 void camera_arm(struct camera *camera);
-/* Call in each block, after landing_block. `until_tick`: captures up to this tick belong to the
+/* Call in each block, after landing_on_block. `until_tick`: captures up to this tick belong to the
  * block. */
-void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing,
-                  uint32_t index, uint32_t tick, uint32_t until_tick);
+void camera_on_block(struct camera *camera, struct telemetry *telemetry,
+                     const struct landing *landing, uint32_t index, uint32_t tick,
+                     uint32_t until_tick);
 
 #endif

@@ -6,7 +6,7 @@
 #define WARNING_COUNT      96u
 #define OUTAGE_TICKS_MAX   65534u
 
-static void count(uint16_t *counter, uint32_t more)
+static void add_saturating(uint16_t *counter, uint32_t more)
 {
     *counter = more > (uint32_t)(UINT16_MAX - *counter) ? UINT16_MAX : (uint16_t)(*counter + more);
 }
@@ -14,15 +14,15 @@ static void count(uint16_t *counter, uint32_t more)
 void canwatch_start(struct canwatch *watch, bool silent)
 {
     memset(watch, 0, sizeof *watch);
-    watch->silent = silent;
+    watch->is_silent = silent;
     watch->state = silent ? MR_CAN_SILENT : MR_CAN_GOOD;
 }
 
-static enum mr_can_state state_of(const struct canwatch *watch)
+static enum mr_can_state find_state(const struct canwatch *watch)
 {
     const struct board_can_errors *errors = &watch->errors;
     bool stalled = watch->stalled_ticks >= CANWATCH_OUTAGE_TICKS || watch->phase != CANWATCH_UP;
-    if (errors->missing)
+    if (errors->is_missing)
         return MR_CAN_MISSING;
     if (errors->bus_off)
         return MR_CAN_OFF;
@@ -43,14 +43,14 @@ static bool is_outage(enum mr_can_state state)
     return state == MR_CAN_UNPLUGGED || state == MR_CAN_STUCK || state == MR_CAN_OFF;
 }
 
-static uint16_t *drops_now(struct canwatch *watch)
+static uint16_t *current_drops(struct canwatch *watch)
 {
     return watch->state == MR_CAN_OFF ? &watch->drops.bus_off : &watch->drops.timeout;
 }
 
 /* Handles the waiting frames during an outage: kept, then dropped, then replaced by the alarm as a
  * probe. */
-static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_news *news)
+static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *news)
 {
     switch (watch->phase) {
     case CANWATCH_UP:
@@ -60,10 +60,10 @@ static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_ne
         watch->phase = CANWATCH_CLEARING;
         break;
     case CANWATCH_CLEARING:
-        if (watch->errors.pending)
+        if (watch->errors.is_pending)
             break;
         watch->phase = CANWATCH_PROBING;
-        news->probe = true;
+        news->send_probe = true;
         break;
     case CANWATCH_PROBING:
         if (passed)
@@ -76,60 +76,60 @@ static void leave_bus_off(struct canwatch *watch)
 {
     if (watch->rejoin_ticks)
         watch->rejoin_ticks--;
-    if (watch->rejoining) { /* the controller has had one tick to stop */
+    if (watch->is_rejoining) { /* the controller has had one tick to stop */
         board_can_rejoin(false);
-        watch->rejoining = false;
+        watch->is_rejoining = false;
     } else if (watch->errors.bus_off && !watch->rejoin_ticks) {
         board_can_rejoin(true);
-        watch->rejoining = true;
+        watch->is_rejoining = true;
         watch->rejoin_ticks = CANWATCH_REJOIN_TICKS;
     }
 }
 
-struct canwatch_news canwatch_tick(struct canwatch *watch)
+struct canwatch_changes canwatch_tick(struct canwatch *watch)
 {
-    struct canwatch_news news = {0};
+    struct canwatch_changes news = {0};
     struct board_can_errors before = watch->errors;
     enum mr_can_state state_before = watch->state;
-    if (watch->silent)
+    if (watch->is_silent)
         return news;
     board_can_state(&watch->errors);
-    bool passed = watch->errors.passed != watch->passed;
-    watch->passed = watch->errors.passed;
-    watch->stalled_ticks = passed || !watch->errors.pending ? 0 : watch->stalled_ticks + 1;
-    count(drops_now(watch), watch->errors.removed - watch->removed);
-    watch->removed = watch->errors.removed;
+    bool passed = watch->errors.sent_count != watch->sent_count;
+    watch->sent_count = watch->errors.sent_count;
+    watch->stalled_ticks = passed || !watch->errors.is_pending ? 0 : watch->stalled_ticks + 1;
+    add_saturating(current_drops(watch), watch->errors.removed_count - watch->removed_count);
+    watch->removed_count = watch->errors.removed_count;
     leave_bus_off(watch);
     leave_outage(watch, passed, &news);
-    watch->state = state_of(watch);
-    news.changed = watch->state != state_before;
-    news.passive = watch->errors.passive && !before.passive;
-    news.off = watch->errors.bus_off && !before.bus_off;
+    watch->state = find_state(watch);
+    news.state_changed = watch->state != state_before;
+    news.became_passive = watch->errors.passive && !before.passive;
+    news.became_off = watch->errors.bus_off && !before.bus_off;
     if (is_outage(watch->state) && !is_outage(state_before)) {
-        count(&watch->outages, 1);
+        add_saturating(&watch->outages, 1);
         watch->outage_ticks = CANWATCH_OUTAGE_TICKS;
     } else if (is_outage(watch->state) && watch->outage_ticks < OUTAGE_TICKS_MAX) {
         watch->outage_ticks++;
     }
-    news.back = is_outage(state_before) && !is_outage(watch->state);
+    news.outage_ended = is_outage(state_before) && !is_outage(watch->state);
     return news;
 }
 
-bool canwatch_takes(struct canwatch *watch)
+bool canwatch_is_accepting(struct canwatch *watch)
 {
-    if (watch->silent)
-        count(&watch->drops.silent, 1);
+    if (watch->is_silent)
+        add_saturating(&watch->drops.silent, 1);
     else if (watch->phase != CANWATCH_UP)
-        count(drops_now(watch), 1);
-    return !watch->silent && watch->phase == CANWATCH_UP;
+        add_saturating(current_drops(watch), 1);
+    return !watch->is_silent && watch->phase == CANWATCH_UP;
 }
 
-void canwatch_full(struct canwatch *watch)
+void canwatch_count_full(struct canwatch *watch)
 {
-    count(&watch->drops.queue_full, 1);
+    add_saturating(&watch->drops.queue_full, 1);
 }
 
-struct mr_can_alarm canwatch_alarm(const struct canwatch *watch)
+struct mr_can_alarm canwatch_get_alarm(const struct canwatch *watch)
 {
     return (struct mr_can_alarm){.state = (uint8_t)watch->state,
                                  .last_error = watch->errors.last_error,

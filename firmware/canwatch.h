@@ -28,32 +28,32 @@ struct canwatch {
     enum mr_can_state state;
     enum canwatch_phase phase;
     struct board_can_errors errors;
-    bool silent;            /* the clock is not accurate enough: nothing is sent or supervised */
-    uint32_t passed;        /* frames sent up to the last tick */
+    bool is_silent;         /* the clock is not accurate enough: nothing is sent or supervised */
+    uint32_t sent_count;    /* frames sent up to the last tick */
     unsigned stalled_ticks; /* ticks since a frame was sent or none was waiting */
     unsigned rejoin_ticks;  /* ticks until the board may leave bus-off again */
-    bool rejoining;
+    bool is_rejoining;
     uint16_t outages;
-    uint32_t outage_ticks; /* length of the present or last outage */
-    uint32_t removed;      /* queued frames that were dropped */
+    uint32_t outage_ticks;  /* length of the present or last outage */
+    uint32_t removed_count; /* queued frames that were dropped */
     struct mr_can_drops drops;
 };
 
 /* Result of a tick. */
-struct canwatch_news {
-    bool changed; /* the state changed: report it on serial at once */
-    bool probe;   /* pass the alarm frame to the controller now */
-    bool back;    /* an outage has ended: send alarm and drops on both links */
-    bool passive; /* error passive since this tick */
-    bool off;     /* bus-off since this tick */
+struct canwatch_changes {
+    bool state_changed;  /* the state changed: report it on serial at once */
+    bool send_probe;     /* pass the alarm frame to the controller now */
+    bool outage_ended;   /* an outage has ended: send alarm and drops on both links */
+    bool became_passive; /* error passive since this tick */
+    bool became_off;     /* bus-off since this tick */
 };
 
 void canwatch_start(struct canwatch *watch, bool silent);
-struct canwatch_news canwatch_tick(struct canwatch *watch);
+struct canwatch_changes canwatch_tick(struct canwatch *watch);
 /* True if a frame may be queued now; a refused frame is counted. */
-bool canwatch_takes(struct canwatch *watch);
+bool canwatch_is_accepting(struct canwatch *watch);
 /* Call when the queue has refused a frame. */
-void canwatch_full(struct canwatch *watch);
-struct mr_can_alarm canwatch_alarm(const struct canwatch *watch);
+void canwatch_count_full(struct canwatch *watch);
+struct mr_can_alarm canwatch_get_alarm(const struct canwatch *watch);
 
 #endif

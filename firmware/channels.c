@@ -10,9 +10,9 @@
 #include "firmware/health.h"
 #include "firmware/schedule.h"
 
-#define BLOCKS_PER_H  3600000.0f
-#define QUALITY_ROUND 1000u /* blocks in which each channel is checked once */
-_Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
+#define BLOCKS_PER_H         3600000.0f
+#define QUALITY_ROUND_BLOCKS 1000u /* blocks in which each channel is checked once */
+_Static_assert(QUALITY_ROUND_BLOCKS / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
                "a turn for each channel");
 
 void channels_start(struct channels *channels)
@@ -25,7 +25,7 @@ void channels_arm(struct channels *channels, uint32_t index)
     mr_watch_begin(&channels->watch, config.channel, index);
 }
 
-void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index)
+void channels_on_zero(struct channels *channels, uint32_t which, uint32_t index)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (which >> c & 1u)
@@ -44,13 +44,14 @@ float channels_read(struct channels *channels, const struct mr_block *block, uns
 static void report_change(struct channels *channels, struct telemetry *telemetry, unsigned c,
                           uint32_t index)
 {
-    struct mr_watch_news news;
+    struct mr_watch_change news;
     if (!mr_watch_get_change(&channels->watch, c, index, &news))
         return;
     if (news.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
-    TELL(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c,
-         .validity = news.validity, .code = channels->watch.channel[c].code, .block = news.block);
+    TELEMETRY_SEND(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c,
+                   .validity = news.validity, .code = channels->watch.channel[c].code,
+                   .block = news.block);
 }
 
 static void report_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c,
@@ -70,10 +71,10 @@ static void report_quality(const struct channels *channels, struct telemetry *te
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
     float unit = __builtin_fabsf(channel->unit_per_code);
-    TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c,
-         .validity = watched->reported, .noise_codes = c_now.noise / unit,
-         .error_codes = mr_reading_error(channel, &c_now) / unit,
-         .invalid = watched->invalid_count);
+    TELEMETRY_SEND(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c,
+                   .validity = watched->reported, .noise_codes = c_now.noise / unit,
+                   .error_codes = mr_reading_error(channel, &c_now) / unit,
+                   .invalid = watched->invalid_count);
 }
 
 void channels_report(struct channels *channels, struct telemetry *telemetry,
@@ -85,7 +86,7 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
         report_change(channels, telemetry, c, index);
     if (watch->is_recording && !landing_is_recording(landing))
         mr_watch_end(watch);
-    unsigned c = index % QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD;
+    unsigned c = index % QUALITY_ROUND_BLOCKS / SCHEDULE_QUALITY_PERIOD;
     if (!watch->is_recording || !DUE(QUALITY, index) || c >= MR_WATCH_CHANNELS)
         return;
     bool moves = c < MR_TRANSDUCERS;
@@ -97,23 +98,23 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 /* ---- zero ---- */
 
 static uint32_t measured; /* channels with a measured zero, bit per channel */
-static uint32_t changed;  /* channels with a new zero since zero_take_changed */
+static uint32_t changed;  /* channels with a new zero since zero_get_changed */
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
-void zero_start(void)
+void zero_reset(void)
 {
     measured = 0;
     changed = 0;
 }
 
-uint32_t zero_take_changed(void)
+uint32_t zero_get_changed(void)
 {
     uint32_t since = changed;
     changed = 0;
     return since;
 }
 
-void zero_measure(unsigned channel, float zero_code)
+void zero_set_measured(unsigned channel, float zero_code)
 {
     struct mr_channel_config *in_force = &config.channel[channel];
     float error = in_force->kind == MR_KIND_TENSION ? ZERO_ERROR_LB : ZERO_ERROR_IN;
@@ -132,12 +133,12 @@ bool zero_is_measured(unsigned channel)
     return measured >> channel & 1u;
 }
 
-float zero_configured(unsigned channel)
+float zero_get_configured(unsigned channel)
 {
     return zero_is_measured(channel) ? configured_code[channel] : config.channel[channel].zero_code;
 }
 
-void zero_exchange(void)
+void zero_swap(void)
 {
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         float code = config.channel[i].zero_code, error = config.channel[i].zero_error;

@@ -23,7 +23,7 @@ void channels_arm(struct channels *channels, uint32_t index);
 
 /* Call after the zeros of the channels in the bit mask `which` were measured, just before block
  * `index`. */
-void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index);
+void channels_on_zero(struct channels *channels, uint32_t which, uint32_t index);
 
 /* Reading of channel 0..MR_WATCH_CHANNELS-1 of a block. Call for each block, with channels in
  * rising order. */
@@ -55,16 +55,16 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 
 /* Call after each change of the configuration: discards the measured zeros and keeps those of the
  * configuration. */
-void zero_start(void);
+void zero_reset(void);
 /* Sets the measured zero of `channel`, 0 to MR_CHANNELS - 1. */
-void zero_measure(unsigned channel, float zero_code);
+void zero_set_measured(unsigned channel, float zero_code);
 bool zero_is_measured(unsigned channel);
 /* One bit per channel: the zero has been measured since the last call, so earlier readings have a
  * different zero. */
-uint32_t zero_take_changed(void);
-float zero_configured(unsigned channel);
+uint32_t zero_get_changed(void);
+float zero_get_configured(unsigned channel);
 /* Swaps the configured zeros and errors with the measured ones; a second call swaps them back. Used
  * while the configuration is sent. */
-void zero_exchange(void);
+void zero_swap(void);
 
 #endif

@@ -137,7 +137,7 @@ struct mr_config config = {
     }},
 };
 
-void config_for_board(uint32_t inputs, uint32_t supply_mv)
+void config_adapt_to_board(uint32_t inputs, uint32_t supply_mv)
 {
     float lost_v = 3.3f - (float)supply_mv / 1000.0f;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -155,7 +155,7 @@ void config_for_board(uint32_t inputs, uint32_t supply_mv)
     }
 }
 
-uint32_t config_fitted(void)
+uint32_t config_fitted_channels(void)
 {
     uint32_t fitted = ~MR_BITS_OPTIONAL;
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)

@@ -12,9 +12,9 @@ extern struct mr_config config;
 /* Adapts the built-in configuration, which assumes all inputs and a supply of 3.3 V, to this board.
  * Channels without an input (bits as in common/block.h) are marked as not fitted, and the range of
  * the converters ends at the supply. Call before anything else. */
-void config_for_board(uint32_t inputs, uint32_t supply_mv);
+void config_adapt_to_board(uint32_t inputs, uint32_t supply_mv);
 
 /* Bit c: channel c is fitted (common/block.h). Staircase and reference are always fitted. */
-uint32_t config_fitted(void);
+uint32_t config_fitted_channels(void);
 
 #endif

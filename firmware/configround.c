@@ -25,35 +25,39 @@ static unsigned calibration_items(const struct mr_channel_config *channel)
     return mr_channel_measures(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
 }
 
-void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct landing *landing)
+void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
+                            const struct landing *landing)
 {
     const struct board_identity *identity = &telemetry->identity;
-    TELL(telemetry, sinks, hello, HELLO, .layout = MR_LAYOUT, .major = FIRMWARE_MAJOR,
-         .minor = FIRMWARE_MINOR, .patch = FIRMWARE_PATCH, .clock_source = identity->clock_source,
-         .reset_cause = identity->reset_cause, .state = (uint8_t)landing->state);
-    TELL(telemetry, sinks, board_uid, BOARD_UID, .uid0 = identity->uid[0],
-         .uid1 = identity->uid[1]);
-    TELL(telemetry, sinks, board_image, BOARD_IMAGE, .uid2 = identity->uid[2],
-         .image_crc = identity->image_crc);
-    TELL(telemetry, sinks, image_commit, IMAGE_COMMIT, .commit = identity->image.commit,
-         .commit_more = identity->image.commit_more, .changed = identity->image.changed,
-         .state = identity->image_state);
-    TELL(telemetry, sinks, image_header, IMAGE_HEADER, .program_crc = identity->image.program_crc,
-         .header_crc = identity->image.header_crc);
-    TELL(telemetry, sinks, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc,
-         .channels = MR_CHANNELS, .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS,
-         .warning_mats = MR_PREDICTOR_WARNING_MATS);
+    TELEMETRY_SEND(telemetry, sinks, hello, HELLO, .layout = MR_LAYOUT, .major = FIRMWARE_MAJOR,
+                   .minor = FIRMWARE_MINOR, .patch = FIRMWARE_PATCH,
+                   .clock_source = identity->clock_source, .reset_cause = identity->reset_cause,
+                   .state = (uint8_t)landing->state);
+    TELEMETRY_SEND(telemetry, sinks, board_uid, BOARD_UID, .uid0 = identity->uid[0],
+                   .uid1 = identity->uid[1]);
+    TELEMETRY_SEND(telemetry, sinks, board_image, BOARD_IMAGE, .uid2 = identity->uid[2],
+                   .image_crc = identity->image_crc);
+    TELEMETRY_SEND(telemetry, sinks, image_commit, IMAGE_COMMIT, .commit = identity->image.commit,
+                   .commit_more = identity->image.commit_more, .changed = identity->image.changed,
+                   .state = identity->image_state);
+    TELEMETRY_SEND(telemetry, sinks, image_header, IMAGE_HEADER,
+                   .program_crc = identity->image.program_crc,
+                   .header_crc = identity->image.header_crc);
+    TELEMETRY_SEND(telemetry, sinks, board_config, BOARD_CONFIG,
+                   .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
+                   .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS,
+                   .warning_mats = MR_PREDICTOR_WARNING_MATS);
     if (!(sinks & TO_CONFIGURATION)) {
         const struct mr_config_state *stored = &telemetry->config_state;
-        TELL(telemetry, sinks, config_state, CONFIG_STATE, .revision = stored->revision,
-             .source = stored->source, .copy_a = stored->copy_a, .copy_b = stored->copy_b,
-             .board = identity->board);
-        TELL_THIS(telemetry, sinks, bus_key, BUS_KEY, &telemetry->bus_key);
+        TELEMETRY_SEND(telemetry, sinks, config_state, CONFIG_STATE, .revision = stored->revision,
+                       .source = stored->source, .copy_a = stored->copy_a, .copy_b = stored->copy_b,
+                       .board = identity->board);
+        TELEMETRY_SEND_MESSAGE(telemetry, sinks, bus_key, BUS_KEY, &telemetry->bus_key);
     }
-    TELL(telemetry, sinks, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
-         .switch_error_ft = config.site[0].switch_error_ft);
-    TELL(telemetry, sinks, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft,
-         .wheel = config.site[0].wheel);
+    TELEMETRY_SEND(telemetry, sinks, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
+                   .switch_error_ft = config.site[0].switch_error_ft);
+    TELEMETRY_SEND(telemetry, sinks, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft,
+                   .wheel = config.site[0].wheel);
 }
 
 /* True if the item is not fitted. A burst includes such items, so that a host that knew them as
@@ -83,12 +87,12 @@ static unsigned next_item(unsigned item)
 static void send_channel(struct telemetry *telemetry, unsigned sinks, unsigned i)
 {
     const struct mr_channel_config *channel = &config.channel[i];
-    TELL(telemetry, sinks, channel, CHANNEL, .index = (uint8_t)i, .kind = channel->kind,
-         .station_ft = channel->station_ft, .unit_per_code = channel->unit_per_code);
+    TELEMETRY_SEND(telemetry, sinks, channel, CHANNEL, .index = (uint8_t)i, .kind = channel->kind,
+                   .station_ft = channel->station_ft, .unit_per_code = channel->unit_per_code);
     if (channel->kind != MR_KIND_NONE)
-        TELL(telemetry, sinks, channel_zero, CHANNEL_ZERO, .index = (uint8_t)i,
-             .number = channel->number, .band = channel->band, .measured = zero_is_measured(i),
-             .zero_code = channel->zero_code);
+        TELEMETRY_SEND(telemetry, sinks, channel_zero, CHANNEL_ZERO, .index = (uint8_t)i,
+                       .number = channel->number, .band = channel->band,
+                       .measured = zero_is_measured(i), .zero_code = channel->zero_code);
 }
 
 static void send_calibration(struct telemetry *telemetry, unsigned sinks, unsigned part)
@@ -96,16 +100,16 @@ static void send_calibration(struct telemetry *telemetry, unsigned sinks, unsign
     unsigned i = part / PARTS_PER_CALIBRATION, first = 2 * (part % PARTS_PER_CALIBRATION);
     for (unsigned item = first; item < first + 2 && item < calibration_items(&config.channel[i]);
          item++)
-        TELL(telemetry, sinks, calibration, CALIBRATION, .index = (uint8_t)i, .item = (uint8_t)item,
-             .value = mr_channel_item(&config.channel[i], item));
+        TELEMETRY_SEND(telemetry, sinks, calibration, CALIBRATION, .index = (uint8_t)i,
+                       .item = (uint8_t)item, .value = mr_channel_item(&config.channel[i], item));
 }
 
 static void send_parameter(struct telemetry *telemetry, unsigned sinks, unsigned i)
 {
     struct mr_predictor_config predictor;
     mr_config_predictor(&config, &predictor);
-    TELL(telemetry, sinks, predict_item, PREDICT_ITEM, .index = (uint8_t)i,
-         .items = MR_PREDICT_ITEMS, .value = mr_predict_item(&predictor, i));
+    TELEMETRY_SEND(telemetry, sinks, predict_item, PREDICT_ITEM, .index = (uint8_t)i,
+                   .items = MR_PREDICT_ITEMS, .value = mr_predict_item(&predictor, i));
 }
 
 static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item,
@@ -115,14 +119,15 @@ static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item
         send_channel(telemetry, sinks, item);
     } else if (item < FIRST_SEGMENT) {
         unsigned i = item - FIRST_SWITCH;
-        TELL(telemetry, sinks, switch_place, SWITCH_PLACE, .position = (uint8_t)(i + 1),
-             .step_codes = config.gate[i].step_codes, .station_ft = mr_config_gate_ft(&config, i));
+        TELEMETRY_SEND(telemetry, sinks, switch_place, SWITCH_PLACE, .position = (uint8_t)(i + 1),
+                       .step_codes = config.gate[i].step_codes,
+                       .station_ft = mr_config_gate_ft(&config, i));
     } else if (item < FIRST_CALIBRATION) {
         unsigned segment = item - FIRST_SEGMENT;
-        TELL(telemetry, sinks, slack, SLACK, .segment = (uint8_t)segment,
-             .joints = MR_MATS_PER_SEGMENT, .slack_in = slack_in[segment],
-             .start_ft = MR_SEGMENT_LENGTH_FT * (float)segment,
-             .end_ft = MR_SEGMENT_LENGTH_FT * (float)(segment + 1));
+        TELEMETRY_SEND(telemetry, sinks, slack, SLACK, .segment = (uint8_t)segment,
+                       .joints = MR_MATS_PER_SEGMENT, .slack_in = slack_in[segment],
+                       .start_ft = MR_SEGMENT_LENGTH_FT * (float)segment,
+                       .end_ft = MR_SEGMENT_LENGTH_FT * (float)(segment + 1));
     } else if (item < FIRST_PARAMETER) {
         send_calibration(telemetry, sinks, item - FIRST_CALIBRATION);
     } else {
@@ -130,18 +135,18 @@ static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item
     }
 }
 
-void configround_burst(struct telemetry *telemetry, const struct landing *landing)
+void configround_start_burst(struct telemetry *telemetry, const struct landing *landing)
 {
     telemetry->round.item = 0;
     telemetry->round.bursting = true;
-    configround_hello(telemetry, TO_LINKS, landing);
+    configround_send_hello(telemetry, TO_LINKS, landing);
 }
 
-void configround_block(struct telemetry *telemetry, const float *slack_in, uint32_t index)
+void configround_on_block(struct telemetry *telemetry, const float *slack_in, uint32_t index)
 {
     unsigned item = telemetry->round.item;
     bool bursting = telemetry->round.bursting;
-    if (bursting ? !telemetry_may_burst(telemetry) : !DUE(ITEM, index))
+    if (bursting ? !telemetry_can_burst(telemetry) : !DUE(ITEM, index))
         return;
     for (unsigned n = 0; !bursting && n < ITEMS && is_not_fitted(item); n++)
         item = next_item(item);
@@ -153,7 +158,7 @@ void configround_block(struct telemetry *telemetry, const float *slack_in, uint3
 void configround_store(struct telemetry *telemetry, const struct landing *landing,
                        const float *slack_in)
 {
-    configround_hello(telemetry, TO_CONFIGURATION, landing);
+    configround_send_hello(telemetry, TO_CONFIGURATION, landing);
     for (unsigned item = 0; item < FIRST_SEGMENT; item++) {
         if (!is_not_fitted(item))
             send_item(telemetry, TO_CONFIGURATION, item, slack_in);

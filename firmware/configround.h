@@ -9,12 +9,13 @@
 
 /* Sends the identity of the board and of its configuration to `sinks` (enum telemetry_sink). The
  * storage of the configuration is not part of a record, because it may change later. */
-void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct landing *landing);
+void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
+                            const struct landing *landing);
 /* Sends hello now, and the whole configuration from the next block on. */
-void configround_burst(struct telemetry *telemetry, const struct landing *landing);
+void configround_start_burst(struct telemetry *telemetry, const struct landing *landing);
 /* Call in each block, or without scans at each phase of the round. `slack_in`: the survey,
  * MR_SEGMENTS values; NaN: not surveyed. */
-void configround_block(struct telemetry *telemetry, const float *slack_in, uint32_t index);
+void configround_on_block(struct telemetry *telemetry, const float *slack_in, uint32_t index);
 /* Writes the whole configuration, including hello and site, into the black box's record of a
  * landing that was just armed. Call only if there is a black box. */
 void configround_store(struct telemetry *telemetry, const struct landing *landing,

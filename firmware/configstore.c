@@ -15,7 +15,7 @@ static uint32_t word_at(const uint8_t *image, unsigned word)
     return mr_get_u32(&p);
 }
 
-static uint32_t revision_of(unsigned copy)
+static uint32_t copy_revision(unsigned copy)
 {
     return word_at(flash_copy(copy), 4);
 }
@@ -31,11 +31,11 @@ static uint8_t check_copy(unsigned copy)
 }
 
 /* True if `config` is valid, and fits no channel for which the board has no input. */
-static enum mr_status check(struct mr_config_reason *reason)
+static enum mr_status check_config(struct mr_config_reason *reason)
 {
     enum mr_status status = mr_config_check(&config, reason);
     for (unsigned c = 0; status == MR_OK && c < MR_CHANNELS; c++) {
-        if (config.channel[c].kind == MR_KIND_NONE || board_inputs() >> c & 1u)
+        if (config.channel[c].kind == MR_KIND_NONE || board_input_mask() >> c & 1u)
             continue;
         *reason = (struct mr_config_reason){.group = MR_GROUP_channel,
                                             .index = (uint8_t)c,
@@ -47,12 +47,12 @@ static enum mr_status check(struct mr_config_reason *reason)
 }
 
 /* Applies a copy. False: it is invalid, and nothing has changed. */
-static bool take_copy(struct configstore *store, unsigned copy)
+static bool use_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
     memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE);
     mr_config_exchange(store->image, &config);
-    if (check(&reason) != MR_OK) {
+    if (check_config(&reason) != MR_OK) {
         mr_config_exchange(store->image, &config);
         store->copy[copy] = (uint8_t)-MR_LIMIT;
         return false;
@@ -70,8 +70,8 @@ static uint32_t refused_revision(const struct configstore *store)
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++) {
         bool whole = store->copy[copy] == (uint8_t)-MR_LIMIT ||
                      store->copy[copy] == (uint8_t)-MR_VERSION;
-        if (whole && revision_of(copy) > highest)
-            highest = revision_of(copy);
+        if (whole && copy_revision(copy) > highest)
+            highest = copy_revision(copy);
     }
     return highest;
 }
@@ -84,14 +84,14 @@ static bool is_damaged(uint8_t copy)
 void configstore_start(struct configstore *store)
 {
     memset(store, 0, sizeof *store);
-    config_for_board(board_inputs(), board_supply_mv());
+    config_adapt_to_board(board_input_mask(), board_supply_mv());
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
         store->copy[copy] = check_copy(copy);
     bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
-    unsigned first = both ? revision_of(1) > revision_of(0) : store->copy[0] != MR_OK;
+    unsigned first = both ? copy_revision(1) > copy_revision(0) : store->copy[0] != MR_OK;
     for (unsigned i = 0; i < FLASH_COPIES && store->source == CONFIGSTORE_BUILT_IN; i++) {
         if (store->copy[(first + i) % FLASH_COPIES] == MR_OK)
-            take_copy(store, (first + i) % FLASH_COPIES);
+            use_copy(store, (first + i) % FLASH_COPIES);
     }
     if (store->source == CONFIGSTORE_BUILT_IN) {
         config.site[0].revision = refused_revision(store);
@@ -104,7 +104,7 @@ void configstore_start(struct configstore *store)
                      (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
 }
 
-struct mr_config_state configstore_state(const struct configstore *store)
+struct mr_config_state configstore_get_state(const struct configstore *store)
 {
     return (struct mr_config_state){.revision = config.site[0].revision,
                                     .source = (uint8_t)store->source,
@@ -121,28 +121,28 @@ static void report_staged(const struct configstore *store, struct telemetry *tel
                           uint16_t tag, enum mr_config_locked locked)
 {
     struct mr_config_staged staged = {
-        .tag = tag, .words = (uint16_t)store->words, .locked = (uint8_t)locked};
+        .tag = tag, .words = (uint16_t)store->word_count, .locked = (uint8_t)locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
-    TELL_THIS(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
 }
 
-void configstore_word(struct configstore *store, struct telemetry *telemetry,
-                      const uint8_t *payload, size_t length, enum mr_config_locked locked)
+void configstore_put_word(struct configstore *store, struct telemetry *telemetry,
+                          const uint8_t *payload, size_t length, enum mr_config_locked locked)
 {
     struct mr_config_word word;
     if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
         return;
     if (!locked && (!store->staging || word.tag != store->tag)) {
         memset(store->received, 0, sizeof store->received);
-        store->words = 0;
+        store->word_count = 0;
         store->tag = word.tag;
         store->staging = true;
         store->telling = false;
     }
     if (!locked) {
         if (!is_received(store, word.offset))
-            store->words++;
+            store->word_count++;
         mr_put_u32(store->image + 4u * word.offset, word.value);
         store->received[word.offset / 8u] = (uint8_t)(store->received[word.offset / 8u] |
                                                       1u << (word.offset % 8u));
@@ -158,7 +158,7 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
 {
     uint32_t revision = config.site[0].revision;
     mr_config_exchange(store->image, &config);
-    enum mr_status status = check(reason);
+    enum mr_status status = check_config(reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
         *reason = (struct mr_config_reason){
             .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
@@ -186,7 +186,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
 {
     struct mr_config_reason r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
-    if (!store->staging || store->words != MR_CONFIG_WORDS)
+    if (!store->staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
     enum mr_status status = mr_config_examine(store->image, MR_CONFIG_IMAGE);
     if (status == MR_OK && word_at(store->image, MR_CONFIG_WORDS - 1) != crc)
@@ -200,7 +200,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
                                             .element = r.element,
                                             .rule = r.rule,
                                             .other = r.other};
-        TELL_THIS(telemetry, TO_LINKS, config_refused, CONFIG_REFUSED, &refused);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, config_refused, CONFIG_REFUSED, &refused);
         return MR_LIMIT;
     }
     bool written = write_copy(store, copy);
@@ -210,7 +210,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
         return MR_IO;
     }
     store->staging = false;
-    take_copy(store, copy);
+    use_copy(store, copy);
     return MR_OK;
 }
 
@@ -218,24 +218,24 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
 {
     if (word >= MR_CONFIG_WORDS)
         return MR_USAGE;
-    zero_exchange(); /* store the configured zeros, not the ones measured since */
+    zero_swap(); /* store the configured zeros, not the ones measured since */
     mr_config_encode(&config, store->image);
-    zero_exchange();
+    zero_swap();
     store->staging = false;
     store->telling = true;
-    store->tell_serial = by_serial;
-    store->tell_next = word;
+    store->is_read_by_serial = by_serial;
+    store->read_next = word;
     return MR_OK;
 }
 
-void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked)
+void configstore_on_block(struct configstore *store, struct telemetry *telemetry, bool locked)
 {
     store->telling = store->telling && !locked;
     for (unsigned i = 0;
-         store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_may_burst(telemetry); i++) {
-        TELL(telemetry, store->tell_serial ? TO_SERIAL : TO_CAN, config_image, CONFIG_IMAGE,
-             .offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
-             .value = word_at(store->image, store->tell_next));
-        store->telling = ++store->tell_next < MR_CONFIG_WORDS;
+         store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_can_burst(telemetry); i++) {
+        TELEMETRY_SEND(telemetry, store->is_read_by_serial ? TO_SERIAL : TO_CAN, config_image,
+                       CONFIG_IMAGE, .offset = (uint16_t)store->read_next, .words = MR_CONFIG_WORDS,
+                       .value = word_at(store->image, store->read_next));
+        store->telling = ++store->read_next < MR_CONFIG_WORDS;
     }
 }

@@ -39,10 +39,10 @@ struct configstore {
     uint8_t image[MR_CONFIG_IMAGE];                /* configuration being staged or read out */
     uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
     bool staging;
-    uint16_t tag;   /* tag of the staged words */
-    unsigned words; /* number of staged words */
-    bool telling, tell_serial;
-    unsigned tell_next;
+    uint16_t tag;        /* tag of the staged words */
+    unsigned word_count; /* number of staged words */
+    bool telling, is_read_by_serial;
+    unsigned read_next;
 };
 
 #define CONFIGSTORE_BLANK 255u
@@ -50,8 +50,8 @@ struct configstore {
 /* Call at start, before anything reads `config`. */
 void configstore_start(struct configstore *store);
 /* Processes a word of a new configuration; it is accepted when `locked` is MR_CONFIG_OPEN. */
-void configstore_word(struct configstore *store, struct telemetry *telemetry,
-                      const uint8_t *payload, size_t length, enum mr_config_locked locked);
+void configstore_put_word(struct configstore *store, struct telemetry *telemetry,
+                          const uint8_t *payload, size_t length, enum mr_config_locked locked);
 /* Executes config-apply. MR_OK: `config` has changed, and everything derived from it must be
  * updated; MR_TOO_FEW: words are missing; MR_MALFORMED: not a configuration; MR_VERSION: a
  * configuration of a different layout; MR_CRC: damaged; MR_LIMIT: refused, with the reason in
@@ -61,8 +61,8 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
 /* Executes config-read. MR_OK; MR_USAGE: no such word. */
 enum mr_status configstore_read(struct configstore *store, uint32_t word, bool by_serial);
 /* Call in each block: sends the next words being read out. A landing ends the read-out. */
-void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked);
+void configstore_on_block(struct configstore *store, struct telemetry *telemetry, bool locked);
 /* State for the message hello. */
-struct mr_config_state configstore_state(const struct configstore *store);
+struct mr_config_state configstore_get_state(const struct configstore *store);
 
 #endif

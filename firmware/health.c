@@ -22,7 +22,7 @@ void health_set_block(uint32_t block)
     current_block = block;
 }
 
-uint16_t health_counted(enum mr_fault_code fault)
+uint16_t health_get_count(enum mr_fault_code fault)
 {
     return counters[fault].count;
 }
@@ -32,7 +32,7 @@ uint32_t health_block(void)
     return current_block;
 }
 
-uint32_t health_faults(void)
+uint32_t health_get_faults(void)
 {
     uint32_t faults = 0;
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
@@ -42,7 +42,7 @@ uint32_t health_faults(void)
     return faults;
 }
 
-struct health_counter health_take(enum mr_fault_code fault)
+struct health_counter health_get_counter(enum mr_fault_code fault)
 {
     volatile struct health_counter *counter = &counters[fault];
     /* Clear first: a fault that an interrupt counts in between is then reported again, not lost. */
@@ -99,7 +99,7 @@ void tasks_start(void)
 }
 
 /* The first late task in table order; 0 if none. */
-static unsigned first_late(void)
+static unsigned find_late_task(void)
 {
     unsigned found = 0;
     for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
@@ -113,7 +113,7 @@ static unsigned first_late(void)
 
 void tasks_tick(uint32_t pc)
 {
-    unsigned task = first_late();
+    unsigned task = find_late_task();
     if (task && !late) {
         /* If the loop itself is late, the part that runs is the cause. */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
@@ -126,7 +126,7 @@ void tasks_tick(uint32_t pc)
     late = task != 0;
     good_ticks = late ? 0 : good_ticks + 1;
     if (good_ticks == TASKS_GOOD_TICKS)
-        board_note_good();
+        board_reset_restart_count();
 }
 
 bool tasks_are_healthy(void)

@@ -21,11 +21,11 @@ void health_count(enum mr_fault_code fault, uint8_t detail);
 void health_set_block(uint32_t block);
 uint32_t health_block(void);
 /* Number of faults since reset; saturates at 65535. */
-uint16_t health_counted(enum mr_fault_code fault);
+uint16_t health_get_count(enum mr_fault_code fault);
 /* Bit n: fault n has occurred since reset. */
-uint32_t health_faults(void);
+uint32_t health_get_faults(void);
 /* Returns a copy of a counter and clears its `changed`. */
-struct health_counter health_take(enum mr_fault_code fault);
+struct health_counter health_get_counter(enum mr_fault_code fault);
 
 /* ---- tasks ---- */
 

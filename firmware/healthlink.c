@@ -12,14 +12,14 @@
  * four scans of each polarity. */
 #define DRIVEN_SUM (8 * 8)
 
-static void note_result(struct selftest *test, enum mr_self_test_number number, bool good)
+static void record_result(struct selftest *test, enum mr_self_test_number number, bool good)
 {
-    if (test->done >> number & 1u)
+    if (test->done_tests >> number & 1u)
         return;
-    test->done = (uint16_t)(test->done | 1u << number);
+    test->done_tests = (uint16_t)(test->done_tests | 1u << number);
     if (good)
         return;
-    test->failed = (uint16_t)(test->failed | 1u << number);
+    test->failed_tests = (uint16_t)(test->failed_tests | 1u << number);
     health_count(MR_FAULT_SELFTEST, (uint8_t)number);
 }
 
@@ -28,41 +28,41 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
     struct selftest *test = &link->test;
     struct board_upkeep upkeep;
     bool good;
-    if (test->running)
+    if (test->is_running)
         return MR_WAIT;
-    board_restart_test();
-    board_test_state(&upkeep);
-    *test = (struct selftest){.running = true,
+    board_restart_memory_test();
+    board_get_upkeep(&upkeep);
+    *test = (struct selftest){.is_running = true,
                               .tag = tag,
                               .ram_rounds = upkeep.ram_rounds,
                               .flash_rounds = upkeep.flash_rounds,
-                              .polarity_faults = health_counted(MR_FAULT_POLARITY)};
+                              .polarity_faults = health_get_count(MR_FAULT_POLARITY)};
     if (board_image_check(&good))
-        note_result(test, MR_SELF_TEST_IMAGE, good);
-    board_warn(true);
+        record_result(test, MR_SELF_TEST_IMAGE, good);
+    board_set_warning(true);
     return MR_OK;
 }
 
 static void check_memories(struct selftest *test)
 {
     struct board_upkeep upkeep;
-    board_test_state(&upkeep);
+    board_get_upkeep(&upkeep);
     if (upkeep.ram_rounds != test->ram_rounds)
-        note_result(test, MR_SELF_TEST_RAM, !upkeep.ram_bad);
+        record_result(test, MR_SELF_TEST_RAM, !upkeep.is_ram_bad);
     if (upkeep.flash_rounds != test->flash_rounds)
-        note_result(test, MR_SELF_TEST_FLASH, !upkeep.flash_bad);
+        record_result(test, MR_SELF_TEST_FLASH, !upkeep.is_flash_bad);
     enum nor_status nor = config.site[0].black_box ? nor_identify() : NOR_BUSY;
     if (nor != NOR_BUSY)
-        note_result(test, MR_SELF_TEST_NOR, nor == NOR_IDLE);
+        record_result(test, MR_SELF_TEST_NOR, nor == NOR_IDLE);
 }
 
 static void check_lamp(struct selftest *test)
 {
     if (test->ticks == SELFTEST_LAMP_TICKS) {
-        note_result(test, MR_SELF_TEST_LAMP_ON, board_lamp_draws());
-        board_warn(false);
+        record_result(test, MR_SELF_TEST_LAMP_ON, board_has_lamp_current());
+        board_set_warning(false);
     } else if (test->ticks == SELFTEST_LAMP_TICKS + SELFTEST_DARK_TICKS) {
-        note_result(test, MR_SELF_TEST_LAMP_OFF, !board_lamp_draws());
+        record_result(test, MR_SELF_TEST_LAMP_OFF, !board_has_lamp_current());
     }
 }
 
@@ -76,38 +76,38 @@ static bool has_transducers(void)
 }
 
 /* Tests that apply to this board and its configuration. */
-static uint16_t wanted(const struct selftest *test)
+static uint16_t applicable_tests(const struct selftest *test)
 {
     unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |
                      1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_LAMP_ON |
                      1u << MR_SELF_TEST_LAMP_OFF;
     tests |= has_transducers() ? 1u << MR_SELF_TEST_EXCITATION : 0;
     tests |= config.site[0].black_box ? 1u << MR_SELF_TEST_NOR : 0;
-    return (uint16_t)(tests | test->done);
+    return (uint16_t)(tests | test->done_tests);
 }
 
 static void selftest_end(struct selftest *test, struct telemetry *telemetry)
 {
-    test->running = false;
-    TELL(telemetry, TO_LINKS, self_test, SELF_TEST, .done = test->done, .failed = test->failed,
-         .tag = test->tag);
+    test->is_running = false;
+    TELEMETRY_SEND(telemetry, TO_LINKS, self_test, SELF_TEST, .done = test->done_tests,
+                   .failed = test->failed_tests, .tag = test->tag);
 }
 
 static void selftest_tick(struct selftest *test, struct telemetry *telemetry)
 {
-    if (!test->running)
+    if (!test->is_running)
         return;
     test->ticks++;
     check_lamp(test);
     check_memories(test);
-    if (test->done == wanted(test) || test->ticks >= SELFTEST_LIMIT_TICKS)
+    if (test->done_tests == applicable_tests(test) || test->ticks >= SELFTEST_LIMIT_TICKS)
         selftest_end(test, telemetry);
 }
 
-void healthlink_block(struct healthlink *link, const struct mr_block *block)
+void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
 {
     struct selftest *test = &link->test;
-    if (!test->running || test->blocks >= SELFTEST_BLOCKS)
+    if (!test->is_running || test->blocks >= SELFTEST_BLOCKS)
         return;
     test->reference_bad |= __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -118,10 +118,11 @@ void healthlink_block(struct healthlink *link, const struct mr_block *block)
     }
     if (++test->blocks < SELFTEST_BLOCKS)
         return;
-    note_result(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
+    record_result(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
     if (has_transducers())
-        note_result(test, MR_SELF_TEST_EXCITATION,
-                    test->excited && health_counted(MR_FAULT_POLARITY) == test->polarity_faults);
+        record_result(test, MR_SELF_TEST_EXCITATION,
+                      test->excited &&
+                          health_get_count(MR_FAULT_POLARITY) == test->polarity_faults);
 }
 
 /* ---- healthlink ---- */
@@ -131,7 +132,7 @@ void healthlink_start(struct healthlink *link)
     struct board_identity identity;
     *link = (struct healthlink){.crash_next = MR_CRASH_ITEMS};
     board_identify(&identity);
-    board_restarted(&link->restart);
+    board_get_restart(&link->restart);
     if (link->restart.crash && link->restart.crash_age == 0)
         link->crash_next = 0;
     if (identity.image_state == MR_IMAGE_HEADER || identity.image_state == MR_IMAGE_PROGRAM)
@@ -150,46 +151,46 @@ void healthlink_schedule_restart(struct healthlink *link)
 
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry)
 {
-    if (link->test.running)
+    if (link->test.is_running)
         selftest_end(&link->test, telemetry);
 }
 
 static void send_alarm(struct telemetry *telemetry, unsigned sinks)
 {
-    struct mr_can_alarm alarm = canwatch_alarm(&telemetry->can);
-    TELL_THIS(telemetry, sinks, can_alarm, CAN_ALARM, &alarm);
+    struct mr_can_alarm alarm = canwatch_get_alarm(&telemetry->can);
+    TELEMETRY_SEND_MESSAGE(telemetry, sinks, can_alarm, CAN_ALARM, &alarm);
 }
 
 static void send_upkeep(struct telemetry *telemetry)
 {
     struct board_upkeep upkeep;
-    board_test_state(&upkeep);
-    TELL(telemetry, TO_LINKS, upkeep, UPKEEP, .stack_used = upkeep.stack_used,
-         .stack_size = upkeep.stack_size, .ram_tested = upkeep.ram_rounds,
-         .flash_checked = upkeep.flash_rounds);
+    board_get_upkeep(&upkeep);
+    TELEMETRY_SEND(telemetry, TO_LINKS, upkeep, UPKEEP, .stack_used = upkeep.stack_used,
+                   .stack_size = upkeep.stack_size, .ram_tested = upkeep.ram_rounds,
+                   .flash_checked = upkeep.flash_rounds);
 }
 
 static void send_restarts(const struct board_restart *restart, struct telemetry *telemetry)
 {
-    TELL(telemetry, TO_LINKS, restarts, RESTARTS, .restarts = restart->restarts,
-         .in_row = restart->in_row, .brown_out = restart->brown_out,
-         .late_task = restart->late_task, .late_pc = restart->late_pc);
+    TELEMETRY_SEND(telemetry, TO_LINKS, restarts, RESTARTS, .restarts = restart->restarts,
+                   .in_row = restart->consecutive, .brown_out = restart->brown_out,
+                   .late_task = restart->late_task, .late_pc = restart->late_pc);
 }
 
 static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 {
-    TELL(telemetry, TO_LINKS, crash, CRASH, .item = (uint8_t)link->crash_next,
-         .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
-         .value = link->restart.crash[link->crash_next]);
+    TELEMETRY_SEND(telemetry, TO_LINKS, crash, CRASH, .item = (uint8_t)link->crash_next,
+                   .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
+                   .value = link->restart.crash[link->crash_next]);
     link->crash_next++;
 }
 
-void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index)
+void healthlink_send_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index)
 {
     if (DUE(ALARM, index))
         send_alarm(telemetry, TO_LINKS);
     if (DUE(DROPS, index))
-        TELL_THIS(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
     if (DUE(UPKEEP, index))
         send_upkeep(telemetry);
     if (DUE(RESTARTS, index))
@@ -198,37 +199,38 @@ void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, ui
         send_crash(link, telemetry);
 }
 
-void healthlink_idle(struct healthlink *link)
+void healthlink_run_idle(struct healthlink *link)
 {
-    for (unsigned i = 0; link->test.running && i < HEALTHLINK_SLICES; i++)
+    for (unsigned i = 0; link->test.is_running && i < HEALTHLINK_SLICES; i++)
         board_check_memory();
 }
 
-static void watch_can(struct telemetry *telemetry)
+static void supervise_can(struct telemetry *telemetry)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    struct canwatch_news news = canwatch_tick(&telemetry->can);
-    if (news.passive)
+    struct canwatch_changes news = canwatch_tick(&telemetry->can);
+    if (news.became_passive)
         health_count(MR_FAULT_CAN_PASSIVE, telemetry->can.errors.tec);
-    if (news.off)
+    if (news.became_off)
         health_count(MR_FAULT_CAN_BUS_OFF, telemetry->can.errors.tec);
-    if (news.probe) {
-        struct mr_can_alarm alarm = canwatch_alarm(&telemetry->can);
-        telemetry_probe(telemetry, MR_ID_CAN_ALARM, payload, mr_can_alarm_put(&alarm, payload));
+    if (news.send_probe) {
+        struct mr_can_alarm alarm = canwatch_get_alarm(&telemetry->can);
+        telemetry_send_probe(telemetry, MR_ID_CAN_ALARM, payload,
+                             mr_can_alarm_put(&alarm, payload));
     }
-    if (news.back) {
+    if (news.outage_ended) {
         send_alarm(telemetry, TO_LINKS);
-        TELL_THIS(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
-    } else if (news.changed) {
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
+    } else if (news.state_changed) {
         send_alarm(telemetry, TO_SERIAL);
     }
 }
 
 void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool idle)
 {
-    watch_can(telemetry);
+    supervise_can(telemetry);
     selftest_tick(&link->test, telemetry);
-    if (idle && !link->test.running && DUE(TESTS, ++link->ticks))
+    if (idle && !link->test.is_running && DUE(TESTS, ++link->ticks))
         board_check_memory();
     tasks_done(MR_TASK_UPKEEP);
     if (link->ticks_to_reset && --link->ticks_to_reset == 0 && idle)

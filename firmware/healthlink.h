@@ -24,8 +24,8 @@
 #define SELFTEST_BLOCKS      100u /* blocks examined */
 
 struct selftest {
-    bool running;
-    uint16_t tag, done, failed;
+    bool is_running;
+    uint16_t tag, done_tests, failed_tests;
     unsigned ticks;
     uint16_t ram_rounds, flash_rounds; /* counts at the start of the self-test */
     uint16_t polarity_faults;
@@ -57,11 +57,11 @@ enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag);
 /* Call when a landing is armed: aborts a self-test. Afterwards the caller controls the warning
  * output again. */
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry);
-void healthlink_block(struct healthlink *link, const struct mr_block *block);
+void healthlink_on_block(struct healthlink *link, const struct mr_block *block);
 /* Call once per block, or in place of a block: sends the messages that are due at this index. */
-void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index);
+void healthlink_send_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index);
 /* Call once per pass of the main loop while nothing is recorded. */
-void healthlink_idle(struct healthlink *link);
+void healthlink_run_idle(struct healthlink *link);
 /* Call every 10 ms. */
 void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool idle);
 

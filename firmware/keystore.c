@@ -20,15 +20,15 @@ enum step {
     STEP_WIPE
 };
 
-#define MARK         0x594b524du /* "MRKY" */
-#define CHECKED      (12u + MR_KEY_BYTES)
-#define RECORD       (CHECKED + 4u) /* MARK again follows the record */
-#define TRIES        3u
-#define POLLS        20000u
-#define BITS         8u
-#define BITS_A_PAGE  (NOR_PAGE * BITS)
-#define STARTS_MOST  ((NOR_PAGES_PER_SECTOR - 1u) * BITS_A_PAGE)
-#define FAULT_DETAIL 7u /* detail of MR_FAULT_NOR_FAILED */
+#define RECORD_MARK   0x594b524du /* "MRKY" */
+#define CHECKED_BYTES (12u + MR_KEY_BYTES)
+#define RECORD_BYTES  (CHECKED_BYTES + 4u) /* RECORD_MARK again follows the record */
+#define TRIES_MAX     3u
+#define POLLS_MAX     20000u
+#define BITS_PER_BYTE 8u
+#define BITS_PER_PAGE (NOR_PAGE * BITS_PER_BYTE)
+#define STARTS_MAX    ((NOR_PAGES_PER_SECTOR - 1u) * BITS_PER_PAGE)
+#define FAULT_DETAIL  7u /* detail of MR_FAULT_NOR_FAILED */
 
 static uint32_t address_of(unsigned copy, unsigned page)
 {
@@ -43,7 +43,7 @@ void keystore_start(struct keystore *store)
     store->step = STEP_READ;
 }
 
-void keystore_follow(struct keystore *store, bool memory)
+void keystore_set_memory(struct keystore *store, bool memory)
 {
     bool read = store->state != MR_KEY_NOT_READ && store->state != MR_KEY_NO_MEMORY;
     if (read || memory == (store->state == MR_KEY_NOT_READ))
@@ -57,11 +57,11 @@ void keystore_follow(struct keystore *store, bool memory)
 
 /* ---- start: read both copies, count the starts, mark this one ---- */
 
-static void known(struct keystore *store, enum mr_key_state state)
+static void set_key_state(struct keystore *store, enum mr_key_state state)
 {
     store->state = state;
     store->step = STEP_NONE;
-    if (store->stale) {
+    if (store->has_stale_copy) {
         store->at = 1u - store->copy;
         store->step = STEP_WIPE;
     }
@@ -70,7 +70,7 @@ static void known(struct keystore *store, enum mr_key_state state)
 }
 
 /* Makes the record in `buffer` the key in force. */
-static void take_record(struct keystore *store, unsigned copy)
+static void use_record(struct keystore *store, unsigned copy)
 {
     const uint8_t *p = store->buffer + 4;
     store->copy = copy;
@@ -80,10 +80,10 @@ static void take_record(struct keystore *store, unsigned copy)
     memcpy(store->key, p, MR_KEY_BYTES);
 }
 
-static bool is_whole(const uint8_t *record)
+static bool is_valid_record(const uint8_t *record)
 {
-    const uint8_t *crc = record + CHECKED;
-    return mr_crc32(0, record, CHECKED) == mr_get_u32(&crc);
+    const uint8_t *crc = record + CHECKED_BYTES;
+    return mr_crc32(0, record, CHECKED_BYTES) == mr_get_u32(&crc);
 }
 
 /* Checks a copy. A damaged one is read again: the error may be in the transfer, not in the
@@ -91,16 +91,17 @@ static bool is_whole(const uint8_t *record)
 static void check_copy(struct keystore *store)
 {
     const uint8_t *p = store->buffer;
-    const uint8_t *behind = store->buffer + RECORD;
-    bool first = mr_get_u32(&p) == MARK, marked = mr_get_u32(&behind) == MARK || first;
-    bool whole = first && is_whole(store->buffer);
-    store->damaged |= marked && !whole;
-    if (!whole && ++store->tries < TRIES)
+    const uint8_t *behind = store->buffer + RECORD_BYTES;
+    bool first = mr_get_u32(&p) == RECORD_MARK,
+         marked = mr_get_u32(&behind) == RECORD_MARK || first;
+    bool whole = first && is_valid_record(store->buffer);
+    store->has_damaged_copy |= marked && !whole;
+    if (!whole && ++store->tries < TRIES_MAX)
         return;
     store->tries = 0;
-    store->stale = whole && store->copy != KEY_COPIES;
+    store->has_stale_copy = whole && store->copy != KEY_COPIES;
     if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change))
-        take_record(store, store->at);
+        use_record(store, store->at);
     if (++store->at < KEY_COPIES)
         return;
     store->at = store->copy;
@@ -108,47 +109,48 @@ static void check_copy(struct keystore *store)
     if (store->set)
         store->step = STEP_COUNT;
     else
-        known(store, store->damaged && store->copy == KEY_COPIES ? MR_KEY_DAMAGED : MR_KEY_OPEN);
+        set_key_state(store, store->has_damaged_copy && store->copy == KEY_COPIES ? MR_KEY_DAMAGED
+                                                                                  : MR_KEY_OPEN);
 }
 
 /* Finds the last bit that is 0. A bit torn by a power loss may read as either. */
-static void count_page(struct keystore *store)
+static void count_starts(struct keystore *store)
 {
     for (unsigned i = 0; i < NOR_PAGE; i++) {
         unsigned zeros = ~store->buffer[i] & 0xffu;
         if (zeros)
-            store->starts = (store->page - 1u) * BITS_A_PAGE + i * BITS + BITS -
+            store->starts = (store->page - 1u) * BITS_PER_PAGE + i * BITS_PER_BYTE + BITS_PER_BYTE -
                             ((unsigned)__builtin_clz(zeros) - 24u);
     }
     if (++store->page < NOR_PAGES_PER_SECTOR)
         return;
-    if (store->starts >= STARTS_MOST) {
-        known(store, MR_KEY_DAMAGED);
+    if (store->starts >= STARTS_MAX) {
+        set_key_state(store, MR_KEY_DAMAGED);
         return;
     }
     store->step = STEP_MARK;
-    store->page = 1u + store->starts / BITS_A_PAGE;
+    store->page = 1u + store->starts / BITS_PER_PAGE;
 }
 
 /* Byte with the bit of this start. */
-static uint8_t *byte_of_start(struct keystore *store)
+static uint8_t *start_byte(struct keystore *store)
 {
-    return &store->buffer[store->starts % BITS_A_PAGE / BITS];
+    return &store->buffer[store->starts % BITS_PER_PAGE / BITS_PER_BYTE];
 }
 
-static uint8_t mask_of_start(const struct keystore *store)
+static uint8_t start_mask(const struct keystore *store)
 {
-    return (uint8_t)(1u << store->starts % BITS);
+    return (uint8_t)(1u << store->starts % BITS_PER_BYTE);
 }
 
 static void check_mark(struct keystore *store)
 {
-    bool marked = !(*byte_of_start(store) & mask_of_start(store));
+    bool marked = !(*start_byte(store) & start_mask(store));
     store->step = STEP_MARK;
     if (marked)
         store->starts++;
-    if (marked || ++store->tries == TRIES)
-        known(store, marked ? MR_KEY_SET : MR_KEY_DAMAGED);
+    if (marked || ++store->tries == TRIES_MAX)
+        set_key_state(store, marked ? MR_KEY_SET : MR_KEY_DAMAGED);
 }
 
 /* ---- a change ---- */
@@ -157,18 +159,21 @@ static void write_record(struct keystore *store)
 {
     bool set = store->answer.code == MR_COMMAND_KEY_SET;
     memset(store->buffer, 0xff, sizeof store->buffer);
-    uint8_t *p = mr_put_u32(mr_put_u32(mr_put_u32(store->buffer, MARK), store->change + 1u), set);
+    uint8_t *p = mr_put_u32(mr_put_u32(mr_put_u32(store->buffer, RECORD_MARK), store->change + 1u),
+                            set);
     memset(p, 0, MR_KEY_BYTES);
     if (set)
         memcpy(p, store->staged, MR_KEY_BYTES);
-    mr_put_u32(mr_put_u32(store->buffer + CHECKED, mr_crc32(0, store->buffer, CHECKED)), MARK);
+    mr_put_u32(mr_put_u32(store->buffer + CHECKED_BYTES, mr_crc32(0, store->buffer, CHECKED_BYTES)),
+               RECORD_MARK);
 }
 
-static void answer(struct keystore *store, enum mr_status status)
+static void set_answer(struct keystore *store, enum mr_status status)
 {
     store->step = STEP_NONE;
     store->answer.status = (int8_t)status;
-    store->answered = store->answer.code != MR_COMMAND_NONE; /* a start has no command to answer */
+    store->has_answer = store->answer.code !=
+                        MR_COMMAND_NONE; /* a start has no command to answer */
     store->received = 0;
     memset(store->staged, 0, sizeof store->staged);
 }
@@ -177,7 +182,7 @@ static bool is_as_written(struct keystore *store)
 {
     const uint8_t *p = store->buffer + 4;
     bool set = store->answer.code == MR_COMMAND_KEY_SET;
-    return is_whole(store->buffer) && mr_get_u32(&p) == store->change + 1u &&
+    return is_valid_record(store->buffer) && mr_get_u32(&p) == store->change + 1u &&
            mr_get_u32(&p) == set && (!set || memcmp(p, store->staged, MR_KEY_BYTES) == 0);
 }
 
@@ -185,15 +190,15 @@ static void verify(struct keystore *store)
 {
     if (is_as_written(store)) {
         unsigned old = 1u - store->at;
-        take_record(store, store->at);
+        use_record(store, store->at);
         store->state = store->set ? MR_KEY_SET : MR_KEY_OPEN;
         store->at = old;
         store->step = STEP_WIPE;
-    } else if (++store->tries < TRIES) {
+    } else if (++store->tries < TRIES_MAX) {
         store->step = STEP_ERASE;
     } else {
         health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
-        answer(store, MR_IO);
+        set_answer(store, MR_IO);
     }
 }
 
@@ -203,35 +208,35 @@ static void next_step(struct keystore *store)
 {
     switch ((enum step)store->step) {
     case STEP_READ: check_copy(store); break;
-    case STEP_COUNT: count_page(store); break;
+    case STEP_COUNT: count_starts(store); break;
     case STEP_MARK: store->step = STEP_CHECK; break;
     case STEP_CHECK: check_mark(store); break;
     case STEP_ERASE: store->step = STEP_PROGRAM; break;
     case STEP_PROGRAM: store->step = STEP_VERIFY; break;
     case STEP_VERIFY: verify(store); break;
-    case STEP_WIPE: answer(store, MR_OK); break;
+    case STEP_WIPE: set_answer(store, MR_OK); break;
     default: break;
     }
 }
 
-static void forget_memory(struct keystore *store)
+static void discard_memory(struct keystore *store)
 {
-    if (store->answer.code && !store->answered)
-        answer(store, MR_IO);
+    if (store->answer.code && !store->has_answer)
+        set_answer(store, MR_IO);
     store->step = STEP_NONE;
-    keystore_follow(store, false);
+    keystore_set_memory(store, false);
 }
 
-bool keystore_busy(struct keystore *store)
+bool keystore_poll(struct keystore *store)
 {
-    if (!store->under_way)
+    if (!store->is_in_progress)
         return false;
     enum nor_status status = nor_poll();
     if (status == NOR_BUSY)
         return true;
-    store->under_way = false;
+    store->is_in_progress = false;
     if (status == NOR_MISSING || status == NOR_STUCK)
-        forget_memory(store);
+        discard_memory(store);
     else
         next_step(store); /* reading back shows whether it succeeded */
     return false;
@@ -246,15 +251,15 @@ bool keystore_begin(struct keystore *store)
     /* at a start the chip may still be busy with an operation that a reset interrupted */
     enum nor_status status = nor_poll();
     if (status == NOR_MISSING || status == NOR_STUCK)
-        forget_memory(store);
+        discard_memory(store);
     if (status != NOR_IDLE && status != NOR_FAILED)
         return false;
-    store->under_way = true;
+    store->is_in_progress = true;
     if (store->step == STEP_ERASE || store->step == STEP_WIPE) {
         nor_begin_erase(address);
     } else if (store->step == STEP_MARK) {
         memset(store->buffer, 0xff, sizeof store->buffer);
-        *byte_of_start(store) = (uint8_t)(0xffu ^ mask_of_start(store));
+        *start_byte(store) = (uint8_t)(0xffu ^ start_mask(store));
         nor_begin_program(address, store->buffer);
     } else if (store->step == STEP_PROGRAM) {
         write_record(store);
@@ -267,24 +272,24 @@ bool keystore_begin(struct keystore *store)
 
 void keystore_check(struct keystore *store)
 {
-    for (unsigned polls = 0; polls < POLLS && store->state == MR_KEY_NOT_READ; polls++) {
-        if (!keystore_busy(store))
+    for (unsigned polls = 0; polls < POLLS_MAX && store->state == MR_KEY_NOT_READ; polls++) {
+        if (!keystore_poll(store))
             keystore_begin(store);
     }
 }
 
-bool keystore_writing(const struct keystore *store)
+bool keystore_is_writing(const struct keystore *store)
 {
     return store->step >= STEP_ERASE;
 }
 
 /* ---- commands ---- */
 
-void keystore_word(struct keystore *store, const uint8_t *payload, size_t length)
+void keystore_put_word(struct keystore *store, const uint8_t *payload, size_t length)
 {
     struct mr_key_word word;
     if (mr_key_word_get(&word, payload, length) != MR_OK || word.index >= MR_KEY_WORDS ||
-        keystore_writing(store))
+        keystore_is_writing(store))
         return;
     if (word.tag != store->tag)
         store->received = 0;
@@ -298,26 +303,26 @@ enum mr_status keystore_execute(struct keystore *store, const struct mr_command 
     bool set = command->code == MR_COMMAND_KEY_SET;
     if (store->state == MR_KEY_NO_MEMORY)
         return MR_IO;
-    if (store->state == MR_KEY_NOT_READ || keystore_writing(store))
+    if (store->state == MR_KEY_NOT_READ || keystore_is_writing(store))
         return MR_WAIT;
     if (set && store->received != (1u << MR_KEY_WORDS) - 1u)
         return MR_TOO_FEW;
     if (set && mr_crc32(0, store->staged, MR_KEY_BYTES) != (uint32_t)command->argument)
         return MR_CRC;
     store->answer = (struct mr_ack){.code = command->code, .tag = command->tag};
-    store->answered = false;
+    store->has_answer = false;
     store->at = store->copy == 0 ? 1 : 0;
     store->tries = 0;
     store->step = STEP_ERASE;
     return MR_OK;
 }
 
-bool keystore_answer(struct keystore *store, struct mr_ack *answer)
+bool keystore_get_answer(struct keystore *store, struct mr_ack *answer)
 {
-    if (!store->answered)
+    if (!store->has_answer)
         return false;
     *answer = store->answer;
     store->answer.code = MR_COMMAND_NONE;
-    store->answered = false;
+    store->has_answer = false;
     return true;
 }

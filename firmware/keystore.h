@@ -32,32 +32,34 @@ struct keystore {
     bool set;      /* the valid copy contains a key */
     unsigned copy; /* the valid copy; KEY_COPIES: none */
     unsigned step, at, page, tries;
-    bool under_way; /* an operation of this module is in progress in the memory */
-    bool damaged;   /* a copy is damaged */
-    bool stale;     /* the power failed before the old copy was erased; it must still be erased */
+    bool is_in_progress;   /* an operation of this module is in progress in the memory */
+    bool has_damaged_copy; /* a copy is damaged */
+    bool
+        /* the power failed before the old copy was erased; it must still be erased */
+        has_stale_copy;
     struct mr_ack answer; /* answer to the key-set or key-clear in progress; code 0: none */
-    bool answered;
+    bool has_answer;
     uint8_t buffer[NOR_PAGE];
 };
 
 void keystore_start(struct keystore *store);
 /* Sets whether the store has a memory. A key that has been read stays active until the next
  * start. */
-void keystore_follow(struct keystore *store, bool memory);
+void keystore_set_memory(struct keystore *store, bool memory);
 /* Reads the copies before the first block; takes at most 5 ms with a key, 1 ms without. */
 void keystore_check(struct keystore *store);
 /* Continues an operation in progress. True: it still uses the memory. */
-bool keystore_busy(struct keystore *store);
+bool keystore_poll(struct keystore *store);
 /* Begins the next operation; false: there is none. */
 bool keystore_begin(struct keystore *store);
 /* True while the key is being written. */
-bool keystore_writing(const struct keystore *store);
+bool keystore_is_writing(const struct keystore *store);
 
 /* Stages a word of a new key. */
-void keystore_word(struct keystore *store, const uint8_t *payload, size_t length);
-/* Executes key-set and key-clear. MR_OK: begun; keystore_answer returns the result later. */
+void keystore_put_word(struct keystore *store, const uint8_t *payload, size_t length);
+/* Executes key-set and key-clear. MR_OK: begun; keystore_get_answer returns the result later. */
 enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command);
 /* Returns the result of a finished key-set or key-clear, once. */
-bool keystore_answer(struct keystore *store, struct mr_ack *answer);
+bool keystore_get_answer(struct keystore *store, struct mr_ack *answer);
 
 #endif

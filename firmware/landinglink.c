@@ -7,7 +7,7 @@
 
 #define CLOCK_ERROR 0.01 /* relative error of the internal oscillator */
 
-void landinglink_block(struct telemetry *telemetry, const struct mr_block *block)
+void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *block)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
     telemetry_send(telemetry, TO_SERIAL, MR_ID_BLOCK, record, mr_block_put(block, record));
@@ -31,38 +31,38 @@ static void send_series(struct telemetry *telemetry, enum mr_series_number serie
     }
 }
 
-void landinglink_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS],
-                               uint32_t fitted, uint32_t index)
+void landinglink_send_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS],
+                                    uint32_t fitted, uint32_t index)
 {
     send_series(telemetry, MR_SERIES_DISPLACEMENT, v, fitted, index);
 }
 
-void landinglink_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t fitted,
-                          uint32_t index)
+void landinglink_send_tensions(struct telemetry *telemetry, const float v[MR_GAGES],
+                               uint32_t fitted, uint32_t index)
 {
     send_series(telemetry, MR_SERIES_TENSION, v, fitted, index);
 }
 
-void landinglink_state(struct telemetry *telemetry, const struct landing *landing)
+void landinglink_send_state(struct telemetry *telemetry, const struct landing *landing)
 {
-    TELL(telemetry, TO_RECORD, landing, LANDING, .state = (uint8_t)landing->state,
-         .cause = (uint8_t)landing->cause, .landing = landing->number,
-         .block = landing->changed_block);
+    TELEMETRY_SEND(telemetry, TO_RECORD, landing, LANDING, .state = (uint8_t)landing->state,
+                   .cause = (uint8_t)landing->cause, .landing = landing->number,
+                   .block = landing->changed_block);
 }
 
 static void report_pushback(struct telemetry *telemetry, const struct landing *landing,
                             uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
-    TELL(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks,
-         .position = passage->pushed_position, .state = (uint8_t)landing->state,
-         .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
+    TELEMETRY_SEND(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks,
+                   .position = passage->pushed_position, .state = (uint8_t)landing->state,
+                   .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
 }
 
 /* Standard error with the error of the clock, which affects a quantity once (speed) or twice
  * (deceleration). The internal oscillator may be 1 % off. */
-static float error_of(const struct telemetry *telemetry, const struct mr_estimate *estimate,
-                      double times)
+static float error_with_clock(const struct telemetry *telemetry, const struct mr_estimate *estimate,
+                              double times)
 {
     double error = estimate->error;
     if (telemetry->identity.clock_source != MR_CLOCK_CRYSTAL) {
@@ -72,49 +72,55 @@ static float error_of(const struct telemetry *telemetry, const struct mr_estimat
     return (float)error;
 }
 
-void landinglink_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
-                        uint32_t index)
+void landinglink_send_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
+                             uint32_t index)
 {
-    TELL(telemetry, TO_RECORD, motion, MOTION, .position_ft = (float)motion->position_ft.value,
-         .speed_ft_s = (float)motion->speed_ft_s.value,
-         .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.value, .block16 = (uint16_t)index);
-    TELL(telemetry, TO_RECORD, motion_error, MOTION_ERROR,
-         .position_ft = (float)motion->position_ft.error,
-         .speed_ft_s = error_of(telemetry, &motion->speed_ft_s, 1.0),
-         .deceleration_ft_s2 = error_of(telemetry, &motion->deceleration_ft_s2, 2.0),
-         .block16 = (uint16_t)index);
+    TELEMETRY_SEND(
+        telemetry, TO_RECORD, motion, MOTION, .position_ft = (float)motion->position_ft.value,
+        .speed_ft_s = (float)motion->speed_ft_s.value,
+        .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.value, .block16 = (uint16_t)index);
+    TELEMETRY_SEND(
+        telemetry, TO_RECORD, motion_error, MOTION_ERROR,
+        .position_ft = (float)motion->position_ft.error,
+        .speed_ft_s = error_with_clock(telemetry, &motion->speed_ft_s, 1.0),
+        .deceleration_ft_s2 = error_with_clock(telemetry, &motion->deceleration_ft_s2, 2.0),
+        .block16 = (uint16_t)index);
 }
 
-void landinglink_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
+void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
 {
-    TELL(telemetry, TO_RECORD, touchdown, TOUCHDOWN,
-         .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
-         .speed_error_ft_s = error_of(telemetry, &summary->touchdown_speed_ft_s, 1.0),
-         .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
-         .deceleration_error_ft_s2 = error_of(telemetry, &summary->mean_deceleration_ft_s2, 2.0));
-    TELL(telemetry, TO_RECORD, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
-         .station_error_ft = (float)summary->stop_station_ft.error,
-         .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown_t_s.value),
-         .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
+    TELEMETRY_SEND(
+        telemetry, TO_RECORD, touchdown, TOUCHDOWN,
+        .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
+        .speed_error_ft_s = error_with_clock(telemetry, &summary->touchdown_speed_ft_s, 1.0),
+        .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
+        .deceleration_error_ft_s2 = error_with_clock(telemetry, &summary->mean_deceleration_ft_s2,
+                                                     2.0));
+    TELEMETRY_SEND(
+        telemetry, TO_RECORD, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
+        .station_error_ft = (float)summary->stop_station_ft.error,
+        .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown_t_s.value),
+        .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
 }
 
-void landinglink_news(struct telemetry *telemetry, const struct landing *landing,
-                      const struct landing_news *news, uint32_t index)
+void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
+                              const struct landing_block_changes *news, uint32_t index)
 {
     for (unsigned i = 0; i < news->edges; i++)
-        TELL_THIS(telemetry, TO_RECORD, edge, EDGE, &landing->edge[i]);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge, EDGE, &landing->edge[i]);
     for (unsigned i = 0; i < news->events; i++)
-        TELL_THIS(telemetry, TO_RECORD, switch_event, SWITCH_EVENT, &landing->event[i]);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, switch_event, SWITCH_EVENT,
+                               &landing->event[i]);
     if (news->pushed)
         report_pushback(telemetry, landing, index);
     if (news->motion)
-        landinglink_motion(telemetry, &landing->motion, index);
+        landinglink_send_motion(telemetry, &landing->motion, index);
     if (news->summary)
-        landinglink_summary(telemetry, &landing->summary);
+        landinglink_send_summary(telemetry, &landing->summary);
     if (news->fit_status != MR_OK)
         health_count(MR_FAULT_NO_FIT, (uint8_t)-news->fit_status);
     if (news->state)
-        landinglink_state(telemetry, landing);
+        landinglink_send_state(telemetry, landing);
 }
 
 /* ---- live ---- */
@@ -122,22 +128,22 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index)
 {
-    if (command->argument < 0 || command->argument > LIVE_MOST_S)
+    if (command->argument < 0 || command->argument > LIVE_MAX_S)
         return MR_USAGE;
     live->until_block = index + 1000u * (uint32_t)command->argument;
     landing->is_live = command->argument > 0;
     return MR_OK;
 }
 
-void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
-                const struct mr_block *block)
+void live_on_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
+                   const struct mr_block *block)
 {
     if (!landing->is_live)
         return;
     if ((int32_t)(block->index - live->until_block) >= 0)
         landing->is_live = false;
     else if (DUE(LIVE, block->index))
-        landinglink_block(telemetry, block);
+        landinglink_send_block(telemetry, block);
 }
 
 /* ---- regular ---- */
@@ -148,18 +154,20 @@ static void send_can_health(struct telemetry *telemetry)
     uint32_t dropped = (uint32_t)can->drops.queue_full + can->drops.bus_off + can->drops.timeout;
     struct board_can_errors errors;
     board_can_state(&errors);
-    TELL(telemetry, TO_LINKS, can_health, CAN_HEALTH, .sent = telemetry->can_sent - errors.removed,
-         .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped, .tec = errors.tec,
-         .rec = errors.rec);
+    TELEMETRY_SEND(telemetry, TO_LINKS, can_health, CAN_HEALTH,
+                   .sent = telemetry->can_sent - errors.removed_count,
+                   .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped,
+                   .tec = errors.tec, .rec = errors.rec);
 }
 
 static void send_faults(struct telemetry *telemetry, bool all)
 {
     for (unsigned fault = 0; fault < MR_FAULT_COUNT; fault++) {
-        struct health_counter counter = health_take((enum mr_fault_code)fault);
+        struct health_counter counter = health_get_counter((enum mr_fault_code)fault);
         if (counter.changed || (all && counter.count))
-            TELL(telemetry, TO_RECORD, fault, FAULT, .code = (uint8_t)fault,
-                 .detail = counter.detail, .count = counter.count, .block = counter.block);
+            TELEMETRY_SEND(telemetry, TO_RECORD, fault, FAULT, .code = (uint8_t)fault,
+                           .detail = counter.detail, .count = counter.count,
+                           .block = counter.block);
     }
 }
 
@@ -167,35 +175,37 @@ static void send_faults(struct telemetry *telemetry, bool all)
  * how many frames. Each link gets its own count, taken before both messages are sent. */
 static void send_count(struct telemetry *telemetry)
 {
-    unsigned place = telemetry->count_place;
+    unsigned place = telemetry->count_index;
     uint16_t id = mr_message_id_at(place);
-    TELL(telemetry, TO_CAN, message_count, MESSAGE_COUNT, .id = id,
-         .count = telemetry->said[TELEMETRY_CAN][place]);
-    TELL(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id,
-         .count = telemetry->said[TELEMETRY_SERIAL][place]);
-    telemetry->count_place = (place + 1) % MR_MESSAGES;
+    TELEMETRY_SEND(telemetry, TO_CAN, message_count, MESSAGE_COUNT, .id = id,
+                   .count = telemetry->sent_counts[TELEMETRY_CAN][place]);
+    TELEMETRY_SEND(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id,
+                   .count = telemetry->sent_counts[TELEMETRY_SERIAL][place]);
+    telemetry->count_index = (place + 1) % MR_MESSAGES;
 }
 
-void regular_block(struct telemetry *telemetry, const struct landing *landing,
-                   const float *slack_in, uint32_t index, uint32_t tick)
+void regular_on_block(struct telemetry *telemetry, const struct landing *landing,
+                      const float *slack_in, uint32_t index, uint32_t tick)
 {
     if (DUE(CLOCK, index))
-        TELL(telemetry, TO_LINKS, clock, CLOCK, .block = index, .tick = tick);
+        TELEMETRY_SEND(telemetry, TO_LINKS, clock, CLOCK, .block = index, .tick = tick);
     if (DUE(HEALTH, index))
-        TELL(telemetry, TO_LINKS, health, HEALTH, .faults = health_faults(),
-             .load_permille = board_load_permille(), .blocks_lost = telemetry->blocks_lost);
+        TELEMETRY_SEND(telemetry, TO_LINKS, health, HEALTH, .faults = health_get_faults(),
+                       .load_permille = board_load_permille(),
+                       .blocks_lost = telemetry->blocks_lost);
     if (DUE(CAN_HEALTH, index))
         send_can_health(telemetry);
     if (DUE(SERIAL_HEALTH, index))
-        TELL(telemetry, TO_LINKS, serial_health, SERIAL_HEALTH, .sent = telemetry->serial_sent,
-             .dropped = telemetry->serial_dropped, .bad = telemetry->serial_bad);
+        TELEMETRY_SEND(telemetry, TO_LINKS, serial_health, SERIAL_HEALTH,
+                       .sent = telemetry->serial_sent, .dropped = telemetry->serial_dropped,
+                       .bad = telemetry->serial_bad);
     if (DUE(FAULTS, index))
         send_faults(telemetry, DUE(ALL_FAULTS, index));
     if (DUE(COUNT, index))
         send_count(telemetry);
     if (DUE(HELLO, index))
-        configround_hello(telemetry, TO_LINKS, landing);
+        configround_send_hello(telemetry, TO_LINKS, landing);
     if (DUE(STATE, index))
-        landinglink_state(telemetry, landing);
-    configround_block(telemetry, slack_in, index);
+        landinglink_send_state(telemetry, landing);
+    configround_on_block(telemetry, slack_in, index);
 }

@@ -7,23 +7,24 @@
 #include "firmware/telemetry.h"
 
 /* Sends the block record on serial. */
-void landinglink_block(struct telemetry *telemetry, const struct mr_block *block);
+void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *block);
 /* Send means on CAN only, because serial carries the block records. Bit i of `fitted`: transducer
  * or gage i is fitted. A message without any fitted channel is not sent. */
-void landinglink_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS],
+void landinglink_send_displacements(struct telemetry *telemetry,
+                                    const float value_in[MR_TRANSDUCERS], uint32_t fitted,
+                                    uint32_t index);
+void landinglink_send_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES],
                                uint32_t fitted, uint32_t index);
-void landinglink_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES],
-                          uint32_t fitted, uint32_t index);
-void landinglink_state(struct telemetry *telemetry, const struct landing *landing);
+void landinglink_send_state(struct telemetry *telemetry, const struct landing *landing);
 /* Send the motion from the gates so far, at block `index`, and the motion of the whole landing
  * after its end. The standard errors include that of the clock. */
-void landinglink_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
-                        uint32_t index);
-void landinglink_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
+void landinglink_send_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
+                             uint32_t index);
+void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
 /* Sends the changes caused by block `index`: edges, push-back, motion, summary and state, in this
  * order. */
-void landinglink_news(struct telemetry *telemetry, const struct landing *landing,
-                      const struct landing_news *news, uint32_t index);
+void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
+                              const struct landing_block_changes *news, uint32_t index);
 
 /* ---- live ---- */
 
@@ -32,19 +33,19 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
  * changes, so opening switches by hand is not taken for a landing. Live mode ends after its time,
  * at arming, or by the command with 0 seconds; a host that disconnects leaves no traffic behind. */
 
-#define LIVE_MOST_S 60
+#define LIVE_MAX_S 60
 
 struct live {
     uint32_t until_block;
 };
 
-/* Executes the command while idle; `index`: the next block. MR_OK; MR_USAGE: more than LIVE_MOST_S
+/* Executes the command while idle; `index`: the next block. MR_OK; MR_USAGE: more than LIVE_MAX_S
  * seconds. */
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index);
 /* Call in each block, before its edges are sent. */
-void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
-                const struct mr_block *block);
+void live_on_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
+                   const struct mr_block *block);
 
 /* ---- regular ---- */
 
@@ -53,7 +54,7 @@ void live_block(struct live *live, struct landing *landing, struct telemetry *te
 
 /* Sends the regular messages of one block, then the items of the configuration that are due
  * (configround.h). Without scans, call at the phases that schedule_due_without_scans returns. */
-void regular_block(struct telemetry *telemetry, const struct landing *landing,
-                   const float *slack_in, uint32_t index, uint32_t tick);
+void regular_on_block(struct telemetry *telemetry, const struct landing *landing,
+                      const float *slack_in, uint32_t index, uint32_t tick);
 
 #endif

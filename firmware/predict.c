@@ -7,20 +7,20 @@
 #include "firmware/config.h"
 #include "firmware/schedule.h"
 
-#define TOLD UINT32_MAX
+#define NOTHING_TO_REPORT UINT32_MAX
 
 /* Saves the runway state for reports, with its CRC as its number. */
-static void refresh(struct predict *p)
+static void save_runway(struct predict *p)
 {
     mr_predictor_save(&p->predictor, &p->state);
     p->crc = mr_runway_crc(&p->state);
-    p->store_due = true;
+    p->is_store_due = true;
 }
 
 void predict_start(struct predict *p)
 {
     mr_risk_plan_clear(&p->plan);
-    mr_risk_plan_clear(&p->plan_given);
+    mr_risk_plan_clear(&p->staged_plan);
 }
 
 void predict_configure(struct predict *p, const float *slack_in)
@@ -29,8 +29,8 @@ void predict_configure(struct predict *p, const float *slack_in)
     if (p->status == MR_OK && p->predictor.config.chain.mats)
         /* the saved state remains while no predictor is configured */
         mr_predictor_save(&p->predictor, &p->state);
-    p->telling = p->telling_risk = TOLD;
-    p->warning = false;
+    p->next_report_message = p->next_risk_item = NOTHING_TO_REPORT;
+    p->is_warning = false;
     p->lamp_limit = MR_NAN;
     p->status = MR_NOT_NOW;
     if (!config.predict[0].fitted)
@@ -41,9 +41,9 @@ void predict_configure(struct predict *p, const float *slack_in)
         return;
     if (mr_predictor_load(&p->predictor, &p->state) != MR_OK) {
         p->source = MR_RUNWAY_UNKNOWN;
-        mr_predictor_survey(&p->predictor, slack_in);
+        mr_predictor_set_survey(&p->predictor, slack_in);
     }
-    refresh(p);
+    save_runway(p);
 }
 
 /* --- messages --- */
@@ -51,20 +51,20 @@ void predict_configure(struct predict *p, const float *slack_in)
 static void report_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     struct predict_report said;
-    predict_fill_report(&p->predictor, &p->zone, p->warning, index, &said);
-    TELL_THIS(telemetry, TO_RECORD, zone, ZONE, &said.zone);
-    TELL_THIS(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &said.lead);
+    predict_fill_report(&p->predictor, &p->zone, p->is_warning, index, &said);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone, ZONE, &said.zone);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &said.lead);
     if (said.zone.mats)
-        TELL_THIS(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &said.error);
-    TELL_THIS(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
-    TELL_THIS(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
-    TELL_THIS(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
-    predict_fill_risk_report(&p->risk_said, index, &said);
-    TELL_THIS(telemetry, TO_RECORD, risk, RISK, &said.risk);
-    TELL_THIS(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &said.error);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
+    predict_fill_risk_report(&p->risk_report, index, &said);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk, RISK, &said.risk);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
 }
 
-static uint32_t doubts_of(const struct mr_predictor *predictor)
+static uint32_t doubt_bits(const struct mr_predictor *predictor)
 {
     uint32_t doubts = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -74,11 +74,12 @@ static uint32_t doubts_of(const struct mr_predictor *predictor)
 
 static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
-    uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
-    TELL(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts,
-         .resistance = p->predictor.scale,
-         .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
-    p->told_block = index;
+    uint32_t blocks = index - p->trust_block, updates = p->predictor.updates - p->updates;
+    TELEMETRY_SEND(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts,
+                   .resistance = p->predictor.scale,
+                   .updates = blocks ? (float)updates / (float)blocks : 0.0f,
+                   .block16 = (uint16_t)index);
+    p->trust_block = index;
     p->updates = p->predictor.updates;
 }
 
@@ -87,18 +88,18 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
                                const struct landing *landing, uint32_t index)
 {
     struct mr_predictor_zone was = p->zone;
-    mr_predictor_zone(&p->predictor, &p->zone);
-    mr_risk_report(&p->risk, &p->predictor, &p->zone, &p->risk_said);
-    bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_said) &&
+    mr_predictor_get_zone(&p->predictor, &p->zone);
+    mr_risk_compute(&p->risk, &p->predictor, &p->zone, &p->risk_report);
+    bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_report) &&
                    landing_can_warn(landing, index);
-    bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
+    bool changed = warning != p->is_warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
-    uint32_t doubts = doubts_of(&p->predictor);
-    p->warning = warning;
-    board_warn(warning);
-    if (changed || DUE(SAY, index))
+    uint32_t doubts = doubt_bits(&p->predictor);
+    p->is_warning = warning;
+    board_set_warning(warning);
+    if (changed || DUE(ZONES, index))
         report_zone(p, telemetry, index);
-    if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
+    if (doubts != p->doubts || index - p->trust_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
         report_trust(p, telemetry, index);
     }
@@ -106,24 +107,24 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
 
 static void report_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
 {
-    TELL(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings,
-         .resistance = p->state.scale);
+    TELEMETRY_SEND(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats,
+                   .landings = p->state.landings, .resistance = p->state.scale);
 }
 
 static void report_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                          const uint8_t *copy)
 {
-    TELL(telemetry, sinks, runway_store, RUNWAY_STORE,
-         .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
-         .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
+    TELEMETRY_SEND(telemetry, sinks, runway_store, RUNWAY_STORE,
+                   .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
+                   .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
 }
 
-void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy,
-                     uint32_t index)
+void predict_send_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy,
+                          uint32_t index)
 {
-    if (p->status == MR_NOT_NOW || !(p->store_due || DUE(RUNWAY_STORE, index)))
+    if (p->status == MR_NOT_NOW || !(p->is_store_due || DUE(RUNWAY_STORE, index)))
         return;
-    p->store_due = false;
+    p->is_store_due = false;
     report_store(p, telemetry, TO_LINKS, copy);
 }
 
@@ -131,14 +132,14 @@ static void report_joints(const struct predict *p, struct telemetry *telemetry, 
                           unsigned n)
 {
     struct mr_runway_joints message = mr_runway_message(&p->state, n);
-    TELL_THIS(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
+    TELEMETRY_SEND_MESSAGE(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
 }
 
 /* Reports the runway on the links: the summary now, the joints in the next blocks. */
 static void begin_report(struct predict *p, struct telemetry *telemetry)
 {
     report_runway(p, telemetry, TO_LINKS);
-    p->telling = 0;
+    p->next_report_message = 0;
 }
 
 /* Item n of the list: chart and plan, then the lamp limit. */
@@ -154,32 +155,33 @@ static bool report_risk_item(const struct predict *p, struct telemetry *telemetr
     float value = risk_item(p, n);
     if (n >= 2 && __builtin_isnan(value))
         return false;
-    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = MR_RISK_REPORT_ITEMS,
-         .value = value);
+    TELEMETRY_SEND(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n,
+                   .items = MR_RISK_REPORT_ITEMS, .value = value);
     return true;
 }
 
 static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
 {
-    if (p->telling != TOLD) /* one report after the other */
+    if (p->next_report_message != NOTHING_TO_REPORT) /* one report after the other */
         return;
-    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
-        i += report_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
+    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->next_risk_item != NOTHING_TO_REPORT;) {
+        i += report_risk_item(p, telemetry, TO_LINKS, p->next_risk_item++);
         /* the lamp limit belongs to a landing */
-        if (p->telling_risk >= (p->predictor.is_armed ? MR_RISK_REPORT_ITEMS : MR_RISK_ITEMS))
-            p->telling_risk = TOLD;
+        if (p->next_risk_item >= (p->predictor.is_armed ? MR_RISK_REPORT_ITEMS : MR_RISK_ITEMS))
+            p->next_risk_item = NOTHING_TO_REPORT;
     }
 }
 
 static void continue_report(struct predict *p, struct telemetry *telemetry)
 {
-    if (!telemetry_may_burst(telemetry))
+    if (!telemetry_can_burst(telemetry))
         return;
     continue_risk_report(p, telemetry);
-    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
-        report_joints(p, telemetry, TO_LINKS, p->telling++);
-        if (p->telling >= mr_runway_messages(&p->state))
-            p->telling = TOLD;
+    for (unsigned i = 0;
+         i < PREDICT_JOINTS_PER_BLOCK && p->next_report_message != NOTHING_TO_REPORT; i++) {
+        report_joints(p, telemetry, TO_LINKS, p->next_report_message++);
+        if (p->next_report_message >= mr_runway_messages(&p->state))
+            p->next_report_message = NOTHING_TO_REPORT;
     }
 }
 
@@ -192,31 +194,31 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
         return;
     /* Uses the openings as reported, to 0.01 mil, so that a replay starts from the same values.
      * Loading cannot fail: the state was saved from this runway. */
-    refresh(p);
+    save_runway(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
     mr_predictor_mark_surveyed(&p->predictor, slack_in);
     mr_predictor_arm(&p->predictor);
     p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
     p->motion = (struct predict_motion){0};
-    p->warning = false;
+    p->is_warning = false;
     p->doubts = p->updates = 0;
-    p->told_block = index;
-    p->hurried = false;
-    p->backlog_given = 0;
+    p->trust_block = index;
+    p->has_hurried = false;
+    p->backlog_command = 0;
     p->lamp_limit = mr_risk_lamp_limit(config.risk[0].lamp_cost_ratio);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
-    p->risk_said = (struct mr_risk_report){.risk = MR_NAN};
+    p->risk_report = (struct mr_risk_report){.risk = MR_NAN};
     begin_report(p, telemetry);
-    p->telling_risk = 0;
+    p->next_risk_item = 0;
 }
 
-void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
+void predict_store_in_box(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
 {
     if (p->status != MR_OK || !telemetry_has_box(telemetry))
         return;
     report_store(p, telemetry, TO_CONFIGURATION, copy);
-    p->store_due = true; /* reports the copy on the links too */
+    p->is_store_due = true; /* reports the copy on the links too */
     report_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         report_joints(p, telemetry, TO_CONFIGURATION, n);
@@ -226,69 +228,69 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
 
 /* Handles a backlog at most once per interval: by the next one the predictor has caught up, or a
  * new backlog is reported. */
-static void follow_backlog(struct predict *p, struct telemetry *telemetry,
+static void handle_backlog(struct predict *p, struct telemetry *telemetry,
                            const struct predict_block *block)
 {
     unsigned waiting = block->blocks_waiting >= PREDICT_BACKLOG_BLOCKS ? block->blocks_waiting
-                                                                       : p->backlog_given;
-    bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_INTERVAL_BLOCKS;
-    p->backlog_given = 0;
+                                                                       : p->backlog_command;
+    bool lately = p->has_hurried && block->index - p->hurried_block < MR_PREDICTOR_INTERVAL_BLOCKS;
+    p->backlog_command = 0;
     if (!waiting || lately)
         return;
-    p->hurried = true;
+    p->has_hurried = true;
     p->hurried_block = block->index;
     mr_predictor_choose_cheaper(&p->predictor);
-    TELL(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
-         .block = block->index);
+    TELEMETRY_SEND(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
+                   .block = block->index);
 }
 
-void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
-                   const struct predict_block *block)
+void predict_on_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
+                      const struct predict_block *block)
 {
     struct mr_predictor_input input;
     continue_report(p, telemetry);
     if (p->status != MR_OK || !p->predictor.is_armed)
         return;
-    follow_backlog(p, telemetry, block);
+    handle_backlog(p, telemetry, block);
     predict_compute_input(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
-    mr_predictor_block(&p->predictor, &input);
-    mr_risk_block(&p->risk, &p->predictor, &input);
-    if (DUE(LOOK, block->index))
+    mr_predictor_on_block(&p->predictor, &input);
+    mr_risk_on_block(&p->risk, &p->predictor, &input);
+    if (DUE(LAMP, block->index))
         predict_and_report(p, telemetry, landing, block->index);
 }
 
-static void note_change(struct predict *p, enum mr_runway_source source, uint32_t index)
+static void record_change(struct predict *p, enum mr_runway_source source, uint32_t index)
 {
     p->source = (uint8_t)source;
-    p->dirty = true;
+    p->is_dirty = true;
     p->changed_block = index;
-    refresh(p);
+    save_runway(p);
 }
 
 enum mr_status predict_load(struct predict *p, enum mr_runway_source source, const float *slack_in)
 {
-    if (p->given_whole)
+    if (p->is_runway_set)
         return MR_OK;
     enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
     if (status != MR_OK)
         return status;
     /* the survey arrived before the runway was loaded */
-    mr_predictor_survey(&p->predictor, slack_in);
-    p->source = (uint8_t)(p->dirty ? MR_RUNWAY_MEASURED : source);
-    refresh(p);
+    mr_predictor_set_survey(&p->predictor, slack_in);
+    p->source = (uint8_t)(p->is_dirty ? MR_RUNWAY_MEASURED : source);
+    save_runway(p);
     return MR_OK;
 }
 
-const struct mr_predictor_state *predict_state(struct predict *p)
+const struct mr_predictor_state *predict_get_state(struct predict *p)
 {
-    refresh(p);
+    save_runway(p);
     return &p->state;
 }
 
-void predict_kept(struct predict *p, uint32_t crc)
+void predict_mark_stored(struct predict *p, uint32_t crc)
 {
-    p->dirty = p->crc != crc; /* true if the runway has changed since */
-    p->store_due = true;
+    p->is_dirty = p->crc != crc; /* true if the runway has changed since */
+    p->is_store_due = true;
 }
 
 static void discard_plan(struct predict *p)
@@ -305,25 +307,25 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     bool folded = p->status == MR_OK && p->predictor.is_armed && moved;
     if (p->status != MR_OK || !p->predictor.is_armed)
         return false;
-    if (p->warning) { /* a warning ends with the landing; its end is reported */
+    if (p->is_warning) { /* a warning ends with the landing; its end is reported */
         p->zone = (struct mr_predictor_zone){.level = p->zone.level,
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,
                                              .distance_ft = MR_NAN,
                                              .coming_ft = MR_NAN};
-        p->warning = false;
-        board_warn(false);
-        p->risk_said = (struct mr_risk_report){.risk = MR_NAN,
-                                               .start_s = MR_NAN,
-                                               .failure_s = MR_NAN,
-                                               .failure_ft = MR_NAN,
-                                               .reason = MR_RISK_NOT_KNOWN};
+        p->is_warning = false;
+        board_set_warning(false);
+        p->risk_report = (struct mr_risk_report){.risk = MR_NAN,
+                                                 .start_s = MR_NAN,
+                                                 .failure_s = MR_NAN,
+                                                 .failure_ft = MR_NAN,
+                                                 .reason = MR_RISK_NOT_KNOWN};
         report_zone(p, telemetry, index);
     }
     if (folded) {
-        p->given_whole = true;
+        p->is_runway_set = true;
         mr_predictor_end_landing(&p->predictor);
-        note_change(p, MR_RUNWAY_MEASURED, index);
+        record_change(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.is_armed = false;
     if (moved) /* the plan was for this landing */
@@ -331,25 +333,25 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     return folded;
 }
 
-void predict_survey(struct predict *p, const float *slack_in, uint32_t index)
+void predict_set_survey(struct predict *p, const float *slack_in, uint32_t index)
 {
     if (p->status != MR_OK)
         return;
-    mr_predictor_survey(&p->predictor, slack_in);
-    note_change(p, MR_RUNWAY_MEASURED, index);
+    mr_predictor_set_survey(&p->predictor, slack_in);
+    record_change(p, MR_RUNWAY_MEASURED, index);
 }
 
 /* --- commands --- */
 
-static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
+static enum mr_status activate_runway(struct predict *p, uint32_t crc, uint32_t index)
 {
-    p->given.mats = p->predictor.config.chain.mats;
-    if (mr_runway_crc(&p->given) != crc)
+    p->staged_state.mats = p->predictor.config.chain.mats;
+    if (mr_runway_crc(&p->staged_state) != crc)
         return MR_CRC;
-    enum mr_status status = mr_predictor_load(&p->predictor, &p->given);
-    p->given_whole |= status == MR_OK;
+    enum mr_status status = mr_predictor_load(&p->predictor, &p->staged_state);
+    p->is_runway_set |= status == MR_OK;
     if (status == MR_OK)
-        note_change(p, MR_RUNWAY_HOST, index);
+        record_change(p, MR_RUNWAY_HOST, index);
     return status;
 }
 
@@ -357,25 +359,25 @@ static void discard_runway(struct predict *p, uint32_t index)
 {
     struct mr_predictor_config started = p->predictor.config;
     p->status = mr_predictor_start(&p->predictor, &started);
-    p->given_whole = true;
-    note_change(p, MR_RUNWAY_UNKNOWN, index);
+    p->is_runway_set = true;
+    record_change(p, MR_RUNWAY_UNKNOWN, index);
 }
 
 /* Accepts chart and plan for the next landing. */
-static enum mr_status take_chart(struct predict *p, uint32_t crc)
+static enum mr_status activate_chart(struct predict *p, uint32_t crc)
 {
-    bool right = mr_risk_plan_crc(&p->plan_given) == crc;
-    enum mr_status status = right ? mr_risk_plan_check(&p->plan_given) : MR_CRC;
+    bool right = mr_risk_plan_crc(&p->staged_plan) == crc;
+    enum mr_status status = right ? mr_risk_plan_check(&p->staged_plan) : MR_CRC;
     /* a chart made for another state of the runway does not apply to the next landing */
-    if (status == MR_OK && !__builtin_isnan(p->plan_given.row_ft_s2[0]) &&
-        p->plan_given.landings != (float)p->predictor.landings)
+    if (status == MR_OK && !__builtin_isnan(p->staged_plan.row_ft_s2[0]) &&
+        p->staged_plan.landings != (float)p->predictor.landings)
         status = MR_VERSION;
     if (status == MR_OK) {
-        p->plan = p->plan_given;
+        p->plan = p->staged_plan;
         p->has_plan = true;
-        p->telling_risk = 0;
+        p->next_risk_item = 0;
     }
-    mr_risk_plan_clear(&p->plan_given);
+    mr_risk_plan_clear(&p->staged_plan);
     return status;
 }
 
@@ -385,23 +387,23 @@ static enum mr_status execute_chart(struct predict *p, const struct mr_command *
     switch (command->code) {
     case MR_COMMAND_CHART_WORD:
         memcpy(&value, &command->argument, sizeof value);
-        return mr_risk_item_set(&p->plan_given, command->index, value) ? MR_OK : MR_USAGE;
+        return mr_risk_item_set(&p->staged_plan, command->index, value) ? MR_OK : MR_USAGE;
     case MR_COMMAND_CHART_FORGET: /* also the received words of an incomplete chart */
-        mr_risk_plan_clear(&p->plan_given);
+        mr_risk_plan_clear(&p->staged_plan);
         discard_plan(p);
-        p->telling_risk = 0;
+        p->next_risk_item = 0;
         return MR_OK;
-    default: return take_chart(p, (uint32_t)command->argument);
+    default: return activate_chart(p, (uint32_t)command->argument);
     }
 }
 
-enum mr_status predict_backlog(struct predict *p, int32_t waiting)
+enum mr_status predict_set_backlog(struct predict *p, int32_t waiting)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;
     if (waiting < 1 || waiting > (int32_t)UINT16_MAX)
         return MR_USAGE;
-    p->backlog_given = (uint16_t)waiting;
+    p->backlog_command = (uint16_t)waiting;
     return MR_OK;
 }
 
@@ -420,15 +422,15 @@ enum mr_status predict_execute_command(struct predict *p, struct telemetry *tele
         *forgotten = true;
         return p->status;
     case MR_COMMAND_RUNWAY_READ:
-        refresh(p);
+        save_runway(p);
         begin_report(p, telemetry);
         return MR_OK;
     case MR_COMMAND_RUNWAY_JOINTS:
-        mr_runway_apply_joints(&p->given, command->index, command->argument);
+        mr_runway_apply_joints(&p->staged_state, command->index, command->argument);
         return MR_OK;
     case MR_COMMAND_RUNWAY_WORD:
-        return mr_runway_apply_word(&p->given, command->index, command->argument) ? MR_OK
-                                                                                  : MR_USAGE;
-    default: return take(p, (uint32_t)command->argument, index);
+        return mr_runway_apply_word(&p->staged_state, command->index, command->argument) ? MR_OK
+                                                                                         : MR_USAGE;
+    default: return activate_runway(p, (uint32_t)command->argument, index);
     }
 }

@@ -32,31 +32,31 @@ struct predict {
     enum mr_status status;
     struct mr_predictor_zone zone; /* newest result */
     struct predict_motion motion;
-    bool warning;        /* state of the lamp */
-    uint32_t doubts;     /* as last reported */
-    uint32_t updates;    /* mat updates of the landing, as last reported */
-    uint32_t told_block; /* block of the last message trust */
-    bool hurried;
+    bool is_warning;      /* state of the lamp */
+    uint32_t doubts;      /* as last reported */
+    uint32_t updates;     /* mat updates of the landing, as last reported */
+    uint32_t trust_block; /* block of the last message trust */
+    bool has_hurried;
     uint32_t hurried_block;
-    uint16_t backlog_given; /* set by command; 0: none */
+    uint16_t backlog_command; /* set by command; 0: none */
 
     struct mr_risk_state risk;
-    struct mr_risk_report risk_said; /* newest result */
-    struct mr_risk_plan plan;        /* for the next or the present landing */
-    struct mr_risk_plan plan_given;  /* received by commands, not yet in effect */
+    struct mr_risk_report risk_report; /* newest result */
+    struct mr_risk_plan plan;          /* for the next or the present landing */
+    struct mr_risk_plan staged_plan;   /* received by commands, not yet in effect */
     bool has_plan;
-    unsigned telling_risk; /* next item of the plan to be sent; UINT32_MAX: none */
-    float lamp_limit;      /* limit of the risk; NaN: the lamp follows the verdict */
+    unsigned next_risk_item; /* next item of the plan to be sent; UINT32_MAX: none */
+    float lamp_limit;        /* limit of the risk; NaN: the lamp follows the verdict */
 
     /* runway at arming, to be sent; or runway to be stored (runwaystore.h) */
     struct mr_predictor_state state;
-    unsigned telling;                /* next message of the runway to be sent; UINT32_MAX: none */
-    struct mr_predictor_state given; /* received by commands, not yet in effect */
-    uint8_t source;                  /* enum mr_runway_source */
+    unsigned next_report_message; /* next message of the runway to be sent; UINT32_MAX: none */
+    struct mr_predictor_state staged_state; /* received by commands, not yet in effect */
+    uint8_t source;                         /* enum mr_runway_source */
     /* a landing or a command set the runway; the stored runway does not replace it */
-    bool given_whole;
-    bool dirty;     /* changed since it was stored */
-    bool store_due; /* message runway_store is due */
+    bool is_runway_set;
+    bool is_dirty;     /* changed since it was stored */
+    bool is_store_due; /* message runway_store is due */
     uint32_t changed_block;
     uint32_t crc; /* CRC of the active runway */
 };
@@ -72,31 +72,32 @@ void predict_configure(struct predict *predict, const float *slack_in);
 void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in,
                  uint32_t index);
 /* Writes parameters and runway into the black box's record of the landing that was just armed. */
-void predict_store(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy);
+void predict_store_in_box(struct predict *predict, struct telemetry *telemetry,
+                          const uint8_t *copy);
 /* Activates the runway from the memory, which is in `state`, and the survey (MR_SEGMENTS values) on
  * top of it, unless a runway was set meanwhile. MR_OK, or the reason for failure. */
 enum mr_status predict_load(struct predict *predict, enum mr_runway_source source,
                             const float *slack_in);
-/* Returns the active runway for storage. When it has been stored, call predict_kept. */
-const struct mr_predictor_state *predict_state(struct predict *predict);
+/* Returns the active runway for storage. When it has been stored, call predict_mark_stored. */
+const struct mr_predictor_state *predict_get_state(struct predict *predict);
 /* Call when the runway has been stored; `crc`: CRC of the stored runway. */
-void predict_kept(struct predict *predict, uint32_t crc);
+void predict_mark_stored(struct predict *predict, uint32_t crc);
 /* Call every second and after a change. `copy`: states of the two stored copies, as in the message
  * runway_store. */
-void predict_regular(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy,
-                     uint32_t index);
+void predict_send_regular(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy,
+                          uint32_t index);
 /* Call in each block: runs the predictor while a landing is recorded; otherwise sends only the
  * messages that are due. */
-void predict_block(struct predict *predict, struct telemetry *telemetry,
-                   const struct landing *landing, const struct predict_block *block);
+void predict_on_block(struct predict *predict, struct telemetry *telemetry,
+                      const struct landing *landing, const struct predict_block *block);
 /* Call when the landing has ended or is disarmed. The joints have changed if a gear rolled, or if
  * two transducers moved without any switch; otherwise the runway is unchanged. True: a survey, if
  * any, no longer applies. */
 bool predict_end(struct predict *predict, struct telemetry *telemetry,
                  const struct landing *landing, uint32_t index);
-void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);
+void predict_set_survey(struct predict *predict, const float *slack_in, uint32_t index);
 /* Executes the command backlog while a landing is armed or in progress. */
-enum mr_status predict_backlog(struct predict *predict, int32_t waiting);
+enum mr_status predict_set_backlog(struct predict *predict, int32_t waiting);
 /* Executes the commands runway-* and chart-*. `forgotten` true: the survey no longer applies. */
 enum mr_status predict_execute_command(struct predict *predict, struct telemetry *telemetry,
                                        const struct mr_command *command, uint32_t index,

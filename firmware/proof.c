@@ -4,7 +4,7 @@
 
 #include "common/wire.h"
 
-void proof_take(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length)
+void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length)
 {
     if (length != MR_PROOF_BYTES)
         return;
@@ -22,7 +22,8 @@ static bool is_equal(const uint8_t *a, const uint8_t *b)
 }
 
 /* Makes a new nonce. Proofs made with the old one are no longer valid. */
-static void renew(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
+static void renew_nonce(struct proof *proof, const struct keystore *store,
+                        struct telemetry *telemetry)
 {
     const uint32_t numbers[3] = {store->change, store->starts, ++proof->nonces};
     const uint8_t *p = proof->nonce;
@@ -32,7 +33,7 @@ static void renew(struct proof *proof, const struct keystore *store, struct tele
         return;
     mr_proof_nonce(proof->nonce, store->key, numbers);
     uint32_t low = mr_get_u32(&p);
-    TELL(telemetry, TO_LINKS, nonce, NONCE, .low = low, .high = mr_get_u32(&p));
+    TELEMETRY_SEND(telemetry, TO_LINKS, nonce, NONCE, .low = low, .high = mr_get_u32(&p));
 }
 
 enum mr_status proof_check(struct proof *proof, const struct keystore *store,
@@ -51,7 +52,7 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
     mr_proof_make(wanted, store->key, proof->nonce, payload, telemetry->identity.uid);
     if (is_equal(wanted, proof->link[by_serial].proof)) {
         proof->link[by_serial].failures = 0;
-        renew(proof, store, telemetry);
+        renew_nonce(proof, store, telemetry);
         return MR_OK;
     }
     if (proof->refused < UINT16_MAX)
@@ -63,11 +64,11 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
     return MR_PROOF;
 }
 
-void proof_second(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
+void proof_on_second(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
 {
     for (unsigned link = 0; link < 2; link++) {
         if (proof->link[link].locked)
             proof->link[link].locked--;
     }
-    renew(proof, store, telemetry);
+    renew_nonce(proof, store, telemetry);
 }

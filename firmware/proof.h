@@ -29,7 +29,7 @@ struct proof {
 };
 
 /* Stores the message `proof` for the next operator's command on the same link. */
-void proof_take(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length);
+void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length);
 /* Checks whether the operator's command in `payload` may be executed. MR_OK: yes; the proof is used
  * up, and the next nonce is sent. MR_PROOF: no proof, or a wrong one; MR_LOCKOUT; MR_WAIT: the key
  * is being read. */
@@ -37,6 +37,7 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
                            struct telemetry *telemetry, bool by_serial,
                            const uint8_t payload[MR_COMMAND_BYTES]);
 /* Call once per second. */
-void proof_second(struct proof *proof, const struct keystore *store, struct telemetry *telemetry);
+void proof_on_second(struct proof *proof, const struct keystore *store,
+                     struct telemetry *telemetry);
 
 #endif

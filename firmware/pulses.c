@@ -2,29 +2,29 @@
 
 #include "firmware/health.h"
 
-#define LEAST_TICKS   MR_TICKS_PER_BLOCK /* least time between two pulses: a millisecond */
-#define LATELY_BLOCKS 1000u              /* ticks can be compared within 25 s */
-#define TOO_FAST      2u                 /* detail of the fault */
+#define INTERVAL_MIN_TICKS MR_TICKS_PER_BLOCK /* least time between two pulses: a millisecond */
+#define COMPARABLE_BLOCKS  1000u              /* ticks can be compared within 25 s */
+#define DETAIL_TOO_FAST    2u                 /* detail of the fault */
 
-void pulses_fit(struct pulses *pulses, enum board_pulses input, bool fitted)
+void pulses_set_fitted(struct pulses *pulses, enum board_pulses input, bool fitted)
 {
     if (fitted != pulses->captured)
-        board_pulses_capture(input, fitted);
+        board_pulses_enable(input, fitted);
     pulses->captured = fitted;
 }
 
-size_t pulses_take(struct pulses *pulses, enum board_pulses input, uint32_t index,
-                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
+size_t pulses_get(struct pulses *pulses, enum board_pulses input, uint32_t index,
+                  uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
 {
     size_t accepted = 0, count = 0;
     if (pulses->captured)
-        count = board_pulses_take(input, until_tick, ticks, PULSES_PER_BLOCK);
+        count = board_pulses_get(input, until_tick, ticks, PULSES_PER_BLOCK);
     for (size_t i = 0; i < count; i++) {
         /* Captures that overran each other may be in any order; one before the last pulse is noise
          * too. */
-        if (pulses->known && index - pulses->block < LATELY_BLOCKS &&
-            (int32_t)(ticks[i] - pulses->tick) < (int32_t)LEAST_TICKS) {
-            health_count(MR_FAULT_EDGE_OVERRUN, TOO_FAST);
+        if (pulses->has_last && index - pulses->block < COMPARABLE_BLOCKS &&
+            (int32_t)(ticks[i] - pulses->tick) < (int32_t)INTERVAL_MIN_TICKS) {
+            health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_TOO_FAST);
             continue;
         }
         *pulses = (struct pulses){true, true, ticks[i], index};

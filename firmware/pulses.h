@@ -12,14 +12,14 @@
 
 struct pulses {
     bool captured;
-    bool known;           /* there is an accepted pulse */
+    bool has_last;        /* there is an accepted pulse */
     uint32_t tick, block; /* last accepted pulse */
 };
 
-/* Captures the input while it is fitted. Call in each block before pulses_take. */
-void pulses_fit(struct pulses *pulses, enum board_pulses input, bool fitted);
+/* Captures the input while it is fitted. Call in each block before pulses_get. */
+void pulses_set_fitted(struct pulses *pulses, enum board_pulses input, bool fitted);
 /* Takes the pulses up to a tick in block `index`. Returns the number of accepted ones. */
-size_t pulses_take(struct pulses *pulses, enum board_pulses input, uint32_t index,
-                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);
+size_t pulses_get(struct pulses *pulses, enum board_pulses input, uint32_t index,
+                  uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);
 
 #endif

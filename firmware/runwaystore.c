@@ -7,17 +7,17 @@
 
 enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STEP_VERIFY };
 
-#define PAGES ((MR_RUNWAY_IMAGE + NOR_PAGE - 1u) / NOR_PAGE)
-#define TRIES 3u
+#define COPY_PAGES ((MR_RUNWAY_IMAGE + NOR_PAGE - 1u) / NOR_PAGE)
+#define TRIES_MAX  3u
 
-_Static_assert(PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
+_Static_assert(COPY_PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
 
 static uint32_t address_of(unsigned copy, unsigned page)
 {
     return (RUNWAY_FIRST_SECTOR + copy) * NOR_SECTOR + page * NOR_PAGE;
 }
 
-static unsigned length_of(unsigned page)
+static unsigned page_length(unsigned page)
 {
     unsigned left = MR_RUNWAY_IMAGE - page * NOR_PAGE;
     return left < NOR_PAGE ? left : NOR_PAGE;
@@ -30,12 +30,12 @@ void runwaystore_start(struct runwaystore *store)
     store->step = STEP_READ;
 }
 
-void runwaystore_follow(struct runwaystore *store, bool memory)
+void runwaystore_set_memory(struct runwaystore *store, bool memory)
 {
-    if (memory == !store->missing)
+    if (memory == !store->is_missing)
         return;
     runwaystore_start(store);
-    store->missing = !memory;
+    store->is_missing = !memory;
     if (!memory)
         memset(store->copy, (int)RUNWAYSTORE_NO_MEMORY, sizeof store->copy);
 }
@@ -46,7 +46,7 @@ static bool is_damaged(uint8_t copy)
 }
 
 /* The newest whole copy; RUNWAY_COPIES if there is none. */
-static unsigned newest(const struct runwaystore *store)
+static unsigned newest_copy(const struct runwaystore *store)
 {
     bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
     if (a && b)
@@ -60,36 +60,37 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
 {
     /* free for use: nothing is armed before the runway is loaded */
     struct mr_predictor_state *state = &predict->state;
-    enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
-    store->copy[store->at] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK
-                                                                        : (uint8_t)-status;
+    enum mr_status status = mr_runway_read(state, &store->sequence[store->step_copy], store->image);
+    store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK
+                                                                               : (uint8_t)-status;
     store->page = 0;
-    if (is_damaged(store->copy[store->at]) && ++store->tries < TRIES)
+    if (is_damaged(store->copy[store->step_copy]) && ++store->tries < TRIES_MAX)
         return;
     store->tries = 0;
-    if (++store->at < RUNWAY_COPIES)
+    if (++store->step_copy < RUNWAY_COPIES)
         return;
-    store->at = newest(store);
+    store->step_copy = newest_copy(store);
     store->step = STEP_READ_AGAIN;
-    if (store->at < RUNWAY_COPIES)
+    if (store->step_copy < RUNWAY_COPIES)
         return;
     store->step = STEP_NONE;
-    store->loaded = true;
+    store->is_loaded = true;
     if (is_damaged(store->copy[0]) || is_damaged(store->copy[1]))
         health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
 }
 
 /* Loads the newest whole copy, unless it belongs to another runway. */
-static void load(struct runwaystore *store, struct predict *predict, const float *slack_in)
+static void load_newest(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
-    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->at],
+    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->step_copy],
                                            store->image);
     if (status == MR_OK)
-        status = predict_load(predict, store->at ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A, slack_in);
+        status = predict_load(predict, store->step_copy ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A,
+                              slack_in);
     if (status != MR_OK)
-        store->copy[store->at] = (uint8_t)-status;
+        store->copy[store->step_copy] = (uint8_t)-status;
     store->step = STEP_NONE;
-    store->loaded = true;
+    store->is_loaded = true;
 }
 
 static void next_page(struct runwaystore *store)
@@ -99,16 +100,16 @@ static void next_page(struct runwaystore *store)
         store->page = 1;
     } else if (store->step == STEP_PROGRAM) {
         store->step = store->page == 0 ? STEP_VERIFY : STEP_PROGRAM;
-        store->page = store->page == 0 || store->page + 1u == PAGES ? 0 : store->page + 1u;
+        store->page = store->page == 0 || store->page + 1u == COPY_PAGES ? 0 : store->page + 1u;
     } else {
         store->page++;
     }
 }
 
-static void writing_ends(struct runwaystore *store, struct predict *predict, bool holds)
+static void end_writing(struct runwaystore *store, struct predict *predict, bool holds)
 {
-    store->copy[store->at] = holds ? (uint8_t)MR_OK : (uint8_t)-MR_IO;
-    if (!holds && ++store->tries < TRIES) {
+    store->copy[store->step_copy] = holds ? (uint8_t)MR_OK : (uint8_t)-MR_IO;
+    if (!holds && ++store->tries < TRIES_MAX) {
         store->step = STEP_ERASE;
         store->page = 0;
         return;
@@ -117,74 +118,74 @@ static void writing_ends(struct runwaystore *store, struct predict *predict, boo
         health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
     store->step = STEP_NONE;
     store->tries = 0;
-    predict_kept(predict, store->crc);
+    predict_mark_stored(predict, store->crc);
 }
 
 /* Handles a page that was read. */
-static void take_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
+static void handle_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
     uint8_t *of_image = store->image + store->page * NOR_PAGE;
-    unsigned length = length_of(store->page);
+    unsigned length = page_length(store->page);
     if (store->step == STEP_VERIFY && memcmp(of_image, store->buffer, length) != 0) {
-        writing_ends(store, predict, false);
+        end_writing(store, predict, false);
         return;
     }
     memcpy(of_image, store->buffer, length);
     next_page(store);
-    if (store->page < PAGES)
+    if (store->page < COPY_PAGES)
         return;
     if (store->step == STEP_VERIFY)
-        writing_ends(store, predict, true);
+        end_writing(store, predict, true);
     else if (store->step == STEP_READ)
         check_copy(store, predict);
     else
-        load(store, predict, slack_in);
+        load_newest(store, predict, slack_in);
 }
 
-bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const float *slack_in)
+bool runwaystore_poll(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
-    if (!store->under_way)
+    if (!store->is_in_progress)
         return false;
     enum nor_status status = nor_poll();
     if (status == NOR_BUSY)
         return true;
-    store->under_way = false;
+    store->is_in_progress = false;
     if (status == NOR_MISSING || status == NOR_STUCK)
-        runwaystore_follow(store, false);
+        runwaystore_set_memory(store, false);
     else if (store->step == STEP_ERASE || store->step == STEP_PROGRAM)
         next_page(store); /* reading back shows whether it succeeded */
     else if (store->step != STEP_NONE)
-        take_page(store, predict, slack_in);
+        handle_page(store, predict, slack_in);
     return false;
 }
 
 /* Begins to write the present runway into the older copy. */
 static void begin_writing(struct runwaystore *store, struct predict *predict)
 {
-    unsigned last = newest(store);
+    unsigned last = newest_copy(store);
     uint32_t sequence = last < RUNWAY_COPIES ? store->sequence[last] + 1u : 1u;
-    store->at = last == 0 ? 1 : 0;
-    store->sequence[store->at] = sequence;
-    store->copy[store->at] = RUNWAYSTORE_BLANK;
+    store->step_copy = last == 0 ? 1 : 0;
+    store->sequence[store->step_copy] = sequence;
+    store->copy[store->step_copy] = RUNWAYSTORE_BLANK;
     store->step = STEP_ERASE;
     store->page = 0;
     store->tries = 0;
-    mr_runway_write(predict_state(predict), sequence, store->image);
+    mr_runway_write(predict_get_state(predict), sequence, store->image);
     store->crc = predict->crc;
 }
 
 static void begin_operation(struct runwaystore *store)
 {
-    uint32_t address = address_of(store->at, store->page);
-    store->under_way = true;
+    uint32_t address = address_of(store->step_copy, store->page);
+    store->is_in_progress = true;
     if (store->step == STEP_ERASE) {
         nor_begin_erase(address);
     } else if (store->step == STEP_PROGRAM) {
         memset(store->buffer, 0xff, sizeof store->buffer);
-        memcpy(store->buffer, store->image + store->page * NOR_PAGE, length_of(store->page));
+        memcpy(store->buffer, store->image + store->page * NOR_PAGE, page_length(store->page));
         nor_begin_program(address, store->buffer);
     } else {
-        nor_begin_read(address, store->buffer, length_of(store->page));
+        nor_begin_read(address, store->buffer, page_length(store->page));
     }
 }
 
@@ -192,12 +193,12 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
                        uint32_t now_ms)
 {
     bool writing = store->step >= STEP_ERASE;
-    if (store->missing || predict->status != MR_OK)
+    if (store->is_missing || predict->status != MR_OK)
         return false;
     /* abandon this copy: the next one is written when quiet, with the state of that time */
-    if (writing && (!quiet || !predict->dirty))
+    if (writing && (!quiet || !predict->is_dirty))
         store->step = STEP_NONE;
-    if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty &&
+    if (store->step == STEP_NONE && store->is_loaded && quiet && predict->is_dirty &&
         now_ms - predict->changed_block >= RUNWAYSTORE_QUIET_BLOCKS)
         begin_writing(store, predict);
     if (store->step == STEP_NONE)
@@ -206,12 +207,12 @@ bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool 
     return true;
 }
 
-bool runwaystore_erasing(const struct runwaystore *store)
+bool runwaystore_is_erasing(const struct runwaystore *store)
 {
-    return store->under_way && store->step == STEP_ERASE;
+    return store->is_in_progress && store->step == STEP_ERASE;
 }
 
-bool runwaystore_loaded(const struct runwaystore *store)
+bool runwaystore_is_loaded(const struct runwaystore *store)
 {
-    return store->loaded || store->missing;
+    return store->is_loaded || store->is_missing;
 }

@@ -25,27 +25,27 @@
 
 struct runwaystore {
     /* missing: no memory, or none configured; loaded: the stored runway, if any, has been loaded */
-    bool missing, loaded;
+    bool is_missing, is_loaded;
     uint8_t copy[RUNWAY_COPIES]; /* states of the copies, as in the message runway_store */
     uint32_t sequence[RUNWAY_COPIES];
-    unsigned step, at, tries; /* step in progress, and the copy it applies to */
+    unsigned step, step_copy, tries; /* step in progress, and the copy it applies to */
     unsigned page;
-    bool under_way; /* an operation of this module is in progress in the memory */
-    uint32_t crc;   /* CRC of the runway being written */
+    bool is_in_progress; /* an operation of this module is in progress in the memory */
+    uint32_t crc;        /* CRC of the runway being written */
     uint8_t image[MR_RUNWAY_IMAGE];
     uint8_t buffer[NOR_PAGE];
 };
 
 void runwaystore_start(struct runwaystore *store);
 /* Sets whether the store has a memory. */
-void runwaystore_follow(struct runwaystore *store, bool memory);
+void runwaystore_set_memory(struct runwaystore *store, bool memory);
 /* Continues an operation in progress. True: it still uses the memory. */
-bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const float *slack_in);
+bool runwaystore_poll(struct runwaystore *store, struct predict *predict, const float *slack_in);
 /* Begins the next operation; false: there is none. `quiet`: no landing is armed or in progress. */
 bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet,
                        uint32_t now_ms);
-bool runwaystore_erasing(const struct runwaystore *store);
+bool runwaystore_is_erasing(const struct runwaystore *store);
 /* True if the stored runway, if any, has been loaded and a landing may be armed. */
-bool runwaystore_loaded(const struct runwaystore *store);
+bool runwaystore_is_loaded(const struct runwaystore *store);
 
 #endif

@@ -5,7 +5,7 @@
 #include "common/wire.h"
 #include "firmware/schedule.h"
 
-#define COUNT_LEAST 2u /* least number of readings for a mean */
+#define READINGS_MIN 2u /* least number of readings for a mean */
 
 void slowlog_reset(struct slowlog *log)
 {
@@ -14,13 +14,13 @@ void slowlog_reset(struct slowlog *log)
     memset(log->count, 0, sizeof log->count);
 }
 
-static bool is_since(uint32_t index, uint32_t when)
+static bool is_at_or_after(uint32_t index, uint32_t when)
 {
     return (int32_t)(index - when) >= 0;
 }
 
 /* The first block after this one in which a row is due. */
-static uint32_t next_row(uint32_t index)
+static uint32_t next_row_block(uint32_t index)
 {
     return index + 1u + BLOCKS_UNTIL(SLOW_ROW, index + 1u);
 }
@@ -31,8 +31,8 @@ static void send_tensions(struct slowlog *log, struct telemetry *telemetry)
     float lb[SLOWLOG_PER_MESSAGE];
     for (unsigned k = 0; k < SLOWLOG_PER_MESSAGE; k++)
         lb[k] = first + k < MR_GAGES ? log->tension_lb[first + k] : MR_NAN;
-    TELL(telemetry, TO_LINKS, slow_tension, SLOW_TENSION, .row = log->row,
-         .first = (uint8_t)(first + 1u), .a_lb = lb[0], .b_lb = lb[1], .c_lb = lb[2]);
+    TELEMETRY_SEND(telemetry, TO_LINKS, slow_tension, SLOW_TENSION, .row = log->row,
+                   .first = (uint8_t)(first + 1u), .a_lb = lb[0], .b_lb = lb[1], .c_lb = lb[2]);
     log->unsent -= log->unsent < SLOWLOG_PER_MESSAGE ? log->unsent : SLOWLOG_PER_MESSAGE;
 }
 
@@ -40,23 +40,23 @@ static void send_tensions(struct slowlog *log, struct telemetry *telemetry)
 static void make_row(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                      float temperature_c)
 {
-    unsigned least = log->blocks / 2 > COUNT_LEAST ? log->blocks / 2 : COUNT_LEAST;
+    unsigned least = log->blocks / 2 > READINGS_MIN ? log->blocks / 2 : READINGS_MIN;
     for (unsigned i = 0; i < MR_GAGES; i++)
         log->tension_lb[i] = log->count[i] >= least ? log->sum[i] / (float)log->count[i] : MR_NAN;
     log->unsent = MR_GAGES;
-    TELL(telemetry, TO_LINKS, slow_row, SLOW_ROW, .block = index, .temperature_c = temperature_c,
-         .row = ++log->row);
+    TELEMETRY_SEND(telemetry, TO_LINKS, slow_row, SLOW_ROW, .block = index,
+                   .temperature_c = temperature_c, .row = ++log->row);
 }
 
-void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
-                   const float *tension_lb, float temperature_c, bool quiet)
+void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
+                      const float *tension_lb, float temperature_c, bool quiet)
 {
     if (log->unsent)
         send_tensions(log, telemetry);
     if (!log->begun)
-        log->due = next_row(index);
+        log->due = next_row_block(index);
     log->begun = true;
-    if (!is_since(index, log->due - SLOWLOG_MEAN_BLOCKS))
+    if (!is_at_or_after(index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!quiet) { /* starts again after the landing */
         slowlog_reset(log);
@@ -70,9 +70,9 @@ void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t in
         log->sum[i] += tension_lb[i];
         log->count[i]++;
     }
-    if (!is_since(index, log->due))
+    if (!is_at_or_after(index, log->due))
         return;
     make_row(log, telemetry, index, temperature_c);
     slowlog_reset(log);
-    log->due = next_row(index);
+    log->due = next_row_block(index);
 }

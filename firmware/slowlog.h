@@ -25,8 +25,8 @@ struct slowlog {
 
 /* Call in each block. `tension_lb`: MR_GAGES values, NaN: missing; `quiet`: no landing is in
  * progress. */
-void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
-                   const float *tension_lb, float temperature_c, bool quiet);
+void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
+                      const float *tension_lb, float temperature_c, bool quiet);
 /* Call when a zero or the configuration has changed: restarts the means. */
 void slowlog_reset(struct slowlog *log);
 

@@ -10,16 +10,16 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
                      size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
-    if (!telemetry->can.silent)
-        telemetry->said[TELEMETRY_CAN][mr_message_index(id)]++;
+    if (!telemetry->can.is_silent)
+        telemetry->sent_counts[TELEMETRY_CAN][mr_message_index(id)]++;
     memcpy(frame.data, payload, length);
-    if (!canwatch_takes(&telemetry->can))
+    if (!canwatch_is_accepting(&telemetry->can))
         return;
     if (board_can_send(&frame)) {
         telemetry->can_sent++;
     } else {
         health_count(MR_FAULT_CAN_QUEUE_FULL, 0);
-        canwatch_full(&telemetry->can);
+        canwatch_count_full(&telemetry->can);
     }
 }
 
@@ -27,7 +27,7 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
                         size_t length)
 {
     uint8_t frame[MR_FRAME_MAX];
-    telemetry->said[TELEMETRY_SERIAL][mr_message_index(id)]++;
+    telemetry->sent_counts[TELEMETRY_SERIAL][mr_message_index(id)]++;
     size_t size = mr_frame_encode(telemetry->serial_seq, id, payload, length, frame);
     if (board_serial_send(frame, size)) {
         telemetry->serial_seq++;
@@ -43,37 +43,37 @@ void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
                     const uint8_t *payload, size_t length)
 {
     if (sinks & TO_CONFIGURATION)
-        blackbox_configure(telemetry->box, id, payload, length);
-    if (sinks & TO_NOTES)
-        blackbox_note(telemetry->box, id, payload, length);
+        blackbox_record_configuration(telemetry->box, id, payload, length);
+    if (sinks & TO_BOX)
+        blackbox_record_message(telemetry->box, id, payload, length);
     if (sinks & TO_CAN)
         send_can(telemetry, id, payload, length);
     if (sinks & TO_SERIAL)
         send_serial(telemetry, id, payload, length);
 }
 
-bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
-                     size_t length)
+bool telemetry_send_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                          size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
-    telemetry->said[TELEMETRY_CAN][mr_message_index(id)]++;
+    telemetry->sent_counts[TELEMETRY_CAN][mr_message_index(id)]++;
     bool queued = board_can_send(&frame);
     telemetry->can_sent += queued;
     return queued;
 }
 
-bool telemetry_may_burst(struct telemetry *telemetry)
+bool telemetry_can_burst(struct telemetry *telemetry)
 {
     unsigned waiting = board_can_waiting();
     if (waiting == 0)
         telemetry->refusals = 0;
-    return waiting <= TELEMETRY_BURST_WAITING || ++telemetry->refusals > TELEMETRY_REFUSALS_MOST;
+    return waiting <= TELEMETRY_BURST_WAITING_MAX || ++telemetry->refusals > TELEMETRY_REFUSALS_MAX;
 }
 
 bool telemetry_has_box(const struct telemetry *telemetry)
 {
-    return !telemetry->box->left_out;
+    return !telemetry->box->is_disabled;
 }
 
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
@@ -90,18 +90,18 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
 /* ---- timesync ---- */
 
 /* a full queue ahead of the sync frame takes 33 ms; in that case this pair is skipped */
-#define FOLLOW_BLOCKS 10u
+#define FOLLOW_UP_BLOCKS 10u
 
-void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
-                    uint32_t tick)
+void timesync_on_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
+                       uint32_t tick)
 {
     if (DUE(SYNC, index)) {
-        *timesync = (struct timesync){.due = true, .block = index};
-        TELL(telemetry, TO_CAN, sync, SYNC, .block = index, .tick = tick);
-    } else if (timesync->due && index - timesync->block >= FOLLOW_BLOCKS) {
+        *timesync = (struct timesync){.is_due = true, .block = index};
+        TELEMETRY_SEND(telemetry, TO_CAN, sync, SYNC, .block = index, .tick = tick);
+    } else if (timesync->is_due && index - timesync->block >= FOLLOW_UP_BLOCKS) {
         struct mr_sync_at sync_at = {.block16 = (uint16_t)timesync->block};
         sync_at.sent = board_can_sync_tick(timesync->block, &sync_at.tick);
-        TELL_THIS(telemetry, TO_CAN, sync_at, SYNC_AT, &sync_at);
-        timesync->due = false;
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_CAN, sync_at, SYNC_AT, &sync_at);
+        timesync->is_due = false;
     }
 }

@@ -21,8 +21,8 @@ enum telemetry_sink {
     TO_CAN = 1,
     TO_SERIAL = 2,
     TO_LINKS = TO_CAN | TO_SERIAL,
-    TO_NOTES = 4,                    /* notes of the black box's record while it is open */
-    TO_RECORD = TO_LINKS | TO_NOTES, /* a message needed in the record of a landing */
+    TO_BOX = 4,                    /* notes of the black box's record while it is open */
+    TO_RECORD = TO_LINKS | TO_BOX, /* a message needed in the record of a landing */
     /* configuration part of the black box's record of a landing that was just armed */
     TO_CONFIGURATION = 8,
 };
@@ -41,10 +41,10 @@ struct telemetry {
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
-    unsigned refusals; /* refusals by telemetry_may_burst since no frame was waiting */
+    unsigned refusals; /* refusals by telemetry_can_burst since no frame was waiting */
     /* by link (CAN, serial) and message: number of messages sent to the link */
-    uint32_t said[2][MR_MESSAGES];
-    unsigned count_place; /* index of the message whose count is sent next */
+    uint32_t sent_counts[2][MR_MESSAGES];
+    unsigned count_index; /* index of the message whose count is sent next */
 
     struct {
         unsigned item;    /* next item to be sent */
@@ -60,33 +60,33 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
 void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
                     const uint8_t *payload, size_t length);
 /* Sends on CAN in any state of the link. */
-bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
-                     size_t length);
-/* Messages of a round or burst pause while more than TELEMETRY_BURST_WAITING frames are waiting for
- * the bus, which other boards may fill; the readings need the rest of the queue. After
- * TELEMETRY_REFUSALS_MOST refusals, about a second, they are sent in spite of a full bus: serial
+bool telemetry_send_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                          size_t length);
+/* Messages of a round or burst pause while more than TELEMETRY_BURST_WAITING_MAX frames are waiting
+ * for the bus, which other boards may fill; the readings need the rest of the queue. After
+ * TELEMETRY_REFUSALS_MAX refusals, about a second, they are sent in spite of a full bus: serial
  * must receive them, and CAN may drop them. */
-#define TELEMETRY_BURST_WAITING 64u
-#define TELEMETRY_REFUSALS_MOST 1500u
-bool telemetry_may_burst(struct telemetry *telemetry);
+#define TELEMETRY_BURST_WAITING_MAX 64u
+#define TELEMETRY_REFUSALS_MAX      1500u
+bool telemetry_can_burst(struct telemetry *telemetry);
 /* True if there is a black box, which TO_CONFIGURATION requires. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 
-/* Sends an existing message of the catalogue: TELL_THIS(telemetry, TO_RECORD, edge, EDGE,
- * &edge). */
-#define TELL_THIS(telemetry, sinks, name, NAME, message)         \
-    do {                                                         \
-        uint8_t payload_[MR_MESSAGE_MAX];                        \
-        telemetry_send(telemetry, sinks, MR_ID_##NAME, payload_, \
-                       mr_##name##_put(message, payload_));      \
+/* Sends an existing message of the catalogue: TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge,
+ * EDGE, &edge). */
+#define TELEMETRY_SEND_MESSAGE(telemetry, sinks, name, NAME, message) \
+    do {                                                              \
+        uint8_t payload_[MR_MESSAGE_MAX];                             \
+        telemetry_send(telemetry, sinks, MR_ID_##NAME, payload_,      \
+                       mr_##name##_put(message, payload_));           \
     } while (0)
 
-/* Builds a message from its fields and sends it: TELL(telemetry, TO_RECORD, mark, MARK, .number =
- * 1). */
-#define TELL(telemetry, sinks, name, NAME, ...)             \
-    do {                                                    \
-        const struct mr_##name message_ = {__VA_ARGS__};    \
-        TELL_THIS(telemetry, sinks, name, NAME, &message_); \
+/* Builds a message from its fields and sends it: TELEMETRY_SEND(telemetry, TO_RECORD, mark, MARK,
+ * .number = 1). */
+#define TELEMETRY_SEND(telemetry, sinks, name, NAME, ...)                \
+    do {                                                                 \
+        const struct mr_##name message_ = {__VA_ARGS__};                 \
+        TELEMETRY_SEND_MESSAGE(telemetry, sinks, name, NAME, &message_); \
     } while (0)
 
 /* ---- timesync ---- */
@@ -96,12 +96,12 @@ bool telemetry_has_box(const struct telemetry *telemetry);
  * has a pair of times, however long the frame waited for the bus. */
 
 struct timesync {
-    bool due;       /* sync_at has not been sent yet */
+    bool is_due;    /* sync_at has not been sent yet */
     uint32_t block; /* block of the sync frame */
 };
 
 /* Call in each block before any other message, when the queue is shortest. */
-void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
-                    uint32_t tick);
+void timesync_on_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
+                       uint32_t tick);
 
 #endif

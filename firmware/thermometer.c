@@ -5,7 +5,7 @@
 #include "firmware/board.h"
 #include "firmware/schedule.h"
 
-enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };
+enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, READ_STATUS, READ };
 
 enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
 #define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it has ended */
@@ -18,7 +18,7 @@ enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
 /* Data sheet limits over the root of 3: 0.5 C between 0 and 65 C, 1 C elsewhere. Rounding to 0.0625
  * C is negligible. */
 #define ERROR_C         0.289f
-#define ERROR_BEYOND_C  0.577f
+#define ERROR_OUTSIDE_C 0.577f
 
 float thermometer_celsius(const uint8_t bytes[2])
 {
@@ -39,8 +39,8 @@ void thermometer_start(struct thermometer *t)
     t->last_c = MR_NAN;
 }
 
-static void begin(struct thermometer *t, enum step step, uint32_t index, unsigned bytes,
-                  unsigned answer)
+static void begin_transfer(struct thermometer *t, enum step step, uint32_t index, unsigned bytes,
+                           unsigned answer)
 {
     t->step = step;
     t->since = index;
@@ -52,33 +52,33 @@ static void write_config(struct thermometer *t, enum step step, uint32_t index, 
     t->out[0] = REGISTER_CONFIG;
     t->out[1] = upper;
     t->out[2] = CONFIG_LOWER;
-    begin(t, step, index, 3, 0);
+    begin_transfer(t, step, index, 3, 0);
 }
 
 static void read_register(struct thermometer *t, enum step step, uint32_t index, uint8_t number)
 {
     t->out[0] = number;
-    begin(t, step, index, 1, 2);
+    begin_transfer(t, step, index, 1, 2);
 }
 
 /* After an error the chip may have lost its supply or its register pointer: starts again in the
  * next second. */
-static void fail(struct thermometer *t, enum thermometer_fault detail)
+static void handle_failure(struct thermometer *t, enum thermometer_fault detail)
 {
     health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);
-    t->shut_down = false;
+    t->is_shut_down = false;
     t->step = WAIT;
 }
 
-static void take_reading(struct thermometer *t)
+static void convert_reading(struct thermometer *t)
 {
     float celsius = thermometer_celsius(t->in);
     if (t->in[1] & 0x0fu || celsius < LOWEST_C || celsius > HIGHEST_C) {
-        fail(t, THERMOMETER_OUT_OF_RANGE);
+        handle_failure(t, THERMOMETER_OUT_OF_RANGE);
         return;
     }
     t->temperature_c = celsius;
-    t->error_c = celsius >= 0.0f && celsius <= 65.0f ? ERROR_C : ERROR_BEYOND_C;
+    t->error_c = celsius >= 0.0f && celsius <= 65.0f ? ERROR_C : ERROR_OUTSIDE_C;
     t->step = WAIT;
 }
 
@@ -89,13 +89,13 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         if (!DUE(THERMOMETER, index))
             break;
         discard_reading(t);
-        if (t->shut_down)
+        if (t->is_shut_down)
             write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         else
             write_config(t, SHUT_DOWN, index, CONFIG_UPPER);
         break;
     case SHUT_DOWN: /* a one-shot conversion needs the shut-down state */
-        t->shut_down = true;
+        t->is_shut_down = true;
         write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         break;
     case CONVERT:
@@ -103,41 +103,41 @@ static void continue_transfer(struct thermometer *t, uint32_t index)
         t->step = CONVERTING;
         break;
     case CONVERTING:
-        if (index - t->since >= THERMOMETER_CONVERSION)
-            read_register(t, ASK, index, REGISTER_CONFIG);
+        if (index - t->since >= THERMOMETER_CONVERSION_BLOCKS)
+            read_register(t, READ_STATUS, index, REGISTER_CONFIG);
         break;
-    case ASK: /* conversion ended, and the configuration is still the one set */
+    case READ_STATUS: /* conversion ended, and the configuration is still the one set */
         if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
             read_register(t, READ, index, REGISTER_TEMPERATURE);
         else
-            fail(t, THERMOMETER_NO_ANSWER);
+            handle_failure(t, THERMOMETER_NO_ANSWER);
         break;
-    case READ: take_reading(t); break;
+    case READ: convert_reading(t); break;
     }
 }
 
 static void switch_on_or_off(struct thermometer *t, bool fitted)
 {
     thermometer_start(t);
-    t->on = fitted;
+    t->is_on = fitted;
     if (fitted)
         i2c_start();
     else
         i2c_stop();
 }
 
-bool thermometer_block(struct thermometer *t, uint32_t index, bool fitted)
+bool thermometer_on_block(struct thermometer *t, uint32_t index, bool fitted)
 {
-    if (fitted != t->on)
+    if (fitted != t->is_on)
         switch_on_or_off(t, fitted);
     if (!fitted)
         return false;
     enum i2c_status status = i2c_poll();
     bool in_transfer = t->step != WAIT && t->step != CONVERTING;
     if (in_transfer && status == I2C_NO_ANSWER)
-        fail(t, THERMOMETER_NO_ANSWER);
+        handle_failure(t, THERMOMETER_NO_ANSWER);
     else if (in_transfer && status == I2C_STUCK)
-        fail(t, THERMOMETER_BUS_STUCK);
+        handle_failure(t, THERMOMETER_BUS_STUCK);
     else if (status != I2C_BUSY)
         continue_transfer(t, index);
     bool tells = DUE(THERMOMETER_TELL, index);

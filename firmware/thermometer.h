@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define THERMOMETER_ADDRESS    0x48u
-#define THERMOMETER_CONVERSION 40u /* blocks; a conversion takes at most 35 ms */
+#define THERMOMETER_ADDRESS           0x48u
+#define THERMOMETER_CONVERSION_BLOCKS 40u /* blocks; a conversion takes at most 35 ms */
 
 enum thermometer_fault {
     THERMOMETER_NO_ANSWER = 1,
@@ -21,8 +21,8 @@ enum thermometer_fault {
 };
 
 struct thermometer {
-    bool on;        /* the bus has been started */
-    bool shut_down; /* the chip is in shutdown mode and converts only by command */
+    bool is_on;        /* the bus has been started */
+    bool is_shut_down; /* the chip is in shutdown mode and converts only by command */
     unsigned step;
     uint32_t since; /* block in which the step began */
     uint8_t out[3], in[2];
@@ -33,7 +33,7 @@ struct thermometer {
 
 void thermometer_start(struct thermometer *thermometer);
 /* Call in each block. Returns true once per second, when the reading is to be sent. */
-bool thermometer_block(struct thermometer *thermometer, uint32_t index, bool fitted);
+bool thermometer_on_block(struct thermometer *thermometer, uint32_t index, bool fitted);
 /* Temperature in C from the temperature register, upper byte first: 12 bits, two's complement,
  * left-justified, 0.0625 C per count. */
 float thermometer_celsius(const uint8_t bytes[2]);

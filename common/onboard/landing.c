@@ -79,8 +79,8 @@ static bool is_reporting_edges(const struct landing *landing)
 static void put_event(struct landing *landing, uint8_t count, uint8_t position,
                       enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
-    if (is_reporting_edges(landing) && landing->news.events < LANDING_EVENTS)
-        landing->event[landing->news.events++] =
+    if (is_reporting_edges(landing) && landing->changes.events < LANDING_EVENTS)
+        landing->event[landing->changes.events++] =
             (struct mr_switch_event){.count = count,
                                      .position = position,
                                      .reason = (uint8_t)reason,
@@ -152,14 +152,14 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
                                      .position = edge->position,
                                      .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
-    struct mr_passage_news news = mr_passage_edge(
+    struct mr_passage_changes news = mr_passage_on_edge(
         &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
     put_passage_events(landing, index);
-    landing->news.pushed |= news.pushed;
+    landing->changes.pushed |= news.pushed;
     if (!landing_is_recording(landing) || !news.gate)
         return;
     estimate_motion(landing, config);
-    landing->news.motion = landing->motion_known;
+    landing->changes.motion = landing->motion_known;
     landing->last_gate_block = index;
     if (news.started)
         landing->first_block = index;
@@ -182,8 +182,8 @@ static void handle_edge(struct landing *landing, const struct mr_config *config,
     if (landing->edges < UINT8_MAX)
         landing->edges++;
     uint8_t number = (uint8_t)landing->edges;
-    if (is_reporting_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING_MAX)
-        landing->edge[landing->news.edges++] =
+    if (is_reporting_edges(landing) && landing->changes.edges < MR_SWITCHES_WAITING_MAX)
+        landing->edge[landing->changes.edges++] =
             (struct mr_edge){.tick = edge->tick,
                              .position = counts ? edge->position : 0,
                              .count = number,
@@ -247,9 +247,9 @@ static void continue_fit(struct landing *landing, uint32_t index)
         return;
     landing->is_fitting = false;
     landing->summary = landing->fit.summary;
-    landing->news.fit_status = landing->fit.status;
+    landing->changes.fit_status = landing->fit.status;
     landing->summary_known = landing->fit.status == MR_OK;
-    landing->news.summary = landing->summary_known;
+    landing->changes.summary = landing->summary_known;
     for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
         double late_s = landing->summary.late_s[g];
         if (landing->summary.outlier & 1u << g)
@@ -259,16 +259,17 @@ static void continue_fit(struct landing *landing, uint32_t index)
     }
 }
 
-struct landing_news landing_block(struct landing *landing, const struct mr_config *config,
-                                  uint32_t index, uint32_t tick, float staircase_code,
-                                  const uint32_t *edge_ticks, unsigned edge_count)
+struct landing_block_changes landing_on_block(struct landing *landing,
+                                              const struct mr_config *config, uint32_t index,
+                                              uint32_t tick, float staircase_code,
+                                              const uint32_t *edge_ticks, unsigned edge_count)
 {
     enum mr_landing_state before = landing->state;
-    landing->news = (struct landing_news){0};
+    landing->changes = (struct landing_block_changes){0};
 
     mr_switches_add_level(&landing->switches, tick, staircase_code);
     handle_edges(landing, config, index, edge_ticks, edge_count);
-    if (mr_passage_block(&landing->passage, index)) {
+    if (mr_passage_on_block(&landing->passage, index)) {
         put_passage_events(landing, index);
         mr_switches_close(&landing->switches);
     }
@@ -290,8 +291,8 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
     if (landing->is_fitting && landing->state == MR_LANDING_SETTLING &&
         index % LANDING_FIT_BLOCKS == 0)
         continue_fit(landing, index);
-    landing->news.state = landing->state != before;
-    return landing->news;
+    landing->changes.state = landing->state != before;
+    return landing->changes;
 }
 
 struct landing_wheel landing_wheel_at(const struct landing *landing, uint32_t tick)

@@ -45,7 +45,7 @@
 #define LANDING_NO_EDGE_BLOCKS    3000u
 
 /* Changes caused by a block, for telemetry. */
-struct landing_news {
+struct landing_block_changes {
     bool state;
     bool summary;
     bool motion;
@@ -74,7 +74,7 @@ struct landing {
 
     struct mr_edge edge[MR_SWITCHES_WAITING_MAX]; /* edges to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS];
-    struct landing_news news;
+    struct landing_block_changes changes;
 
     bool is_braked;      /* the brake was applied in this landing */
     uint32_t brake_tick; /* that edge */
@@ -99,9 +99,10 @@ void landing_disarm(struct landing *landing, uint32_t block);
 /* Processes one block: its index, first tick, mean code of the staircase, and the edges up to it.
  * `config` holds the active switches and site; it must not change from arming to the end of the
  * landing. No pointer is kept. */
-struct landing_news landing_block(struct landing *landing, const struct mr_config *config,
-                                  uint32_t index, uint32_t tick, float staircase_code,
-                                  const uint32_t *edge_ticks, unsigned edge_count);
+struct landing_block_changes landing_on_block(struct landing *landing,
+                                              const struct mr_config *config, uint32_t index,
+                                              uint32_t tick, float staircase_code,
+                                              const uint32_t *edge_ticks, unsigned edge_count);
 
 /* Call with each edge of the brake. After the first one in a landing, motion is estimated from
  * gates beyond it. */

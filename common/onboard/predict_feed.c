@@ -12,7 +12,8 @@ static void update_motion(struct predict_motion *motion, const struct landing *l
 {
     const struct mr_passage *passage = &landing->passage;
     bool rolling = passage->gates && passage->state == MR_PASSAGE_ROLLING;
-    if (rolling == motion->is_rolling && passage->gates == motion->gates && !landing->news.motion)
+    if (rolling == motion->is_rolling && passage->gates == motion->gates &&
+        !landing->changes.motion)
         return;
     *motion = (struct predict_motion){.gates = passage->gates, .is_rolling = rolling};
     if (!rolling)

@@ -92,7 +92,7 @@ static const struct board_row *row_of(const struct board_table *table, const cha
 /* Pin and use of a signal on a board; empty: the board does not have it. */
 static void cell_of(unsigned board, const struct board_row *row, char cell[static CELL_MAX])
 {
-    const struct board_row *own = row_of(board_table_of(board), row->signal);
+    const struct board_row *own = row_of(board_table_by_number(board), row->signal);
     FILE *out = fmemopen(cell, CELL_MAX, "w");
     if (own) {
         fprintf(out, "P%c%u, %u: ", own->port, own->pin,
@@ -117,7 +117,7 @@ static unsigned shared_column(unsigned board)
 
 static bool has_board(unsigned board)
 {
-    return mr_board_by_number(board) && board_table_of(board);
+    return mr_board_by_number(board) && board_table_by_number(board);
 }
 
 /* "transducer 1" of TRANSDUCER_1 */
@@ -154,7 +154,7 @@ static void print_signal(FILE *out, const struct board_row *row)
 static bool had_before(unsigned board, const char *signal)
 {
     for (unsigned i = 0; i < board; i++) {
-        if (row_of(board_table_of(i), signal))
+        if (row_of(board_table_by_number(i), signal))
             return true;
     }
     return false;
@@ -187,7 +187,7 @@ void reference_pins(FILE *out)
     for (; columns > 0; columns--)
         fputs("---|", out);
     fputs("\n", out);
-    for (unsigned i = 0; (table = board_table_of(i)); i++) {
+    for (unsigned i = 0; (table = board_table_by_number(i)); i++) {
         for (size_t n = 0; n < table->rows; n++) {
             if (!had_before(i, table->row[n].signal))
                 print_signal(out, &table->row[n]);

@@ -28,12 +28,12 @@ static const struct board_table tables[] = {
     [MR_BOARD_NUCLEO446] = OF(nucleo446),
 };
 
-const struct board_table *board_table_of(unsigned number)
+const struct board_table *board_table_by_number(unsigned number)
 {
     return number < COUNT(tables) ? &tables[number] : NULL;
 }
 
-const struct board_region *board_region_of(const struct board_table *table, const char *name)
+const struct board_region *board_region_by_name(const struct board_table *table, const char *name)
 {
     for (size_t i = 0; i < table->regions; i++) {
         if (strcmp(table->region[i].name, name) == 0)
@@ -42,7 +42,7 @@ const struct board_region *board_region_of(const struct board_table *table, cons
     abort();
 }
 
-long board_fact_of(const struct board_table *table, const char *name)
+long board_fact_value(const struct board_table *table, const char *name)
 {
     for (size_t i = 0; i < table->facts; i++) {
         if (strcmp(table->fact[i].name, name) == 0)

@@ -40,10 +40,10 @@ struct board_table {
 };
 
 /* Table of a board by its number in common/boards.def, or NULL. Static storage. */
-const struct board_table *board_table_of(unsigned number);
+const struct board_table *board_table_by_number(unsigned number);
 /* Region with this name; aborts if there is none. */
-const struct board_region *board_region_of(const struct board_table *table, const char *name);
+const struct board_region *board_region_by_name(const struct board_table *table, const char *name);
 /* Value of the fact with this name; aborts if there is none. */
-long board_fact_of(const struct board_table *table, const char *name);
+long board_fact_value(const struct board_table *table, const char *name);
 
 #endif

@@ -97,13 +97,13 @@ static void print_options(void)
  * the watchdog test measures the internal low-speed one. Here: core cycles, SysTick and timers,
  * which must be whole multiples; the offset between the timers; the phase of the conversions in the
  * scan. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
-#define INTERNAL_KHZ  16000u
-#define CRYSTAL_KHZ   8000u
-#define SPAN_US       5000u /* shorter than SysTick's period of 10 ms */
-#define SCAN_TICKS    10500u
-#define CONVERSION_US 1000u
-#define NEWEST_US     100000u /* wait for one new block */
-#define ADC1_STREAM   4u
+#define INTERNAL_KHZ      16000u
+#define CRYSTAL_KHZ       8000u
+#define SPAN_US           5000u /* shorter than SysTick's period of 10 ms */
+#define SCAN_TICKS        10500u
+#define CONVERSION_US     1000u
+#define NEWEST_TIMEOUT_US 100000u /* wait for one new block */
+#define ADC1_STREAM       4u
 
 static void print_crystal(void)
 {
@@ -127,7 +127,7 @@ static uint32_t systick_since(uint32_t value)
 static void print_rates(void)
 {
     uint32_t mask = irq_mask();
-    uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_begin();
+    uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_now();
     pace_wait(SPAN_US);
     uint32_t ticks = TIM2->CNT - tick, systicks = systick_since(systick),
              cycles = pace_cycles(begun);
@@ -142,13 +142,13 @@ static void print_rates(void)
 }
 
 /* Drops the queued blocks and takes the next one that ends. */
-static bool take_newest_block(struct mr_block *block)
+static bool get_newest_block(struct mr_block *block)
 {
-    uint32_t begun = pace_begin();
-    while (board_block_take(block)) {
+    uint32_t begun = pace_now();
+    while (board_block_get(block)) {
     }
-    while (!board_block_take(block)) {
-        if (pace_passed(begun, NEWEST_US))
+    while (!board_block_get(block)) {
+        if (pace_passed(begun, NEWEST_TIMEOUT_US))
             return false;
     }
     return true;
@@ -159,7 +159,7 @@ static bool take_newest_block(struct mr_block *block)
 static void print_timers(void)
 {
     struct mr_block block;
-    bool come = take_newest_block(&block);
+    bool come = get_newest_block(&block);
     uint32_t mask = irq_mask();
     uint32_t before = TIM4->CNT, between = TIM2->CNT, after = TIM4->CNT;
     irq_restore(mask);
@@ -178,7 +178,7 @@ static void print_timers(void)
 /* Waits for the next conversion of converter 1 and returns TIM4's count. */
 static bool wait_for_conversion(uint32_t *tick)
 {
-    uint32_t begun = pace_begin(), left = DMA2->stream[ADC1_STREAM].NDTR;
+    uint32_t begun = pace_now(), left = DMA2->stream[ADC1_STREAM].NDTR;
     while (DMA2->stream[ADC1_STREAM].NDTR == left) {
         if (pace_passed(begun, CONVERSION_US))
             return false;
@@ -226,11 +226,11 @@ static void print_clocks(void)
  * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum counts more
  * than it should. */
 #define BLOCKS         400u
-#define SKIPPED        20u /* blocks that the queue may hold */
+#define SKIPPED_BLOCKS 20u /* blocks that the queue may hold */
 #define BLOCK_US       5000u
 #define BUSY_BYTES     512u
 #define REFERENCE_MV   2500u
-#define SUPPLY_MOST_MV 3700u
+#define SUPPLY_MAX_MV  3700u
 
 static struct {
     struct mr_block last;
@@ -240,11 +240,11 @@ static struct {
 } seen;
 
 /* Waits for the next block with the core busy. */
-static bool next_block(struct mr_block *block)
+static bool wait_for_block(struct mr_block *block)
 {
-    uint32_t begun = pace_begin(), at = 0;
+    uint32_t begun = pace_now(), at = 0;
     volatile uint32_t crc = 0;
-    while (!board_block_take(block)) {
+    while (!board_block_get(block)) {
         crc = mr_crc32(crc, program_start + at, BUSY_BYTES);
         at = (at + BUSY_BYTES) % 32768u;
         if (pace_passed(begun, BLOCK_US))
@@ -253,7 +253,7 @@ static bool next_block(struct mr_block *block)
     return true;
 }
 
-static void add(const struct mr_block *block)
+static void add_differences(const struct mr_block *block)
 {
     bool follows = seen.last.index + 1u == block->index;
     for (unsigned i = 0; follows && i < MR_BLOCK_SUMS; i++) {
@@ -265,25 +265,25 @@ static void add(const struct mr_block *block)
     seen.last = *block;
 }
 
-static bool measure(void)
+static bool measure_noise(void)
 {
     struct mr_block block;
     memset(&seen, 0, sizeof seen);
-    for (unsigned n = 0; n < SKIPPED; n++) {
-        if (!next_block(&block))
+    for (unsigned n = 0; n < SKIPPED_BLOCKS; n++) {
+        if (!wait_for_block(&block))
             return false;
     }
     /* no block follows this index, so the first block makes no difference */
     seen.last.index = block.index - 2u;
     for (unsigned n = 0; n < BLOCKS; n++) {
-        if (!next_block(&block))
+        if (!wait_for_block(&block))
             return false;
-        add(&block);
+        add_differences(&block);
     }
     return seen.count > BLOCKS / 2u;
 }
 
-static uint32_t root(uint64_t of)
+static uint32_t integer_root(uint64_t of)
 {
     uint64_t r = 0;
     for (uint64_t bit = 1ull << 31; bit; bit >>= 1) {
@@ -296,7 +296,7 @@ static uint32_t root(uint64_t of)
 /* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
 static int32_t noise_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)root(seen.squares[sum] * 1000000u / (2u * codes * seen.count));
+    return (int32_t)integer_root(seen.squares[sum] * 1000000u / (2u * codes * seen.count));
 }
 
 static int32_t level_milli(unsigned sum, unsigned codes)
@@ -311,9 +311,9 @@ static void print_channel(const char *what, unsigned channel, const char *signal
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
-        print_milli_of(what, signal, level_milli(sum, codes), "codes");
+        print_milli_named(what, signal, level_milli(sum, codes), "codes");
     else
-        print_milli_of(what, signal, noise_milli(sum, codes), "codes");
+        print_milli_named(what, signal, noise_milli(sum, codes), "codes");
 }
 
 static void print_channels(const char *what, bool level)
@@ -330,7 +330,7 @@ static uint32_t supply_mv(void)
     uint32_t sum = seen.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
     uint32_t codes = MR_SCANS_PER_BLOCK * seen.count;
     uint32_t mv = sum ? (uint32_t)((uint64_t)REFERENCE_MV * 4096u * codes / sum) : 0;
-    return mv <= SUPPLY_MOST_MV ? mv : 0;
+    return mv <= SUPPLY_MAX_MV ? mv : 0;
 }
 
 /* Prints the supply and its deviation from the board's nominal supply. The staircase is read
@@ -349,7 +349,7 @@ static void print_supply(void)
 
 static void print_noise(void)
 {
-    if (!measure()) {
+    if (!measure_noise()) {
         print_none("noise", "codes");
         return;
     }
@@ -402,8 +402,8 @@ static void print_cost(void)
     for (uint32_t round = 0; round < COST_ROUNDS; round++) {
         predictor_input(&started, round, &input);
         watchdog_feed();
-        uint32_t mask = irq_mask(), begun = pace_begin();
-        mr_predictor_block(&predictor, &input);
+        uint32_t mask = irq_mask(), begun = pace_now();
+        mr_predictor_on_block(&predictor, &input);
         spent += pace_cycles(begun);
         irq_restore(mask);
     }
@@ -442,7 +442,7 @@ static bool set_mode(uint32_t bits)
 static bool is_received_back(const struct board_can_frame *sent)
 {
     struct board_can_frame got = {0};
-    uint32_t begun = pace_begin();
+    uint32_t begun = pace_now();
     if (!board_can_send(sent))
         return false;
     while (!board_can_receive(&got)) {
@@ -461,8 +461,8 @@ static void print_can(void)
     /* Alternating bits: the data need no stuff bits. MR_ID_COMMAND passes the driver's filter. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     board_can_state(&errors);
-    board_can_move(0);
-    if (errors.missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
+    board_can_set_base(0);
+    if (errors.is_missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
         print_none("can_frames", "frames");
         print_none("can_frame", "us");
         return;
@@ -471,7 +471,7 @@ static void print_can(void)
     for (unsigned n = 0; n < FRAMES; n++) {
         for (unsigned i = 0; i < 8; i++)
             frame.data[i] = n & 1u ? 0x55u : 0xaau;
-        uint32_t begun = pace_begin();
+        uint32_t begun = pace_now();
         good += is_received_back(&frame);
         cycles += pace_cycles(begun);
     }
@@ -486,18 +486,18 @@ static void print_can(void)
 /* Identifies the black box's memory, then erases, programs and verifies a sector several times. The
  * sector is an empty one of the black box and is empty afterwards: records and runway are not
  * touched. A sector endures 100,000 erases (W25Q128JV rev. F 9.6). */
-#define LOOKS        9000u /* polls, 9 s or more: nor.c ends an erase after 6 s */
-#define TICKS_PER_US 84u
+#define POLLS_MAX        9000u /* polls, 9 s or more: nor.c ends an erase after 6 s */
+#define TICKS_PER_US     84u
 /* sectors searched for an empty one, from the black box's last one down */
-#define SEARCHED     256u
-#define NO_SECTOR    UINT32_MAX
-#define ROUNDS       3u
+#define SEARCHED_SECTORS 256u
+#define NO_SECTOR        UINT32_MAX
+#define ROUNDS           3u
 
 static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
 
 struct outcome {
     uint32_t rounds, wrong, failed;
-    uint32_t erase_us, erase_most_us, program_us, program_most_us; /* sums and maxima */
+    uint32_t erase_us, erase_max_us, program_us, program_max_us; /* sums and maxima */
 };
 
 /* Sleeps between two polls, until the next block or supervision tick. Times are from TIM2, which
@@ -506,17 +506,17 @@ static void sleep_until_interrupt(void)
 {
     struct mr_block block;
     watchdog_feed();
-    while (board_block_take(&block)) {
+    while (board_block_get(&block)) {
     }
     (void)board_sleep();
 }
 
 /* Waits for the end of an operation and returns its duration. False: it failed. */
-static bool ends(uint32_t *us)
+static bool wait_for_end(uint32_t *us)
 {
     uint32_t begun = TIM2->CNT;
     enum nor_status status = nor_poll();
-    for (unsigned n = 0; status == NOR_BUSY && n < LOOKS; n++) {
+    for (unsigned n = 0; status == NOR_BUSY && n < POLLS_MAX; n++) {
         sleep_until_interrupt();
         status = nor_poll();
     }
@@ -528,7 +528,7 @@ static bool read_page(uint32_t address)
 {
     uint32_t us;
     nor_begin_read(address, back, NOR_PAGE);
-    return ends(&us);
+    return wait_for_end(&us);
 }
 
 static bool is_blank(uint32_t sector)
@@ -546,7 +546,7 @@ static bool is_blank(uint32_t sector)
 
 static uint32_t find_blank_sector(void)
 {
-    for (uint32_t sector = NOR_SECTORS - 1u; sector >= NOR_SECTORS - SEARCHED; sector--) {
+    for (uint32_t sector = NOR_SECTORS - 1u; sector >= NOR_SECTORS - SEARCHED_SECTORS; sector--) {
         if (is_blank(sector))
             return sector;
     }
@@ -557,9 +557,9 @@ static bool erase(uint32_t sector, struct outcome *o)
 {
     uint32_t us;
     nor_begin_erase(sector * NOR_SECTOR);
-    bool done = ends(&us);
+    bool done = wait_for_end(&us);
     o->erase_us += us;
-    o->erase_most_us = us > o->erase_most_us ? us : o->erase_most_us;
+    o->erase_max_us = us > o->erase_max_us ? us : o->erase_max_us;
     o->failed += !done;
     return done;
 }
@@ -578,9 +578,9 @@ static void write_page(uint32_t address, struct outcome *o)
 {
     uint32_t us;
     nor_begin_program(address, page);
-    bool done = ends(&us);
+    bool done = wait_for_end(&us);
     o->program_us += us;
-    o->program_most_us = us > o->program_most_us ? us : o->program_most_us;
+    o->program_max_us = us > o->program_max_us ? us : o->program_max_us;
     o->failed += !done;
     if (!read_page(address) || memcmp(page, back, NOR_PAGE) != 0)
         o->wrong++;
@@ -611,27 +611,27 @@ static void print_outcome(uint32_t sector, const struct outcome *o)
     print_number("memory_failed", (int32_t)o->failed, "operations");
     uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
     print_number("memory_erase", (int32_t)(o->erase_us / (o->rounds + 1u)), "us");
-    print_number("memory_erase_most", (int32_t)o->erase_most_us, "us");
+    print_number("memory_erase_most", (int32_t)o->erase_max_us, "us");
     print_number("memory_program", (int32_t)(pages ? o->program_us / pages : 0), "us");
-    print_number("memory_program_most", (int32_t)o->program_most_us, "us");
+    print_number("memory_program_most", (int32_t)o->program_max_us, "us");
 }
 
 /* True if the memory answers. It may still be busy with an operation from before a reset. */
-static bool memory_is_there(void)
+static bool is_memory_present(void)
 {
     uint32_t us;
-    return ends(&us) && nor_identify() == NOR_IDLE;
+    return wait_for_end(&us) && nor_identify() == NOR_IDLE;
 }
 
 static void print_memory(void)
 {
     struct outcome outcome = {0};
     uint32_t sector = NO_SECTOR;
-    if (!memory_is_there()) {
+    if (!is_memory_present()) {
         print_none("memory_id", "id");
         return;
     }
-    print_hex("memory_id", nor_jedec(), "id");
+    print_hex("memory_id", nor_read_jedec_id(), "id");
     sector = find_blank_sector();
     if (sector == NO_SECTOR) {
         print_none("memory_sector", "sector");
@@ -653,29 +653,30 @@ static void print_memory(void)
  *
  * The supply is measured against the 2.500 V reference and must match the board's nominal supply: a
  * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
-#define KEY1            0x08192a3bu
-#define KEY2            0x4c5d6e7fu
-#define OPTCR_OPTLOCK   (1u << 0)
-#define OPTCR_OPTSTRT   (1u << 1)
-#define OPTCR_BOR_SHIFT 2u
-#define OPTCR_BOR       (3u << OPTCR_BOR_SHIFT)
-#define OPTCR_RDP       (0xffu << 8)
-#define RDP_LEVEL_0     (0xaau << 8)
-#define OPTION_POLLS    48000000u /* a few seconds; the loop stalls while the flash is busy */
-#define LEVEL_3_MV      3150u
-#define LEVEL_2_MV      2800u
-#define OFF_PERCENT     5u /* allowed deviation from the board's nominal supply */
+#define KEY1                     0x08192a3bu
+#define KEY2                     0x4c5d6e7fu
+#define OPTCR_OPTLOCK            (1u << 0)
+#define OPTCR_OPTSTRT            (1u << 1)
+#define OPTCR_BOR_SHIFT          2u
+#define OPTCR_BOR                (3u << OPTCR_BOR_SHIFT)
+#define OPTCR_RDP                (0xffu << 8)
+#define RDP_LEVEL_0              (0xaau << 8)
+/* a few seconds; the loop stalls while the flash is busy */
+#define OPTION_POLLS             48000000u
+#define LEVEL_3_MV               3150u
+#define LEVEL_2_MV               2800u
+#define SUPPLY_TOLERANCE_PERCENT 5u /* allowed deviation from the board's nominal supply */
 
 static bool is_the_boards(uint32_t mv)
 {
     uint32_t off = mv > BOARD_SUPPLY_MV ? mv - BOARD_SUPPLY_MV : BOARD_SUPPLY_MV - mv;
-    return off * 100u <= BOARD_SUPPLY_MV * OFF_PERCENT;
+    return off * 100u <= BOARD_SUPPLY_MV * SUPPLY_TOLERANCE_PERCENT;
 }
 
 static bool write_options(uint32_t options)
 {
     uint32_t mask = irq_mask(); /* the handlers are in flash, which is busy now */
-    watchdog_patience(WATCHDOG_FLASH);
+    watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_OPTCR & OPTCR_OPTLOCK) {
         FLASH_OPTKEYR = KEY1;
         FLASH_OPTKEYR = KEY2;
@@ -686,7 +687,7 @@ static bool write_options(uint32_t options)
     while ((FLASH_SR & FLASH_SR_BSY) && --polls) {
     }
     FLASH_OPTCR |= OPTCR_OPTLOCK;
-    watchdog_patience(WATCHDOG_USUAL);
+    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
     irq_restore(mask);
     return polls > 0 && (FLASH_OPTCR & ~OPTCR_OPTLOCK) == options;
 }
@@ -706,7 +707,7 @@ static void set_level(uint32_t level)
 
 static void set_brown_out(void)
 {
-    uint32_t mv = measure() ? supply_mv() : 0;
+    uint32_t mv = measure_noise() ? supply_mv() : 0;
     if (mv)
         print_milli("supply", (int32_t)mv, "V");
     else
@@ -728,7 +729,7 @@ static void set_brown_out(void)
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u
-#define COUNTS         (WATCHDOG_USUAL + 1u) /* RM0090 table 107: the count includes 0 */
+#define COUNTS         (WATCHDOG_DEFAULT_COUNTS + 1u) /* RM0090 table 107: the count includes 0 */
 #define LSI_DIVIDER    32u
 #define CFSR_BFARVALID (1u << 15)
 #define CFSR_STKERR    (1u << 12)
@@ -762,7 +763,7 @@ static const char *caught_word(const struct board_restart *restart)
 static void print_overflow(void)
 {
     struct board_restart restart;
-    board_restarted(&restart);
+    board_get_restart(&restart);
     const uint32_t *crash = restart.crash;
     print_word("stack_overflow", caught_word(&restart), "caught_by");
     if (!crash || restart.crash_age != 0) {
@@ -783,8 +784,8 @@ static void starve_watchdog(void)
 {
     (void)irq_mask();
     starved_cycles = 0;
-    watchdog_patience(WATCHDOG_USUAL); /* also feeds the watchdog, for the last time */
-    uint32_t begun = pace_begin();
+    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS); /* also feeds the watchdog, for the last time */
+    uint32_t begun = pace_now();
     while (pace_cycles(begun) < STARVED_S * 1000000u * PACE_MHZ)
         starved_cycles = pace_cycles(begun);
 }
@@ -818,7 +819,7 @@ static void store_stage(enum stage stage)
     kept.complement = ~(uint32_t)stage;
 }
 
-static enum stage take_stage(void)
+static enum stage read_stage(void)
 {
     enum stage stage = kept.complement == ~kept.stage && kept.stage <= STAGE_WATCHDOG
                          ? (enum stage)kept.stage
@@ -905,7 +906,7 @@ static void execute(const char *word)
 }
 
 /* Takes a line that has arrived, without its end. False: no whole line yet. */
-static bool take_word(char word[WORD_BYTES])
+static bool read_word(char word[WORD_BYTES])
 {
     static char line[WORD_BYTES];
     static size_t length;
@@ -929,18 +930,19 @@ int main(void)
     struct mr_block block;
     char word[WORD_BYTES];
     board_start();
-    board_note_good(); /* resets are intended here: they must not count as a row of failures */
+    /* resets are intended here: they must not count as a row of failures */
+    board_reset_restart_count();
     board_identify(&identity);
     pace_start();
-    uart_rate(PRINT_BAUD);
-    board_scans_configure(board_inputs());
-    start_next_round(take_stage());
+    uart_set_rate(PRINT_BAUD);
+    board_scans_configure(board_input_mask());
+    start_next_round(read_stage());
     for (;;) {
         watchdog_feed();
-        while (board_block_take(&block)) { /* waiting blocks would prevent sleep */
+        while (board_block_get(&block)) { /* waiting blocks would prevent sleep */
         }
         (void)board_sleep();
-        if (take_word(word))
+        if (read_word(word))
             execute(word);
     }
 }

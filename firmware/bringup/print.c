@@ -26,7 +26,7 @@ static void put_char(struct line *line, char c)
         line->bytes[line->length++] = c;
 }
 
-static void put(struct line *line, const char *word)
+static void put_text(struct line *line, const char *word)
 {
     while (*word)
         put_char(line, *word++);
@@ -66,7 +66,7 @@ static uint32_t put_sign(struct line *line, int32_t value)
 
 static void send(struct line *line)
 {
-    uint32_t begun = pace_begin();
+    uint32_t begun = pace_now();
     line->bytes[line->length++] = '\n';
     while (!board_serial_send((const uint8_t *)line->bytes, line->length) &&
            !pace_passed(begun, WAIT_US)) {
@@ -84,14 +84,14 @@ static void send_counted(struct line *line)
 static void end_line(struct line *line, const char *unit)
 {
     put_char(line, ' ');
-    put(line, unit);
+    put_text(line, unit);
     send_counted(line);
 }
 
 static struct line begin_line(const char *what, const char *whose)
 {
     struct line line = {.length = 0};
-    put(&line, what);
+    put_text(&line, what);
     put_lower(&line, whose);
     put_char(&line, ' ');
     return line;
@@ -102,8 +102,8 @@ void print_begin(const char *section)
     struct line line = {.length = 0};
     memset(&text, 0, sizeof text);
     strncpy(text.section, section, sizeof text.section - 1u);
-    put(&line, "begin ");
-    put(&line, text.section);
+    put_text(&line, "begin ");
+    put_text(&line, text.section);
     put_char(&line, ' ');
     put_digits(&line, PRINT_FORMAT, 1);
     send_counted(&line);
@@ -113,8 +113,8 @@ void print_begin(const char *section)
 void print_end(void)
 {
     struct line line = {.length = 0};
-    put(&line, "end ");
-    put(&line, text.section);
+    put_text(&line, "end ");
+    put_text(&line, text.section);
     put_char(&line, ' ');
     put_digits(&line, text.lines, 1);
     put_char(&line, ' ');
@@ -129,7 +129,7 @@ void print_number(const char *name, int32_t value, const char *unit)
     end_line(&line, unit);
 }
 
-void print_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit)
+void print_milli_named(const char *what, const char *whose, int32_t thousandths, const char *unit)
 {
     struct line line = begin_line(what, whose);
     uint32_t size = put_sign(&line, thousandths);
@@ -141,13 +141,13 @@ void print_milli_of(const char *what, const char *whose, int32_t thousandths, co
 
 void print_milli(const char *name, int32_t thousandths, const char *unit)
 {
-    print_milli_of(name, "", thousandths, unit);
+    print_milli_named(name, "", thousandths, unit);
 }
 
 void print_hex(const char *name, uint32_t value, const char *unit)
 {
     struct line line = begin_line(name, "");
-    put(&line, "0x");
+    put_text(&line, "0x");
     put_hex(&line, value, 1);
     end_line(&line, unit);
 }
@@ -155,7 +155,7 @@ void print_hex(const char *name, uint32_t value, const char *unit)
 void print_word(const char *name, const char *word, const char *unit)
 {
     struct line line = begin_line(name, "");
-    put(&line, word);
+    put_text(&line, word);
     end_line(&line, unit);
 }
 
@@ -167,14 +167,14 @@ void print_none(const char *name, const char *unit)
 void print_text(const char *words)
 {
     struct line line = {.length = 0};
-    put(&line, words);
+    put_text(&line, words);
     send(&line);
 }
 
 void print_flush(void)
 {
-    uint32_t begun = pace_begin();
-    while (!uart_sent() && !pace_passed(begun, WAIT_US)) {
+    uint32_t begun = pace_now();
+    while (!uart_is_sent() && !pace_passed(begun, WAIT_US)) {
     }
     pace_wait(LAST_BYTES_US);
 }
@@ -195,7 +195,7 @@ bool pace_passed(uint32_t begun, uint32_t us)
 
 void pace_wait(uint32_t us)
 {
-    uint32_t begun = pace_begin();
+    uint32_t begun = pace_now();
     while (!pace_passed(begun, us)) {
     }
 }

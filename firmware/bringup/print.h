@@ -30,7 +30,7 @@ void print_milli(const char *name, int32_t thousandths, const char *unit);
 void print_hex(const char *name, uint32_t value, const char *unit);
 void print_word(const char *name, const char *word, const char *unit);
 /* As print_milli, with a name in two parts; upper case is printed in lower case. */
-void print_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
+void print_milli_named(const char *what, const char *whose, int32_t thousandths, const char *unit);
 /* Prints that `name` has no value because the part is absent or did not respond. */
 void print_none(const char *name, const char *unit);
 
@@ -48,7 +48,7 @@ void print_flush(void);
 
 void pace_start(void);
 
-static inline uint32_t pace_begin(void)
+static inline uint32_t pace_now(void)
 {
     return DWT_CYCCNT;
 }

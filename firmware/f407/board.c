@@ -63,7 +63,7 @@ bool board_image_check(bool *good)
 
 /* ---- start ---- */
 
-static uint8_t take_reset_cause(void)
+static uint8_t read_reset_cause(void)
 {
     uint32_t csr = RCC->CSR;
     RCC->CSR |= RCC_CSR_RMVF;
@@ -85,12 +85,12 @@ static void start_supervision(void)
 void board_start(void)
 {
     watchdog_start(); /* before anything that could hang */
-    identity.reset_cause = take_reset_cause();
-    quiet = fault_recall(identity.reset_cause);
+    identity.reset_cause = read_reset_cause();
+    quiet = fault_read_record(identity.reset_cause);
     clock_reset();
     /* Before the crystal, which may take 100 ms to start: outputs float until here. */
     pins_configure();
-    enum mr_clock_source clock = clock_start(!fault_crystal_has_stopped_twice());
+    enum mr_clock_source clock = clock_start(!fault_has_crystal_stopped_twice());
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;
@@ -119,7 +119,7 @@ void board_identify(struct board_identity *out)
     *out = identity;
 }
 
-uint32_t board_inputs(void)
+uint32_t board_input_mask(void)
 {
     return BOARD_INPUTS;
 }
@@ -129,18 +129,18 @@ uint32_t board_supply_mv(void)
     return BOARD_SUPPLY_MV;
 }
 
-void board_warn(bool warning)
+void board_set_warning(bool warning)
 {
     warning |= quiet;
     pin_write(PIN_WARNING, !warning);
 }
 
-void board_shunt(bool on)
+void board_set_shunts(bool on)
 {
     pin_write(PIN_SHUNTS, on);
 }
 
-bool board_lamp_draws(void)
+bool board_has_lamp_current(void)
 {
     return !pin_read(PIN_LAMP);
 }
@@ -168,7 +168,7 @@ bool board_sleep(void)
     /* WFI also wakes for a pending interrupt while interrupts are masked, so no event after this
      * check is slept through. */
     uint32_t mask = irq_mask();
-    if (!scan_ready() && !tick_passed) {
+    if (!scan_is_block_ready() && !tick_passed) {
         uint32_t before = TIM2->CNT;
         __asm volatile("dsb\n\twfi" ::: "memory");
         asleep_ticks += TIM2->CNT - before;
@@ -210,10 +210,10 @@ void watchdog_start(void)
     IWDG->KR = KEY_START;
     IWDG->KR = KEY_UNLOCK;
     IWDG->PR = 3u; /* / 32 */
-    watchdog_patience(WATCHDOG_USUAL);
+    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
 }
 
-void watchdog_patience(uint32_t counts)
+void watchdog_set_timeout(uint32_t counts)
 {
     IWDG->KR = KEY_UNLOCK;
     IWDG->RLR = counts;
@@ -233,8 +233,8 @@ void watchdog_feed(void)
  * in RAM; the start reads the note before anything else. AN2606 3 (STM32F40x: vectors at
  * 0x1FFF0000). */
 
-#define ROM_VECTORS 0x1fff0000u
-#define NOTE_VALID  0x21524f4du /* "MOR!" */
+#define ROM_VECTORS      0x1fff0000u
+#define ROM_REQUEST_MARK 0x21524f4du /* "MOR!" */
 
 /* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
 static struct {
@@ -242,20 +242,20 @@ static struct {
     uint32_t complement;
 } note __attribute__((section(".noinit")));
 
-bool board_jumper(void)
+bool board_is_jumper_fitted(void)
 {
     return !pin_read(PIN_MAINTENANCE);
 }
 
-bool board_rom_ready(void)
+bool board_is_rom_reachable(void)
 {
     return BOARD_ROM_HEARS_SERIAL;
 }
 
 void board_enter_rom(void)
 {
-    note.valid = NOTE_VALID;
-    note.complement = ~NOTE_VALID;
+    note.valid = ROM_REQUEST_MARK;
+    note.complement = ~ROM_REQUEST_MARK;
     __asm volatile("dsb" ::: "memory");
     SCB_AIRCR = 0x05fa0004u; /* system reset request */
     for (;;) {
@@ -264,7 +264,7 @@ void board_enter_rom(void)
 
 /* True if the boot ROM ran first: with BOOT0 high a reset starts it, because address 0 maps to
  * it. */
-static bool rom_ran_first(const uint32_t *vectors)
+static bool has_rom_run(const uint32_t *vectors)
 {
     uintptr_t at = 4;
     /* hides the value: otherwise gcc assumes that an access near address 0 is undefined */
@@ -275,10 +275,10 @@ static bool rom_ran_first(const uint32_t *vectors)
 void enter_rom_if_requested(void)
 {
     const uint32_t *vectors = (const uint32_t *)ROM_VECTORS;
-    if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)
+    if (note.valid != ROM_REQUEST_MARK || note.complement != ~ROM_REQUEST_MARK)
         return;
     note.valid = 0;
-    if (rom_ran_first(vectors)) /* the boot ROM has already run and has started this program */
+    if (has_rom_run(vectors)) /* the boot ROM has already run and has started this program */
         return;
     /* The ROM's interrupts (USB, CAN) use the vectors at address 0, because VTOR is 0 after a
      * reset. */

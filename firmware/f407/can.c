@@ -49,7 +49,7 @@ void can_start(void)
         return;
     }
     CAN1->BTR = BIT_TIMING;
-    CAN1->FMR |= CAN_FMR_FINIT; /* filters stay off until board_can_move sets the identifiers */
+    CAN1->FMR |= CAN_FMR_FINIT; /* filters stay off until board_can_set_base sets the identifiers */
     CAN1->FM1R = 3u;            /* banks 0 and 1: identifier lists */
     CAN1->FS1R = 3u;            /* filters of 32 bits */
     CAN1->FFA1R = 0;            /* accepted frames go to FIFO 0 */
@@ -62,7 +62,7 @@ void can_start(void)
 /* Changes the filters, with FINIT set. Reception stops for less than a microsecond; a frame that
  * ends in this time is lost. The interrupt has already taken earlier frames from the FIFO, with the
  * old base. RM0090 32.7.4. Filters survive bus-off and recovery. */
-void board_can_move(uint16_t to)
+void board_can_set_base(uint16_t to)
 {
     if (!running)
         return;
@@ -78,7 +78,7 @@ void board_can_move(uint16_t to)
     CAN1->MCR = CAN_MCR_TXFP;
 }
 
-static uint32_t word_of(const uint8_t *bytes)
+static uint32_t data_word(const uint8_t *bytes)
 {
     return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
            (uint32_t)bytes[3] << 24;
@@ -104,17 +104,17 @@ static void fill_mailboxes(void)
         if (!empty)
             return;
         unsigned mailbox = (unsigned)__builtin_ctz(empty);
-        const struct board_can_frame *frame = &tx_ring[tx.taken % TX_QUEUE];
+        const struct board_can_frame *frame = &tx_ring[tx.removed % TX_QUEUE];
         CAN1->tx[mailbox].TDTR = frame->length;
-        CAN1->tx[mailbox].TDLR = word_of(frame->data);
-        CAN1->tx[mailbox].TDHR = word_of(frame->data + 4);
+        CAN1->tx[mailbox].TDLR = data_word(frame->data);
+        CAN1->tx[mailbox].TDHR = data_word(frame->data + 4);
         if (frame->id & SYNC_MARK) {
-            sync_block = word_of(frame->data);
+            sync_block = data_word(frame->data);
             sync_mailbox = mailbox;
             sync_left = false;
         }
         CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MAX) << 21 | CAN_TIR_TXRQ;
-        queue_take(&tx, 1);
+        queue_remove(&tx, 1);
     }
 }
 
@@ -159,7 +159,7 @@ void can1_rx0_irq(void)
         if (!(fifo & CAN_RF0R_FMP) || fifo & CAN_RF0R_RFOM)
             break;
         if (queue_filled(&rx) < RX_QUEUE) {
-            struct board_can_frame *frame = &rx_ring[rx.put % RX_QUEUE];
+            struct board_can_frame *frame = &rx_ring[rx.added % RX_QUEUE];
             uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
             frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), base);
             frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
@@ -169,7 +169,7 @@ void can1_rx0_irq(void)
                 frame->data[i] = (uint8_t)(low >> (8 * i));
                 frame->data[4 + i] = (uint8_t)(high >> (8 * i));
             }
-            queue_put(&rx, 1);
+            queue_add(&rx, 1);
         } else {
             health_count(MR_FAULT_CAN_RX_OVERRUN, 1);
         }
@@ -182,13 +182,13 @@ bool board_can_send(const struct board_can_frame *frame)
 {
     if (!running || queue_filled(&tx) == TX_QUEUE)
         return false;
-    struct board_can_frame *queued = &tx_ring[tx.put % TX_QUEUE];
+    struct board_can_frame *queued = &tx_ring[tx.added % TX_QUEUE];
     *queued = *frame;
     queued->id = mr_can_to_bus(frame->id, base);
     if (frame->id == MR_ID_SYNC)
         queued->id |= SYNC_MARK;
     uint32_t mask = irq_mask();
-    queue_put(&tx, 1);
+    queue_add(&tx, 1);
     fill_mailboxes();
     irq_restore(mask);
     return true;
@@ -203,8 +203,8 @@ bool board_can_receive(struct board_can_frame *frame)
 {
     if (!queue_filled(&rx))
         return false;
-    *frame = rx_ring[rx.taken % RX_QUEUE];
-    queue_take(&rx, 1);
+    *frame = rx_ring[rx.removed % RX_QUEUE];
+    queue_remove(&rx, 1);
     return true;
 }
 
@@ -223,7 +223,7 @@ void board_can_clear(void)
         return;
     uint32_t mask = irq_mask();
     cleared += queue_filled(&tx);
-    queue_take(&tx, queue_filled(&tx));
+    queue_remove(&tx, queue_filled(&tx));
     CAN1->TSR = CAN_TSR_ABRQ(0) | CAN_TSR_ABRQ(1) | CAN_TSR_ABRQ(2);
     irq_restore(mask);
 }
@@ -237,11 +237,11 @@ void board_can_rejoin(bool begin)
 void board_can_state(struct board_can_errors *errors)
 {
     uint32_t esr = running ? CAN1->ESR : 0;
-    errors->missing = !running;
+    errors->is_missing = !running;
     errors->last_error = (uint8_t)(esr >> 4 & 7u);
-    errors->pending = running && (queue_filled(&tx) || (~CAN1->TSR & ALL_EMPTY) != 0);
-    errors->passed = passed;
-    errors->removed = cleared + aborted;
+    errors->is_pending = running && (queue_filled(&tx) || (~CAN1->TSR & ALL_EMPTY) != 0);
+    errors->sent_count = passed;
+    errors->removed_count = cleared + aborted;
     errors->tec = (uint8_t)(esr >> 16);
     errors->rec = (uint8_t)(esr >> 24);
     errors->passive = (esr & CAN_ESR_EPVF) != 0;

@@ -7,18 +7,19 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define EDGES              64u
-#define PULSES             32u /* 160 ms at 200 a second */
+#define EDGE_CAPTURES      64u
+#define PULSE_CAPTURES     32u /* 160 ms at 200 a second */
 #define EDGE_STREAM        5u
 #define EDGE_FILTER_TICKS  8u
 #define PULSE_FILTER_TICKS 256u
 /* Ticks can be compared within 25 s. Captures are taken with the next block; without blocks the
  * scans are restarted each second. */
-#define OLD_TICKS          (10u * 84000000u)
-#define TOO_OLD            1u /* details of the fault */
-#define OF_PULSES          2u
+#define AGE_MAX_TICKS      (10u * 84000000u)
+#define DETAIL_TOO_OLD     1u /* details of the fault */
+#define DETAIL_PULSES      2u
 
-static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, pulse_tick[BOARD_PULSES][PULSES] DMA_BUFFER;
+static volatile uint32_t edge_tick[EDGE_CAPTURES] DMA_BUFFER,
+    pulse_tick[BOARD_PULSES][PULSE_CAPTURES] DMA_BUFFER;
 /* index of the oldest capture not yet taken */
 static unsigned edge_taken, pulse_taken[BOARD_PULSES];
 static const uint8_t pulse_stream[BOARD_PULSES] = {
@@ -43,7 +44,7 @@ static void start_stream(unsigned number, unsigned channel, volatile uint32_t *t
 void capture_start(void)
 {
     TIM2->ARR = 0xffffffffu;
-    start_stream(EDGE_STREAM, 0, edge_tick, EDGES, DMA_CR_PRIORITY(2));
+    start_stream(EDGE_STREAM, 0, edge_tick, EDGE_CAPTURES, DMA_CR_PRIORITY(2));
     TIM2->PSC = 0;
     TIM2->EGR = TIM_EGR_UG;
     TIM2->CNT = 0;
@@ -54,9 +55,9 @@ void capture_start(void)
 }
 
 /* Takes captures up to a tick, oldest first, with the filter delay subtracted. */
-static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned size,
-                   unsigned *taken, uint32_t until_tick, uint32_t delay, uint32_t *ticks,
-                   size_t capacity)
+static size_t get_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                           unsigned *taken, uint32_t until_tick, uint32_t delay, uint32_t *ticks,
+                           size_t capacity)
 {
     size_t count = 0;
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
@@ -70,11 +71,11 @@ static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned 
 
 /* Drops captures that are too old to order: an old one would look like a future one and block all
  * after it. */
-static void drop_old(unsigned stream, const volatile uint32_t *captured, unsigned size,
-                     unsigned *taken, uint8_t detail)
+static void drop_old_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                              unsigned *taken, uint8_t detail)
 {
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
-    while (*taken != head && TIM2->CNT - captured[*taken] > OLD_TICKS) {
+    while (*taken != head && TIM2->CNT - captured[*taken] > AGE_MAX_TICKS) {
         *taken = (*taken + 1) % size;
         health_count(MR_FAULT_EDGE_OVERRUN, detail);
     }
@@ -82,24 +83,25 @@ static void drop_old(unsigned stream, const volatile uint32_t *captured, unsigne
 
 void capture_drop_old(void)
 {
-    drop_old(EDGE_STREAM, edge_tick, EDGES, &edge_taken, TOO_OLD);
+    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edge_taken, DETAIL_TOO_OLD);
     for (unsigned i = 0; i < BOARD_PULSES; i++) {
         if (TIM2->DIER & TIM_DIER_CC1DE << pulse_channel((enum board_pulses)i))
-            drop_old(pulse_stream[i], pulse_tick[i], PULSES, &pulse_taken[i], OF_PULSES);
+            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES, &pulse_taken[i],
+                              DETAIL_PULSES);
     }
 }
 
-size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 {
     if (TIM2->SR & TIM_SR_CC1OF) {
         TIM2->SR = ~TIM_SR_CC1OF;
         health_count(MR_FAULT_EDGE_OVERRUN, 0);
     }
-    return take(EDGE_STREAM, edge_tick, EDGES, &edge_taken, until_tick, EDGE_FILTER_TICKS, ticks,
-                capacity);
+    return get_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edge_taken, until_tick,
+                        EDGE_FILTER_TICKS, ticks, capacity);
 }
 
-void board_pulses_capture(enum board_pulses input, bool on)
+void board_pulses_enable(enum board_pulses input, bool on)
 {
     uint32_t channel = pulse_channel(input), shift = channel % 2 * 8;
     volatile uint32_t *mode = channel < 2 ? &TIM2->CCMR1 : &TIM2->CCMR2;
@@ -109,26 +111,27 @@ void board_pulses_capture(enum board_pulses input, bool on)
     pulse_taken[input] = 0;
     if (!on)
         return;
-    start_stream(pulse_stream[input], channel, pulse_tick[input], PULSES, DMA_CR_PRIORITY(1));
+    start_stream(pulse_stream[input], channel, pulse_tick[input], PULSE_CAPTURES,
+                 DMA_CR_PRIORITY(1));
     *mode = (*mode & ~(0xffu << shift)) | (TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_256) << shift;
     (void)TIM2->CCR[channel]; /* discards an old capture */
     TIM2->DIER |= TIM_DIER_CC1DE << channel;
     TIM2->CCER |= TIM_CCER_CC1E << 4 * channel; /* rising edges */
 }
 
-size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
-                         size_t capacity)
+size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                        size_t capacity)
 {
     uint32_t overrun = TIM_SR_CC1OF << pulse_channel(input);
     if (TIM2->SR & overrun) {
         TIM2->SR = ~overrun;
-        health_count(MR_FAULT_EDGE_OVERRUN, OF_PULSES);
+        health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_PULSES);
     }
-    return take(pulse_stream[input], pulse_tick[input], PULSES, &pulse_taken[input], until_tick,
-                PULSE_FILTER_TICKS, ticks, capacity);
+    return get_captures(pulse_stream[input], pulse_tick[input], PULSE_CAPTURES, &pulse_taken[input],
+                        until_tick, PULSE_FILTER_TICKS, ticks, capacity);
 }
 
-uint32_t board_camera(bool high)
+uint32_t board_set_camera_trigger(bool high)
 {
     pin_write(PIN_CAMERA_TRIGGER, high);
     return TIM2->CNT;

@@ -19,11 +19,11 @@
 #define CAPTURES          16u
 #define CAPTURE_POLLS     1000u /* 62 us; 125 us for a crystal of 4 MHz */
 
-#define STOPPED 255u /* detail of the fault */
+#define DETAIL_STOPPED 255u /* detail of the fault */
 
 static uint32_t crystal_khz; /* measured at start; 0 without a crystal */
 
-static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
+static bool wait_for_bits(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
 {
     while (polls-- > 0) {
         if ((*reg & mask) == value)
@@ -41,31 +41,32 @@ static bool start_pll(bool from_crystal)
     RCC->PLLCFGR = RCC_PLLCFGR_RESERVED | input_divider | 168u << 6 | 0u << 16 | 7u << 24 |
                    (from_crystal ? RCC_PLLCFGR_SRC_HSE : 0u);
     RCC->CR |= RCC_CR_PLLON;
-    if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
+    if (!wait_for_bits(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
         return false;
     FLASH_ACR = FLASH_ACR_168MHZ;
     /* The wait states must be in force before the clock is faster. RM0090 3.5.1 */
-    if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY, PLL_POLLS))
+    if (!wait_for_bits(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY,
+                       PLL_POLLS))
         return false;
     /* A prescaler change takes up to 16 cycles, so it must precede the clock change. RM0090
      * 7.3.3 */
     const uint32_t prescalers = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CFGR = prescalers;
-    if (!wait_for(&RCC->CFGR, prescalers, prescalers, PLL_POLLS))
+    if (!wait_for_bits(&RCC->CFGR, prescalers, prescalers, PLL_POLLS))
         return false;
     RCC->CFGR = prescalers | RCC_CFGR_SW_PLL;
-    return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL, PLL_POLLS);
+    return wait_for_bits(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL, PLL_POLLS);
 }
 
 void clock_reset(void)
 {
     RCC->CR |= RCC_CR_HSION;
-    wait_for(&RCC->CR, RCC_CR_HSIRDY, RCC_CR_HSIRDY, PLL_POLLS);
+    wait_for_bits(&RCC->CR, RCC_CR_HSIRDY, RCC_CR_HSIRDY, PLL_POLLS);
     RCC->CFGR &= ~RCC_CFGR_SW_MASK;
-    wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, 0, PLL_POLLS);
+    wait_for_bits(&RCC->CFGR, RCC_CFGR_SWS_MASK, 0, PLL_POLLS);
     RCC->CFGR = 0;
     RCC->CR &= ~(RCC_CR_PLLON | RCC_CR_HSEON | RCC_CR_CSSON);
-    wait_for(&RCC->CR, RCC_CR_PLLRDY, 0, PLL_POLLS);
+    wait_for_bits(&RCC->CR, RCC_CR_PLLRDY, 0, PLL_POLLS);
     RCC->AHB1RSTR = BOARD_AHB1_ALL;
     RCC->AHB1RSTR = 0;
     RCC->APB1RSTR = BOARD_APB1_ALL;
@@ -79,7 +80,7 @@ void clock_reset(void)
 
 static bool capture(uint16_t *count)
 {
-    if (!wait_for(&TIM11->SR, TIM_SR_CC1IF, TIM_SR_CC1IF, CAPTURE_POLLS))
+    if (!wait_for_bits(&TIM11->SR, TIM_SR_CC1IF, TIM_SR_CC1IF, CAPTURE_POLLS))
         return false;
     *count = (uint16_t)TIM11->CCR1;
     return true;
@@ -115,7 +116,7 @@ static bool start_crystal(void)
     if (BOARD_CLOCK_BYPASS)
         RCC->CR |= RCC_CR_HSEBYP;
     RCC->CR |= RCC_CR_HSEON;
-    bool swings = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
+    bool swings = wait_for_bits(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
     if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
         /* if the crystal stops later: an NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
@@ -135,7 +136,7 @@ enum mr_clock_source clock_start(bool crystal_wanted)
     PWR_CR |= PWR_CR_VOS;
 
     if (!crystal_wanted)
-        health_count(MR_FAULT_CLOCK_FALLBACK, STOPPED);
+        health_count(MR_FAULT_CLOCK_FALLBACK, DETAIL_STOPPED);
     bool crystal = crystal_wanted && start_crystal();
     while (!start_pll(crystal)) {
     }

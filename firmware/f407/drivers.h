@@ -24,7 +24,7 @@ uint32_t clock_crystal_khz(void);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, and blocks. Must be called before board_scans_configure can
  * start the scans. */
 void scan_prepare(void);
-bool scan_ready(void); /* a block is ready */
+bool scan_is_block_ready(void); /* a block is ready */
 /* capture.c: TIM2 and its DMA. Call before the scans start, because their timer starts both. */
 void capture_start(void);
 /* Counts captures from before a stop of the blocks as lost, before their ticks wrap. */
@@ -37,30 +37,30 @@ void nor_start(void);
 void nor_extend_timeout(uint32_t ticks);
 /* Manufacturer, type and capacity of the chip: 0x00ef4018. Call only while nor_poll returns
  * NOR_IDLE. */
-uint32_t nor_jedec(void);
+uint32_t nor_read_jedec_id(void);
 void uart_start(void);
 /* Changes the rate from the initial 2 Mbaud, after everything has been sent; used by the bring-up
  * image. */
-void uart_rate(uint32_t baud);
+void uart_set_rate(uint32_t baud);
 /* True if all queued bytes have been sent or are in the transmitter (at most two bytes). */
-bool uart_sent(void);
+bool uart_is_sent(void);
 /* board.c: starts the watchdog with half a second at nominal LSI, 0.34 to 0.94 s over the range of
  * LSI. */
 void watchdog_start(void);
 void watchdog_feed(void);
 /* Sets the time-out in counts of LSI / 32 and feeds the watchdog. The erase of a 16 KiB sector
  * takes 0.5 s; 1500 counts are at least 1.02 s. */
-#define WATCHDOG_USUAL 500u
-#define WATCHDOG_FLASH 1500u
-void watchdog_patience(uint32_t counts);
+#define WATCHDOG_DEFAULT_COUNTS 500u
+#define WATCHDOG_FLASH_COUNTS   1500u
+void watchdog_set_timeout(uint32_t counts);
 /* board.c: enters the boot ROM if board_enter_rom requested it before this reset. Call before
  * anything else. */
 void enter_rom_if_requested(void);
 /* fault.c: counts a processor fault or a late task from before this reset; `cause` as in the
  * message hello. True: too many resets in a row, and the board only communicates. */
-bool fault_recall(uint8_t cause);
+bool fault_read_record(uint8_t cause);
 /* True if the crystal has started and stopped twice since the last requested restart. */
-bool fault_crystal_has_stopped_twice(void);
+bool fault_has_crystal_stopped_twice(void);
 void fault_set_image_crc(uint32_t crc);
 /* memory.c: fills the stack with a pattern and tests the DMA buffers. Call before they are used. */
 void memory_start(void);

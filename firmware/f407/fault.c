@@ -38,19 +38,19 @@ static struct board_restart restart;
 /* r4 to r11 at the fault, stored by processor_fault. */
 static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
 
-static uint32_t crc_of(const void *words, size_t bytes)
+static uint32_t words_crc(const void *words, size_t bytes)
 {
     return mr_crc32(0, words, bytes);
 }
 
 static void seal_crash(void)
 {
-    crash.crc = crc_of(&crash, offsetof(__typeof__(crash), crc));
+    crash.crc = words_crc(&crash, offsetof(__typeof__(crash), crc));
 }
 
-static void seal_past(void)
+static void seal_restarts(void)
 {
-    past.crc = crc_of(&past, offsetof(__typeof__(past), crc));
+    past.crc = words_crc(&past, offsetof(__typeof__(past), crc));
 }
 
 static void reset_chip(void)
@@ -83,7 +83,7 @@ __attribute__((naked)) void processor_fault(void)
                    ".ltorg");
 }
 
-static uint32_t kind_of(uint32_t exception, uint32_t cfsr)
+static uint32_t crash_kind(uint32_t exception, uint32_t cfsr)
 {
     if (RCC->CIR & RCC_CIR_CSSF) /* the clock security system also raises an NMI */
         return MR_CRASH_CRYSTAL;
@@ -95,7 +95,7 @@ static uint32_t kind_of(uint32_t exception, uint32_t cfsr)
                           : MR_CRASH_OTHER;
 }
 
-static bool on_stack(const uint32_t *from, unsigned words)
+static bool is_on_stack(const uint32_t *from, unsigned words)
 {
     return from >= stack_bottom && from <= stack_top && (unsigned)(stack_top - from) >= words;
 }
@@ -114,19 +114,19 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     word[MR_CRASH_MMFAR] = SCB_MMFAR;
     word[MR_CRASH_BFAR] = SCB_BFAR;
     word[MR_CRASH_EXCEPTION] = exception & IPSR_MASK;
-    word[MR_CRASH_KIND] = kind_of(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
+    word[MR_CRASH_KIND] = crash_kind(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
     word[MR_CRASH_BLOCK] = health_block();
     word[MR_CRASH_TASK] = tasks_current();
     word[MR_CRASH_IMAGE] = past.image_crc;
     memcpy(&word[MR_CRASH_R4], fault_registers, sizeof fault_registers);
     word[MR_CRASH_SP] = (uint32_t)(uintptr_t)frame;
-    if (on_stack(frame, FRAME_WORDS)) {
+    if (is_on_stack(frame, FRAME_WORDS)) {
         for (unsigned i = 0; i < FRAME_WORDS; i++)
             word[stacked[i]] = frame[i];
         const uint32_t *below = frame + (exc_return & 0x10u ? FRAME_WORDS : FRAME_FP_WORDS) +
                                 (frame[7] & XPSR_ALIGNED ? 1 : 0);
         word[MR_CRASH_SP] = (uint32_t)(uintptr_t)below;
-        for (unsigned i = 0; i < MR_CRASH_STACK && on_stack(below + i, 1); i++)
+        for (unsigned i = 0; i < MR_CRASH_STACK && is_on_stack(below + i, 1); i++)
             word[MR_CRASH_STACK_FIRST + i] = below[i];
     }
     crash.age = 0;
@@ -143,7 +143,7 @@ static uint8_t brown_out_level(void)
 
 static void restore_crash(void)
 {
-    if (crash.crc != crc_of(&crash, offsetof(__typeof__(crash), crc))) {
+    if (crash.crc != words_crc(&crash, offsetof(__typeof__(crash), crc))) {
         memset(&crash, 0, sizeof crash);
         return;
     }
@@ -155,10 +155,10 @@ static void restore_crash(void)
     restart.crash_age = (uint16_t)crash.age;
 }
 
-bool fault_recall(uint8_t cause)
+bool fault_read_record(uint8_t cause)
 {
     bool by_watchdog = (cause & 8u) != 0;
-    if (past.crc != crc_of(&past, offsetof(__typeof__(past), crc)))
+    if (past.crc != words_crc(&past, offsetof(__typeof__(past), crc)))
         memset(&past, 0, sizeof past);
     restore_crash();
     restart.brown_out = brown_out_level();
@@ -180,14 +180,14 @@ bool fault_recall(uint8_t cause)
     past.late_task = 0;
     past.late_pc = 0;
     restart.restarts = past.restarts;
-    restart.in_row = past.in_row;
-    restart.quiet = past.in_row >= QUIET_RESTARTS;
-    seal_past();
+    restart.consecutive = past.in_row;
+    restart.is_quiet = past.in_row >= QUIET_RESTARTS;
+    seal_restarts();
     tasks_start();
-    return restart.quiet;
+    return restart.is_quiet;
 }
 
-bool fault_crystal_has_stopped_twice(void)
+bool fault_has_crystal_stopped_twice(void)
 {
     return past.crystal_stops >= CRYSTAL_STOPS;
 }
@@ -195,10 +195,10 @@ bool fault_crystal_has_stopped_twice(void)
 void fault_set_image_crc(uint32_t crc)
 {
     past.image_crc = crc;
-    seal_past();
+    seal_restarts();
 }
 
-void board_restarted(struct board_restart *out)
+void board_get_restart(struct board_restart *out)
 {
     *out = restart;
 }
@@ -207,13 +207,13 @@ void board_record_late_task(uint8_t task, uint32_t pc)
 {
     past.late_task = task;
     past.late_pc = pc;
-    seal_past();
+    seal_restarts();
 }
 
-void board_note_good(void)
+void board_reset_restart_count(void)
 {
     past.in_row = 0;
-    seal_past();
+    seal_restarts();
 }
 
 void board_reset(void)

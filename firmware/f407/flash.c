@@ -8,13 +8,13 @@
 
 #include "firmware/f407/drivers.h"
 
-#define COPY_A   ((uint32_t)MR_CONFIGURATION)
+#define COPY_A    ((uint32_t)MR_CONFIGURATION)
 /* sectors 0 to 3 have the size of one copy */
-#define SECTOR_A ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
-#define KEY1     0x45670123u
-#define KEY2     0xcdef89abu
+#define SECTOR_A  ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
+#define KEY1      0x45670123u
+#define KEY2      0xcdef89abu
 /* about 1 s if the loop runs from the cache; otherwise it stalls while the flash is busy */
-#define POLLS    12000000u
+#define POLLS_MAX 12000000u
 
 static uint32_t interrupts, begun_tick;
 
@@ -37,7 +37,7 @@ void flash_begin(void)
 {
     interrupts = irq_mask();
     begun_tick = TIM2->CNT;
-    watchdog_patience(WATCHDOG_FLASH);
+    watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_CR & FLASH_CR_LOCK) {
         FLASH_KEYR = KEY1;
         FLASH_KEYR = KEY2;
@@ -49,7 +49,7 @@ void flash_end(void)
 {
     FLASH_CR = FLASH_CR_LOCK;
     reset_data_cache();
-    watchdog_patience(WATCHDOG_USUAL);
+    watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
     board_scans_restart();
     nor_extend_timeout(TIM2->CNT - begun_tick);
     irq_restore(interrupts);
@@ -57,7 +57,7 @@ void flash_end(void)
 
 static bool is_done(void)
 {
-    uint32_t polls = POLLS;
+    uint32_t polls = POLLS_MAX;
     while ((FLASH_SR & FLASH_SR_BSY) && --polls) {
     }
     uint32_t status = FLASH_SR;

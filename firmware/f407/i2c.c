@@ -69,7 +69,7 @@ void i2c_stop(void)
     phase = OFF;
 }
 
-static void enter(enum phase next)
+static void set_phase(enum phase next)
 {
     phase = next;
     polls = 0;
@@ -83,7 +83,7 @@ static void begin_clocking(void)
     pins_i2c(PINS_I2C_CLOCKED);
     edge = 0;
     result = I2C_STUCK;
-    enter(CLOCKING);
+    set_phase(CLOCKING);
 }
 
 /* Clocks until SDA is free, nine times at most; then SDA low and high while SCL is high, a stop. */
@@ -125,14 +125,14 @@ void i2c_begin(uint8_t address, const uint8_t *bytes, size_t length, uint8_t *an
         return;
     }
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_START;
-    enter(START);
+    set_phase(START);
 }
 
 static void end_transfer(enum i2c_status status)
 {
     result = status;
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_STOP;
-    enter(STOP);
+    set_phase(STOP);
 }
 
 /* Called when a byte was sent: sends the next one. */
@@ -140,10 +140,10 @@ static void send_next(void)
 {
     if (sent < out_length) {
         I2C1->DR = out[sent++];
-        enter(SEND);
+        set_phase(SEND);
     } else if (in_length) {
         I2C1->CR1 = I2C_CR1_PE | I2C_CR1_ACK | I2C_CR1_POS | I2C_CR1_START;
-        enter(RESTART);
+        set_phase(RESTART);
     } else {
         end_transfer(I2C_IDLE);
     }
@@ -154,7 +154,7 @@ static void receive_both(void)
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS | I2C_CR1_STOP;
     in[0] = (uint8_t)I2C1->DR;
     in[1] = (uint8_t)I2C1->DR;
-    enter(STOP);
+    set_phase(STOP);
 }
 
 static void advance_transfer(uint32_t sr1)
@@ -164,7 +164,7 @@ static void advance_transfer(uint32_t sr1)
     case RESTART:
         if (sr1 & I2C_SR1_SB) {
             I2C1->DR = device | (phase == RESTART);
-            enter(phase == START ? ADDRESS : READ_ADDRESS);
+            set_phase(phase == START ? ADDRESS : READ_ADDRESS);
         }
         break;
     case ADDRESS:
@@ -181,7 +181,7 @@ static void advance_transfer(uint32_t sr1)
         if (sr1 & I2C_SR1_ADDR) {
             I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS; /* POS: the second byte is not acknowledged */
             (void)I2C1->SR2;
-            enter(RECEIVE);
+            set_phase(RECEIVE);
         }
         break;
     case RECEIVE:

@@ -12,12 +12,12 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define PAINT        0x5afe57acu
-#define WINDOW_WORDS 4u
-#define WINDOWS      8u    /* windows per slice */
-#define FLASH_SLICE  128u  /* bytes */
-#define DMA_REACH    1024u /* bytes after a stream's address that the stream may write */
-#define STREAMS      16u
+#define STACK_PATTERN     0x5afe57acu
+#define WINDOW_WORDS      4u
+#define SLICE_WINDOWS     8u    /* windows per slice */
+#define FLASH_SLICE_BYTES 128u  /* bytes */
+#define DMA_REACH_BYTES   1024u /* bytes after a stream's address that the stream may write */
+#define STREAMS           16u
 
 /* linker script */
 extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[];
@@ -30,8 +30,9 @@ static uint32_t flash_crc, image_crc;
 
 /* Returns the bits of four words that failed. The registers saved on the stack are restored before
  * use: the test may cover the stack itself. */
-static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) uint32_t *words,
-                                                       __attribute__((unused)) uint32_t background)
+static __attribute__((naked, noinline)) uint32_t march_test(__attribute__((unused)) uint32_t *words,
+                                                            __attribute__((unused))
+                                                            uint32_t background)
 {
 #define ELEMENT(offset, expected, written)                                                   \
     "ldr r8, [r0, #" #offset "]\n\t eor r8, " #expected "\n\t orr r12, r8\n\t str " #written \
@@ -57,15 +58,15 @@ static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) u
 
 static void fail_ram(const uint32_t *words)
 {
-    if (!upkeep.ram_bad)
+    if (!upkeep.is_ram_bad)
         upkeep.bad_address = (uint32_t)(uintptr_t)words;
-    upkeep.ram_bad = true;
+    upkeep.is_ram_bad = true;
     health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_RAM);
 }
 
 static bool window_holds(uint32_t *words)
 {
-    return (march(words, 0x00000000u) | march(words, 0x55555555u)) == 0;
+    return (march_test(words, 0x00000000u) | march_test(words, 0x55555555u)) == 0;
 }
 
 void memory_start(void)
@@ -73,12 +74,12 @@ void memory_start(void)
     uint32_t *sp;
     __asm volatile("mov %0, sp" : "=r"(sp));
     for (volatile uint32_t *p = stack_bottom; p < sp - 16; p++)
-        *p = PAINT;
+        *p = STACK_PATTERN;
     for (uint32_t *p = dma_start; p < dma_end; p += WINDOW_WORDS) {
         if (!window_holds(p))
             fail_ram(p);
     }
-    board_restart_test();
+    board_restart_memory_test();
 }
 
 void memory_set_image_crc(uint32_t crc)
@@ -106,7 +107,7 @@ static bool in_use_by_dma(const uint32_t *words, const uint32_t *address, unsign
     if (words >= dma_start && words < dma_end)
         return true;
     for (unsigned i = 0; i < count; i++) {
-        if (place + 4u * WINDOW_WORDS > address[i] && place < address[i] + DMA_REACH)
+        if (place + 4u * WINDOW_WORDS > address[i] && place < address[i] + DMA_REACH_BYTES)
             return true;
     }
     return false;
@@ -116,7 +117,7 @@ static void test_ram(void)
 {
     uint32_t address[STREAMS];
     unsigned count = find_streams(address);
-    for (unsigned i = 0; i < WINDOWS; i++) {
+    for (unsigned i = 0; i < SLICE_WINDOWS; i++) {
         if (!in_use_by_dma(at, address, count) && !window_holds(at))
             fail_ram(at);
         at += WINDOW_WORDS;
@@ -130,13 +131,13 @@ static void test_ram(void)
 static void check_flash(void)
 {
     size_t left = (size_t)(program_end - flash_at);
-    size_t length = left < FLASH_SLICE ? left : FLASH_SLICE;
+    size_t length = left < FLASH_SLICE_BYTES ? left : FLASH_SLICE_BYTES;
     flash_crc = mr_crc32(flash_crc, flash_at, length);
     flash_at += length;
     if (flash_at < program_end)
         return;
     if (flash_crc != image_crc) {
-        upkeep.flash_bad = true;
+        upkeep.is_flash_bad = true;
         health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_FLASH);
     }
     upkeep.flash_rounds = (uint16_t)(upkeep.flash_rounds + (upkeep.flash_rounds < UINT16_MAX));
@@ -150,17 +151,17 @@ void board_check_memory(void)
     check_flash();
 }
 
-void board_restart_test(void)
+void board_restart_memory_test(void)
 {
     at = stack_bottom;
     flash_at = program_start;
     flash_crc = 0;
 }
 
-void board_test_state(struct board_upkeep *out)
+void board_get_upkeep(struct board_upkeep *out)
 {
     const uint32_t *p = stack_bottom;
-    while (p < stack_top && *p == PAINT)
+    while (p < stack_top && *p == STACK_PATTERN)
         p++;
     upkeep.stack_used = (uint16_t)(4 * (stack_top - p));
     upkeep.stack_size = (uint16_t)(4 * (stack_top - stack_bottom));

@@ -8,15 +8,15 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
-#define RX_STREAM      3u
-#define TX_STREAM      4u
-#define BYTE_POLLS     200u     /* a byte takes 64 cycles */
-#define STATUS_STRETCH 512u     /* bytes of status: 195 us */
-#define TICKS_PER_MS   84000u   /* TIM2 */
-#define TRANSFER_MS    5u       /* 260 bytes last 0.1 ms */
-#define PROGRAM_MS     45u      /* 3 ms at most; a page that fails keeps the chip busy longer */
-#define ERASE_MS       6000u    /* 400 ms at most; a failing sector takes longer */
-#define POLLS_MAX      8000000u /* for any operation, if TIM2 has stopped */
+#define RX_STREAM    3u
+#define TX_STREAM    4u
+#define BYTE_POLLS   200u     /* a byte takes 64 cycles */
+#define STATUS_BYTES 512u     /* bytes of status: 195 us */
+#define TICKS_PER_MS 84000u   /* TIM2 */
+#define TRANSFER_MS  5u       /* 260 bytes last 0.1 ms */
+#define PROGRAM_MS   45u      /* 3 ms at most; a page that fails keeps the chip busy longer */
+#define ERASE_MS     6000u    /* 400 ms at most; a failing sector takes longer */
+#define POLLS_MAX    8000000u /* for any operation, if TIM2 has stopped */
 
 /* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be
  * deselected for tSHSL2, or two commands become one. SLEW_NS is the rise time of the line (pins.c).
@@ -26,8 +26,8 @@
 #define WAKE_NS          3000u
 #define RESET_NS         30000u
 /* 168 from an internal oscillator that is 4.5 % fast: STM32F407 data sheet, ACC_HSI */
-#define CORE_MHZ_MOST    176u
-#define CYCLES_OF_NS(ns) (((ns)*CORE_MHZ_MOST + 999u) / 1000u)
+#define CORE_MAX_MHZ     176u
+#define CYCLES_OF_NS(ns) (((ns)*CORE_MAX_MHZ + 999u) / 1000u)
 
 enum {
     WRITE_ENABLE = 0x06,
@@ -71,7 +71,7 @@ static void wait_cycles(uint32_t cycles)
 /* The only function that moves the select line, so tSHSL2 precedes each command. From here to the
  * first clock is at least half a period of SCK, 24 ns (tSLCH 5). The last clock has ended when BSY
  * is clear, which is after tCHSH (3 ns). */
-static __attribute__((noinline)) void select(bool on)
+static __attribute__((noinline)) void set_select(bool on)
 {
     if (on)
         wait_cycles(CYCLES_OF_NS(DESELECT_NS + SLEW_NS));
@@ -80,7 +80,7 @@ static __attribute__((noinline)) void select(bool on)
     pin_write(PIN_MEMORY_SELECT, !on);
 }
 
-static uint8_t exchange(uint8_t out)
+static uint8_t exchange_byte(uint8_t out)
 {
     SPI2->DR = out;
     for (unsigned n = 0; n < BYTE_POLLS; n++) {
@@ -92,35 +92,35 @@ static uint8_t exchange(uint8_t out)
 
 static void send_command(uint8_t command, uint32_t address)
 {
-    select(true);
-    exchange(command);
-    exchange((uint8_t)(address >> 16));
-    exchange((uint8_t)(address >> 8));
-    exchange((uint8_t)address);
+    set_select(true);
+    exchange_byte(command);
+    exchange_byte((uint8_t)(address >> 16));
+    exchange_byte((uint8_t)(address >> 8));
+    exchange_byte((uint8_t)address);
 }
 
 static uint8_t read_status(void)
 {
-    select(true);
-    exchange(STATUS);
-    uint8_t status = exchange(filler);
-    select(false);
+    set_select(true);
+    exchange_byte(STATUS);
+    uint8_t status = exchange_byte(filler);
+    set_select(false);
     return status;
 }
 
-static void send_alone(uint8_t command)
+static void send_single_command(uint8_t command)
 {
-    select(true);
-    exchange(command);
-    select(false);
+    set_select(true);
+    exchange_byte(command);
+    set_select(false);
 }
 
 /* Ends an operation that does not end by itself: a busy chip executes nothing but this. What the
  * operation was changing is then partly changed (data sheet 8.2.36). */
 static void reset_chip(void)
 {
-    send_alone(ENABLE_RESET);
-    send_alone(RESET);
+    send_single_command(ENABLE_RESET);
+    send_single_command(RESET);
     wait_cycles(CYCLES_OF_NS(RESET_NS));
 }
 
@@ -156,7 +156,7 @@ static bool takes_longer_than(uint32_t ms)
 
 static void end_program(bool fails)
 {
-    select(false);
+    set_select(false);
     if (fails)
         reset_chip();
     failed = fails;
@@ -171,24 +171,24 @@ void dma1_stream3_irq(void)
     SPI2->CR2 = 0;
     if (flags & DMA_FLAG_TEIF) {
         /* the bus refused a store: an error of this driver, not of the chip */
-        select(false);
+        set_select(false);
         phase = ABSENT;
     } else if (phase == READING) {
-        select(false);
+        set_select(false);
         phase = IDLE;
     } else if (phase == SENDING) {
-        select(false); /* deselecting starts the programming */
+        set_select(false); /* deselecting starts the programming */
         phase = PROGRAMMING;
-        select(true);
-        exchange(STATUS);
-        begin_dma(NULL, NULL, STATUS_STRETCH);
+        set_select(true);
+        exchange_byte(STATUS);
+        begin_dma(NULL, NULL, STATUS_BYTES);
     } else if (phase == PROGRAMMING) {
         if (!(sink & STATUS_BUSY))
             end_program(false);
         else if (takes_longer_than(PROGRAM_MS))
             end_program(true);
         else
-            begin_dma(NULL, NULL, STATUS_STRETCH);
+            begin_dma(NULL, NULL, STATUS_BYTES);
     }
     irq_end();
 }
@@ -198,20 +198,20 @@ void nor_extend_timeout(uint32_t ticks)
     since_tick += ticks;
 }
 
-uint32_t nor_jedec(void)
+uint32_t nor_read_jedec_id(void)
 {
-    select(true);
-    exchange(IDENTITY);
-    uint32_t id = (uint32_t)exchange(filler) << 16;
-    id |= (uint32_t)exchange(filler) << 8; /* 0x40 or 0x70, depending on the ordering code */
-    id |= exchange(filler);
-    select(false);
+    set_select(true);
+    exchange_byte(IDENTITY);
+    uint32_t id = (uint32_t)exchange_byte(filler) << 16;
+    id |= (uint32_t)exchange_byte(filler) << 8; /* 0x40 or 0x70, depending on the ordering code */
+    id |= exchange_byte(filler);
+    set_select(false);
     return id;
 }
 
 static bool is_expected(void)
 {
-    uint32_t id = nor_jedec();
+    uint32_t id = nor_read_jedec_id();
     return id >> 16 == MANUFACTURER && (id & 0xffu) == CAPACITY;
 }
 
@@ -252,7 +252,7 @@ void nor_start(void)
     SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
     SPI2->CR1 |= SPI_CR1_SPE;
     irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);
-    send_alone(WAKE);
+    send_single_command(WAKE);
     wait_cycles(CYCLES_OF_NS(WAKE_NS));
     begin_phase(STARTING);
     detect_chip();
@@ -265,7 +265,7 @@ static void abort_transfer(void)
     dma_stream_stop(DMA1, RX_STREAM);
     dma_stream_stop(DMA1, TX_STREAM);
     SPI2->CR2 = 0;
-    select(false);
+    set_select(false);
     phase = ABSENT;
     irq_restore(mask);
 }
@@ -303,7 +303,7 @@ void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 
 void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
 {
-    send_alone(WRITE_ENABLE);
+    send_single_command(WRITE_ENABLE);
     begin_phase(SENDING);
     send_command(PROGRAM, address);
     begin_dma(NULL, page, NOR_PAGE);
@@ -311,8 +311,8 @@ void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
 
 void nor_begin_erase(uint32_t address)
 {
-    send_alone(WRITE_ENABLE);
+    send_single_command(WRITE_ENABLE);
     send_command(ERASE, address);
-    select(false);
+    set_select(false);
     begin_phase(ERASING);
 }

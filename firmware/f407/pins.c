@@ -39,7 +39,7 @@ static void set_function(struct pin_place at, uint32_t function)
     set_mode(at, FUNCTION_MODE);
 }
 
-static void set(enum pin_signal signal)
+static void set_pin(enum pin_signal signal)
 {
     struct pin_place at = pin_place(signal);
     const struct setting *setting = &settings[signal];
@@ -56,7 +56,7 @@ static void set(enum pin_signal signal)
 }
 
 /* Bits of AHB1ENR for the ports that the board uses. */
-static uint32_t ports(void)
+static uint32_t port_clock_bits(void)
 {
     return 0u
 #define PIN(port, pin, SIGNAL) | 1u << (#port[0] - 'A')
@@ -66,12 +66,12 @@ static uint32_t ports(void)
 
 void pins_configure(void)
 {
-    RCC->AHB1ENR |= ports() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
+    RCC->AHB1ENR |= port_clock_bits() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;
     RCC->APB2ENR |= SERIAL_CLOCK | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
     (void)RCC->APB2ENR;
     for (unsigned signal = 0; signal < PINS; signal++)
-        set((enum pin_signal)signal);
+        set_pin((enum pin_signal)signal);
 }
 
 void pins_i2c(enum pins_i2c way)

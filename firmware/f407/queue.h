@@ -11,26 +11,26 @@
 #define QUEUE_FENCE() __asm volatile("" ::: "memory")
 
 struct queue {
-    volatile uint32_t put, taken;
+    volatile uint32_t added, removed;
 };
 
 static inline uint32_t queue_filled(const struct queue *queue)
 {
-    uint32_t filled = queue->put - queue->taken;
+    uint32_t filled = queue->added - queue->removed;
     QUEUE_FENCE();
     return filled;
 }
 
-static inline void queue_put(struct queue *queue, uint32_t entries)
+static inline void queue_add(struct queue *queue, uint32_t entries)
 {
     QUEUE_FENCE();
-    queue->put += entries;
+    queue->added += entries;
 }
 
-static inline void queue_take(struct queue *queue, uint32_t entries)
+static inline void queue_remove(struct queue *queue, uint32_t entries)
 {
     QUEUE_FENCE();
-    queue->taken += entries;
+    queue->removed += entries;
 }
 
 #endif

@@ -27,15 +27,15 @@
 #define REVERSE_TICK     2u
 #define CONVERSION_TICKS 496u /* 124 cycles at 21 MHz */
 /* scans in the circular buffer: one block is filled while the other is summed */
-#define SCANS            (2 * MR_SCANS_PER_BLOCK)
+#define BUFFER_SCANS     (2 * MR_SCANS_PER_BLOCK)
 #define ADC1_STREAM      4u
 #define ADC3_STREAM      1u
 #define BLOCK_QUEUE      16u
 
 /* Rows have one code per input in the sequence. Aligned to words, because two codes are added and
  * compared at a time. */
-static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
-static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
+static _Alignas(4) uint16_t adc1_code[BUFFER_SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
+static _Alignas(4) uint16_t adc3_code[BUFFER_SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
 static struct mr_scan scan;
 static bool prepared, timers_run;
@@ -50,8 +50,8 @@ static uint32_t last_conversion_ticks;
 
 /* Position of the other converter's stream at the end of the last block. A stopped stream is at the
  * expected half in every second block, so a position that has not changed is an error. */
-#define STOOD_NOWHERE UINT32_MAX
-static uint32_t other_stood = STOOD_NOWHERE;
+#define POSITION_UNKNOWN UINT32_MAX
+static uint32_t other_stood = POSITION_UNKNOWN;
 static bool other_stands;
 
 /* Converter input of each channel. */
@@ -60,13 +60,13 @@ static const uint8_t input_of[MR_CHANNELS] = {
 #include "firmware/boards/pins.def"
 };
 enum {
-    ELSEWHERE = 0
+    WRONG_CONVERTERS = 0
 #define CONVERTER_OF(channel) ((channel) < (int)MR_TRANSDUCERS ? 3 : 1)
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     +(CONVERTER_OF(BOARD_##SIGNAL) != (converter))
 #include "firmware/boards/pins.def"
 };
-_Static_assert(ELSEWHERE == 0, "transducers at ADC3, all others at ADC1: common/block.h");
+_Static_assert(WRONG_CONVERTERS == 0, "transducers at ADC3, all others at ADC1: common/block.h");
 
 static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory,
                          uint32_t count, uint32_t interrupts)
@@ -112,13 +112,14 @@ static void start_conversions(void)
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducers > scan.others;
     uint32_t conversions = adc3_is_last ? scan.transducers : scan.others;
-    other_stood = STOOD_NOWHERE;
+    other_stood = POSITION_UNKNOWN;
     other_stands = false;
     first_index = next_index;
     last_conversion_ticks = (MR_SCANS_PER_BLOCK - 1u) * SCAN_TICKS +
                             (conversions - 1u) * CONVERSION_TICKS;
-    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
-    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers,
+    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, BUFFER_SCANS * scan.others,
+                 adc3_is_last ? 0 : tell);
+    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, BUFFER_SCANS * scan.transducers,
                  adc3_is_last ? tell : 0);
     start_converter(ADC1, scan.channel + scan.transducers, scan.others);
     start_converter(ADC3, scan.channel, scan.transducers);
@@ -170,7 +171,7 @@ static void check_polarity(void)
 
 /* Blocks that have ended since the last one handled. A block counts as ended from the start of its
  * last conversion, because the interrupt flag may already be set then. */
-static uint32_t blocks_ended(void)
+static uint32_t count_ended_blocks(void)
 {
     int32_t since =
         (int32_t)(TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) - last_conversion_ticks);
@@ -190,7 +191,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
         return;
 
-    uint32_t ended = blocks_ended();
+    uint32_t ended = count_ended_blocks();
     if (ended == 0)
         return; /* the block was already counted as missing */
     next_index += ended;
@@ -198,11 +199,11 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
     if (ended > 1 ||
         (flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)) != (half ? DMA_FLAG_TCIF : DMA_FLAG_HTIF)) {
-        other_stood = STOOD_NOWHERE;
+        other_stood = POSITION_UNKNOWN;
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
         return;
     }
-    uint32_t expected = half ? SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
+    uint32_t expected = half ? BUFFER_SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
     uint32_t stands_at = DMA2->stream[other].NDTR;
     other_stands |= stands_at == other_stood;
     other_stood = stands_at;
@@ -215,7 +216,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
         health_count(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
-    struct mr_block *block = &ring[queue.put % BLOCK_QUEUE];
+    struct mr_block *block = &ring[queue.added % BLOCK_QUEUE];
     uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducers,
              *others = adc1_code + half * scan.others;
@@ -224,7 +225,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
                             (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
         mr_block_from_fitted(block, &scan, index, tick, transducers, others);
-    queue_put(&queue, 1);
+    queue_add(&queue, 1);
 }
 
 void dma2_stream1_irq(void);
@@ -251,7 +252,7 @@ void adc_irq(void)
     irq_end();
 }
 
-bool scan_ready(void)
+bool scan_is_block_ready(void)
 {
     return queue_filled(&queue) != 0;
 }
@@ -261,12 +262,12 @@ unsigned board_blocks_waiting(void)
     return queue_filled(&queue);
 }
 
-bool board_block_take(struct mr_block *block)
+bool board_block_get(struct mr_block *block)
 {
-    if (!scan_ready())
+    if (!scan_is_block_ready())
         return false;
-    *block = ring[queue.taken % BLOCK_QUEUE];
-    queue_take(&queue, 1);
+    *block = ring[queue.removed % BLOCK_QUEUE];
+    queue_remove(&queue, 1);
     return true;
 }
 
@@ -277,7 +278,7 @@ bool board_block_take(struct mr_block *block)
  * position on TIM2. TIM4's channel 4 must be low again: otherwise arming could count as an edge and
  * shift the polarity by a scan. The start takes 3 us, then the converters settle for 3 us (data
  * sheet, tSTAB). The wait is one block at most; the 200000 polls bound it if TIM2 has stopped. */
-static void begin_again(const struct mr_scan *with)
+static void restart_scans(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
         uint32_t mask = irq_mask();
@@ -305,7 +306,7 @@ void board_scans_restart(void)
 {
     struct mr_scan same = scan;
     if (timers_run)
-        begin_again(&same);
+        restart_scans(&same);
 }
 
 void board_scans_configure(uint32_t fitted)
@@ -315,7 +316,7 @@ void board_scans_configure(uint32_t fitted)
     if (!prepared)
         return;
     if (timers_run) {
-        begin_again(&wanted);
+        restart_scans(&wanted);
         return;
     }
     scan = wanted;

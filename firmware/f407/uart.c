@@ -39,7 +39,7 @@ void uart_start(void)
 static void send_next(void)
 {
     uint32_t waiting = queue_filled(&tx_queue);
-    uint32_t at = tx_queue.taken % TX_RING;
+    uint32_t at = tx_queue.removed % TX_RING;
     struct dma_stream_regs *tx = &DMA2->stream[TX_STREAM];
     tx_chunk = waiting < TX_RING - at ? waiting : TX_RING - at;
     if (!tx_chunk)
@@ -55,7 +55,7 @@ void dma2_stream7_irq(void);
 void dma2_stream7_irq(void)
 {
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
-    queue_take(&tx_queue, tx_chunk);
+    queue_remove(&tx_queue, tx_chunk);
     send_next();
     irq_end();
 }
@@ -64,13 +64,13 @@ bool board_serial_send(const uint8_t *bytes, size_t length)
 {
     if (length > TX_RING - queue_filled(&tx_queue))
         return false;
-    uint32_t at = tx_queue.put % TX_RING;
+    uint32_t at = tx_queue.added % TX_RING;
     size_t to_end = TX_RING - at;
     size_t first = length < to_end ? length : to_end;
     memcpy(&tx_ring[at], bytes, first);
     memcpy(tx_ring, bytes + first, length - first);
     uint32_t mask = irq_mask();
-    queue_put(&tx_queue, (uint32_t)length);
+    queue_add(&tx_queue, (uint32_t)length);
     if (!tx_chunk)
         send_next();
     irq_restore(mask);
@@ -89,12 +89,12 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity)
     return count;
 }
 
-void uart_rate(uint32_t baud)
+void uart_set_rate(uint32_t baud)
 {
     UART->BRR = (PCLK2_HZ + baud / 2u) / baud;
 }
 
-bool uart_sent(void)
+bool uart_is_sent(void)
 {
     return queue_filled(&tx_queue) == 0;
 }

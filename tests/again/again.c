@@ -339,7 +339,7 @@ static unsigned take_edges(struct again *again, uint32_t until_tick, uint32_t *t
 static void read_transducers(struct again *again, const struct mr_block *block,
                              float *displacement_in)
 {
-    struct mr_watch_news news;
+    struct mr_watch_change news;
     float ratio = mr_channels_ratio(&again->config.channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         displacement_in[i] = NAN;
@@ -369,8 +369,8 @@ static void arm(struct again *again, const struct mr_block *block)
 static void look(struct again *again, const struct mr_block *block)
 {
     struct mr_predictor_zone was = again->look;
-    mr_predictor_zone(&again->predictor, &again->look);
-    mr_risk_report(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
+    mr_predictor_get_zone(&again->predictor, &again->look);
+    mr_risk_compute(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
     bool warning = mr_risk_lamp(again->lamp_limit, &again->look, &again->hazard_said) &&
                    landing_can_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||
@@ -427,8 +427,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     if (!again->armed && again->block >= again->row.armed_block)
         arm(again, &block);
     unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
-    landing_block(&again->landing, &again->config, block.index, block.tick,
-                  mr_staircase_code(&block), ticks, edges);
+    landing_on_block(&again->landing, &again->config, block.index, block.tick,
+                     mr_staircase_code(&block), ticks, edges);
     again->over = again->armed && !landing_is_recording(&again->landing);
     if (!again->armed || again->over)
         return MR_OK;
@@ -443,8 +443,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
                                                   .displacement_in = displacement_in,
                                                   .baseline_in = again->baseline.zero_in},
                           &input);
-    mr_predictor_block(&again->predictor, &input);
-    mr_risk_block(&again->hazard, &again->predictor, &input);
+    mr_predictor_on_block(&again->predictor, &input);
+    mr_risk_on_block(&again->hazard, &again->predictor, &input);
     if (block.index % PREDICT_LAMP_BLOCKS == 0)
         look(again, &block);
     return MR_OK;

@@ -18,10 +18,10 @@ says() { grep -Eq -- "$1" "$tmp/session" || { echo "missing: $1"; return 1; }; }
 value() { sed -n "s/^$1 = //p" "$tmp/session" | head -n 1; }
 
 cat >"$tmp/session.gdb" <<'EOF'
-tbreak board_edges_take
+tbreak board_edges_get
 continue
 backtrace
-tbreak landinglink_motion
+tbreak landinglink_send_motion
 continue
 backtrace 3
 printf "edges = %u\n", app.landing.edges
@@ -35,7 +35,7 @@ stepi
 printf "after = %#x\n", $pc
 next
 monitor time
-tbreak landinglink_summary
+tbreak landinglink_send_summary
 continue
 printf "touchdown = %.3f\n", app.landing.summary.touchdown_speed_ft_s.value
 continue
@@ -49,7 +49,7 @@ session() {
     cat "$tmp/session" "$tmp/board.err"
     [ $status -eq 0 ] && says 'exited normally'
 }
-shows_where() { says '#0 +board_edges_take \(until_tick=[0-9]+' && says '#[0-9] .* app_poll \(' && says '#[0-9] .* main \(\) at firmware/main.c'; }
+shows_where() { says '#0 +board_edges_get \(until_tick=[0-9]+' && says '#[0-9] .* app_poll \(' && says '#[0-9] .* main \(\) at firmware/main.c'; }
 shows_through_exception() {
     grep -A3 '^#0  dma2_stream4_irq' "$tmp/session" >"$tmp/bt"
     cat "$tmp/bt"

@@ -165,8 +165,8 @@ lost_frames_are_no_difference() {
 # The board begins again in the landing: its record ends there, on both links, with the cause of the reset.
 instead() { # HALFWORD: instead of the first instruction of what only a landing calls: e7fe hangs there, de00 is none
     local was bit
-    was=$(arm-none-eabi-objdump -d --disassemble=landinglink_motion build/firmware/matrig.elf | awk -F '\t' '/^ *[0-9a-f]+:/ { print substr($2, 1, 4); exit }')
-    for bit in {0..15}; do (((0x$was ^ 0x$1) >> bit & 1)) && echo "at 2.2 flip landinglink_motion $bit"; done
+    was=$(arm-none-eabi-objdump -d --disassemble=landinglink_send_motion build/firmware/matrig.elf | awk -F '\t' '/^ *[0-9a-f]+:/ { print substr($2, 1, 4); exit }')
+    for bit in {0..15}; do (((0x$was ^ 0x$1) >> bit & 1)) && echo "at 2.2 flip landinglink_send_motion $bit"; done
     return 0
 }
 begins_again() { # CAUSE SECONDS FAULT...

@@ -100,7 +100,8 @@ static void hear(const struct seeded_landing *landing, uint64_t seed, struct hea
                                              .position = edge.position,
                                              .number = 1,
                                              .station_ft = (double)stations[edge.position - 1]};
-            (void)mr_passage_edge(&heard->passage, &passed, (double)NAN, stations, SEEDED_SWITCHES);
+            (void)mr_passage_on_edge(&heard->passage, &passed, (double)NAN, stations,
+                                     SEEDED_SWITCHES);
         }
     }
     assert_int_equal(next, count);

@@ -24,7 +24,7 @@ static int begin(void **state)
 }
 
 /* Switch `position` opens `after_s` later, while the last estimate says `speed_ft_s`. */
-static struct mr_passage_news open_at(unsigned position, double after_s, double speed_ft_s)
+static struct mr_passage_changes open_at(unsigned position, double after_s, double speed_ft_s)
 {
     now_s += after_s;
     struct mr_passage_edge edge = {.tick = (uint32_t)(uint64_t)llround(now_s * 84e6), /* wraps */
@@ -32,10 +32,10 @@ static struct mr_passage_news open_at(unsigned position, double after_s, double 
                                    .station_ft = (double)stations[position - 1],
                                    .position = (uint8_t)position,
                                    .number = (uint8_t)position};
-    return mr_passage_edge(&passage, &edge, speed_ft_s, stations, SWITCHES);
+    return mr_passage_on_edge(&passage, &edge, speed_ft_s, stations, SWITCHES);
 }
 
-static struct mr_passage_news open_after(unsigned position, double after_s)
+static struct mr_passage_changes open_after(unsigned position, double after_s)
 {
     return open_at(position, after_s, (double)NAN);
 }
@@ -55,7 +55,7 @@ static uint32_t block_after(double s)
 
 TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
 {
-    struct mr_passage_news news = open_after(1, 0.0);
+    struct mr_passage_changes news = open_after(1, 0.0);
     assert_false(news.started || news.gate || news.pushed);
     assert_true(mr_passage_is_unclear(&passage, block_after(2.9)));
     /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
@@ -68,7 +68,7 @@ TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
     assert_int_equal(passage.events, 0);
     assert_false(mr_passage_is_unclear(&passage, block_after(0.1)));
     /* a landing is not given up by waiting */
-    assert_false(mr_passage_block(&passage, block_after(31.0)));
+    assert_false(mr_passage_on_block(&passage, block_after(31.0)));
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
 }
 
@@ -122,7 +122,7 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
     assert_int_equal(passage.events, 0);
     assert_false(open_after(40, 0.01).started);
     assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
-    assert_true(mr_passage_block(&passage, block_after(30.001)));
+    assert_true(mr_passage_on_block(&passage, block_after(30.001)));
     for (unsigned i = 1; i < 4; i++)
         assert_int_equal(notes_of(strays[i], MR_SWITCH_ALONE), 1);
     assert_int_equal(passage.events, 4);
@@ -133,7 +133,7 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
 TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
 {
     open_after(8, 0.0);
-    struct mr_passage_news news = open_after(7, 5.0); /* -1 ft/s */
+    struct mr_passage_changes news = open_after(7, 5.0); /* -1 ft/s */
     assert_true(news.pushed);
     assert_int_equal(notes_of(8, MR_SWITCH_REVERSE), 1);
     assert_near(passage.pushed_ft_s, -1.0, 1e-6);
@@ -141,8 +141,8 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     assert_false(open_after(6, 5.0).pushed); /* the same one */
     assert_int_equal(passage.pushbacks, 1);
     assert_true(mr_passage_is_unclear(&passage, block_after(29.0)));
-    assert_false(mr_passage_block(&passage, block_after(29.9)));
-    assert_true(mr_passage_block(&passage, block_after(30.1)));
+    assert_false(mr_passage_on_block(&passage, block_after(29.9)));
+    assert_true(mr_passage_on_block(&passage, block_after(30.1)));
     assert_int_equal(notes_of(6, MR_SWITCH_REVERSE), 1);
     assert_false(mr_passage_is_unclear(&passage, block_after(30.2)));
     open_after(8, 40.0);
@@ -155,7 +155,7 @@ TEST_IN(pushed_slowly_forward_is_one_too, begin, NULL)
     open_after(4, 0.0);
     assert_true(open_after(5, 5.0).pushed); /* 1 ft/s */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
-    assert_true(mr_passage_block(&passage, block_after(30.1)));
+    assert_true(mr_passage_on_block(&passage, block_after(30.1)));
     assert_int_equal(notes_of(5, MR_SWITCH_SLOW), 1);
 }
 
@@ -233,7 +233,7 @@ TEST_IN(passed_once_more_while_it_rolls_is_out_of_order, begin, NULL)
 TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
 {
     roll_in();
-    struct mr_passage_news news = open_at(2, 8.0, 0.0); /* at rest, then back */
+    struct mr_passage_changes news = open_at(2, 8.0, 0.0); /* at rest, then back */
     assert_true(news.pushed && !news.gate);
     assert_int_equal(notes_of(2, MR_SWITCH_REVERSE), 1);
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);

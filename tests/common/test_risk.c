@@ -74,11 +74,11 @@ static struct mr_risk_report roll(double v, double a, unsigned blocks)
                                            .deceleration_ft_s2 = (float)a,
                                            .braking_known = i > 400,
                                            .on_runway = true};
-        mr_predictor_block(&predictor, &input);
-        mr_risk_block(&risk, &predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
+        mr_risk_on_block(&risk, &predictor, &input);
     }
-    mr_predictor_zone(&predictor, &zone);
-    mr_risk_report(&risk, &predictor, &zone, &said);
+    mr_predictor_get_zone(&predictor, &zone);
+    mr_risk_compute(&risk, &predictor, &zone, &said);
     return said;
 }
 
@@ -135,14 +135,14 @@ TEST(nobody_knows_before_it_rolls)
     struct mr_risk_report said;
     struct mr_predictor_zone zone;
     begin(NULL);
-    mr_predictor_zone(&predictor, &zone);
-    mr_risk_report(&risk, &predictor, &zone, &said);
+    mr_predictor_get_zone(&predictor, &zone);
+    mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_true(isnan(said.risk));
     assert_int_equal(said.reason, MR_RISK_NOT_KNOWN);
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_NO_MOTION), MR_RISK_NO_MOTION);
     struct mr_risk_plan plan = charted(0.0f);
     begin(&plan); /* but by chart and plan */
-    mr_risk_report(&risk, &predictor, &zone, &said);
+    mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_true(said.risk > 0.0f && said.risk < 1.0f);
     assert_int_equal(said.basis & 15u, MR_RISK_OF_PLAN | MR_RISK_OF_CHART);
     /* 6 lies in the middle of 4 and 8 */
@@ -227,10 +227,10 @@ TEST(no_transducer_is_told)
     struct mr_risk_report said;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = NAN;
-    mr_predictor_block(&predictor, &input);
-    mr_risk_block(&risk, &predictor, &input);
-    mr_predictor_zone(&predictor, &zone);
-    mr_risk_report(&risk, &predictor, &zone, &said);
+    mr_predictor_on_block(&predictor, &input);
+    mr_risk_on_block(&risk, &predictor, &input);
+    mr_predictor_get_zone(&predictor, &zone);
+    mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_int_equal(said.basis, MR_RISK_BLIND | MR_RISK_BRAKING_KNOWN);
     assert_int_equal(said.set, MR_RISK_IF_BRAKING + MR_RISK_IF_NO_SENSOR);
 }
@@ -242,10 +242,10 @@ TEST(failure_is_expected_inside_the_zone)
     struct mr_predictor_input input = {
         .wheel_ft = 20.0f, .speed_ft_s = 25.0f, .deceleration_ft_s2 = 5.0f, .on_runway = true};
     struct mr_risk_report said;
-    mr_predictor_block(&predictor, &input);
-    mr_risk_block(&risk, &predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
+    mr_risk_on_block(&risk, &predictor, &input);
     const struct mr_predictor_zone zone = {.mats = 60, .start_ft = 40.0f, .end_ft = 57.14f};
-    mr_risk_report(&risk, &predictor, &zone, &said);
+    mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_int_equal(said.reason, MR_RISK_ZONE_THERE);
     /* 20 = 25 t - 2.5 t^2; 12.5 mats are 3.571 ft */
     is_near((double)said.start_s, 5.0 - sqrt(17.0), 1e-4);
@@ -267,11 +267,11 @@ TEST(a_zone_that_is_there_outweighs_the_chart)
     plan.row_log_odds[0] = plan.row_log_odds[1] = -6.0f;
     begin(&plan);
     (void)roll(30.0, 6.0, 700);
-    mr_risk_report(&risk, &predictor, &none, &expected);
-    mr_risk_report(&risk, &predictor, &there, &seen);
+    mr_risk_compute(&risk, &predictor, &none, &expected);
+    mr_risk_compute(&risk, &predictor, &there, &seen);
     begin(NULL);
     (void)roll(30.0, 6.0, 700);
-    mr_risk_report(&risk, &predictor, &there, &plain);
+    mr_risk_compute(&risk, &predictor, &there, &plain);
     assert_true(expected.basis & MR_RISK_OF_CHART && expected.risk < 0.1f);
     assert_true(plain.risk > 0.5f && seen.risk == plain.risk);
 }

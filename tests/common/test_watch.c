@@ -18,7 +18,7 @@ static float got_in[3];
 static uint8_t got[3];
 static uint32_t block;
 static unsigned told[3];
-static struct mr_watch_news news[3];
+static struct mr_watch_change news[3];
 static double noise_in;
 static uint64_t seed;
 

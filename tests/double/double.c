@@ -39,7 +39,7 @@ void double_block(double wheel_ft, double speed_ft_s, double deceleration_ft_s2,
                                        .on_runway = true};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = displacement_in[i];
-    mr_predictor_block(&predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
 }
 
 double double_displacement_ft(unsigned mat)

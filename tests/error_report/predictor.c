@@ -263,7 +263,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             input.displacement_in[i] = transducers ? (float)true_in(truth, ms, 40.0 + 10.0 * i)
                                                    : NAN;
-        mr_predictor_block(p, &input);
+        mr_predictor_on_block(p, &input);
         cycles[ms + 1] = PREDICTOR_CYCLES((double)p->updates, (double)p->visits, (double)(ms + 1));
         for (unsigned i = 0; i < STATIONS; i++) {
             double off_in = 12.0 * ((double)mr_chain_displacement_ft(&p->chain, 10u * i + 1u) -
@@ -300,7 +300,7 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
     config = rig(variant, true);
     (void)mr_predictor_start(p, &config);
     if (landing == 0)
-        mr_predictor_survey(p, bench->survey_in);
+        mr_predictor_set_survey(p, bench->survey_in);
     else
         (void)mr_predictor_load(p, kept);
     play(p, &bench->gear, &bench->other.truth, true, &run->other, run);

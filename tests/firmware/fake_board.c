@@ -14,17 +14,17 @@ void board_start(void)
 {
 }
 
-uint32_t board_inputs(void)
+uint32_t board_input_mask(void)
 {
     return ~fake.without;
 }
 
-bool board_jumper(void)
+bool board_is_jumper_fitted(void)
 {
     return fake.jumper;
 }
 
-bool board_rom_ready(void)
+bool board_is_rom_reachable(void)
 {
     return !fake.rom_deaf;
 }
@@ -52,7 +52,7 @@ unsigned board_blocks_waiting(void)
     return fake.blocks_waiting;
 }
 
-bool board_block_take(struct mr_block *block)
+bool board_block_get(struct mr_block *block)
 {
     if (!fake.block_ready)
         return false;
@@ -61,7 +61,7 @@ bool board_block_take(struct mr_block *block)
     return true;
 }
 
-size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 {
     size_t count = 0;
     while (fake.edges_taken < fake.edges && count < capacity &&
@@ -70,13 +70,13 @@ size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
     return count;
 }
 
-void board_pulses_capture(enum board_pulses input, bool on)
+void board_pulses_enable(enum board_pulses input, bool on)
 {
     fake.pulses[input].captured = on;
 }
 
-size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
-                         size_t capacity)
+size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
+                        size_t capacity)
 {
     struct fake_pulses *pulses = &fake.pulses[input];
     size_t count = 0;
@@ -86,14 +86,14 @@ size_t board_pulses_take(enum board_pulses input, uint32_t until_tick, uint32_t 
     return count;
 }
 
-uint32_t board_camera(bool high)
+uint32_t board_set_camera_trigger(bool high)
 {
     fake.camera_pulses += high && !fake.camera;
     fake.camera = high;
     return fake.camera_tick;
 }
 
-void board_can_move(uint16_t base)
+void board_can_set_base(uint16_t base)
 {
     fake.moves++;
     fake.can_base = base;
@@ -124,7 +124,7 @@ void board_can_rejoin(bool begin)
     fake.rejoins += begin;
 }
 
-bool board_lamp_draws(void)
+bool board_has_lamp_current(void)
 {
     return fake.lamp_broken ? false : fake.warning;
 }
@@ -134,7 +134,7 @@ void board_reset(void)
     fake.resets++;
 }
 
-void board_restarted(struct board_restart *restart)
+void board_get_restart(struct board_restart *restart)
 {
     *restart = fake.restart;
 }
@@ -145,7 +145,7 @@ void board_record_late_task(uint8_t task, uint32_t pc)
     fake.late_pc = pc;
 }
 
-void board_note_good(void)
+void board_reset_restart_count(void)
 {
     fake.good_notes++;
 }
@@ -159,11 +159,11 @@ void board_check_memory(void)
     }
 }
 
-void board_restart_test(void)
+void board_restart_memory_test(void)
 {
 }
 
-void board_test_state(struct board_upkeep *upkeep)
+void board_get_upkeep(struct board_upkeep *upkeep)
 {
     *upkeep = fake.upkeep;
 }
@@ -210,12 +210,12 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity)
     return count;
 }
 
-void board_warn(bool warning)
+void board_set_warning(bool warning)
 {
     fake.warning = warning;
 }
 
-void board_shunt(bool on)
+void board_set_shunts(bool on)
 {
     fake.shunted = on;
 }

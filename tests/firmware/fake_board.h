@@ -22,7 +22,7 @@ struct fake_board {
     } pulses[BOARD_PULSES];
     bool camera;
     unsigned camera_pulses;
-    uint32_t camera_tick; /* what board_camera returns */
+    uint32_t camera_tick; /* what board_set_camera_trigger returns */
 
     struct board_can_frame sent[FAKE_FRAMES];
     uint32_t sent_block[FAKE_FRAMES]; /* block being processed */

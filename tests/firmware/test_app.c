@@ -217,8 +217,8 @@ TEST_IN(a_full_queue_drops_and_counts, start, NULL)
     GET_LAST(serial_health, SERIAL_HEALTH, &serial);
     assert_in_range(can.dropped, 275, 500);
     assert_in_range(serial.dropped, 100, 350);
-    assert_true(health_faults() & 1u << MR_FAULT_CAN_QUEUE_FULL);
-    assert_true(health_faults() & 1u << MR_FAULT_SERIAL_QUEUE_FULL);
+    assert_true(health_get_faults() & 1u << MR_FAULT_CAN_QUEUE_FULL);
+    assert_true(health_get_faults() & 1u << MR_FAULT_SERIAL_QUEUE_FULL);
     /* what it says was sent before each can_health was indeed sent before it */
     size_t before = 0;
     for (size_t i = 0; i < fake.sent_count; i++) {
@@ -304,7 +304,7 @@ TEST_IN(a_bad_serial_frame_is_counted_and_the_next_one_obeyed, start, NULL)
     assert_int_equal(ack.tag, 9);
     assert_int_equal(count_frames(MR_ID_MARK), 1);
     assert_int_equal(app.telemetry.serial_bad, 1);
-    assert_true(health_faults() & 1u << MR_FAULT_SERIAL_BAD_FRAME);
+    assert_true(health_get_faults() & 1u << MR_FAULT_SERIAL_BAD_FRAME);
 
     /* a whole frame of a command that is too short is refused as well */
     n = mr_frame_encode(0, MR_ID_COMMAND, payload, 7, out);
@@ -338,7 +338,7 @@ TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
     assert_int_equal(told, 5);
     for (unsigned i = 0; i < 70000; i++)
         health_count(MR_FAULT_CAN_MISSING, 0);
-    assert_int_equal(health_take(MR_FAULT_CAN_MISSING).count, UINT16_MAX);
+    assert_int_equal(health_get_counter(MR_FAULT_CAN_MISSING).count, UINT16_MAX);
 }
 
 /* On the internal oscillator all times may be 1 % out: speeds by 1 %, decelerations by 2 %. */
@@ -439,7 +439,7 @@ TEST_IN(switches_alone_send_neither_readings_nor_box, start_with_switches, put_b
     for (uint16_t id = MR_ID_DISPLACEMENT_1_3; id <= MR_ID_TENSION_13_14; id++)
         assert_int_equal(count_frames(id), 0);
     assert_int_equal(count_frames(MR_ID_BOX_STATE), 0);
-    assert_int_equal(app.box.put, 0); /* no page of the ring */
+    assert_int_equal(app.box.pages_closed, 0); /* no page of the ring */
     touchdown_s = 3.0;
     fly(11.0);
     assert_near(app.landing.summary.touchdown_speed_ft_s.value, 30.0, 0.05);
@@ -455,18 +455,18 @@ TEST_IN(another_configuration_begins_the_scans_again, start_with_four, put_back)
     play(199);
     config.channel[1].kind = 0;
     config.site[0].black_box = 0;
-    app_configured(&app);
+    app_apply_configuration(&app);
     assert_int_equal(fake.configurations, 2);
     assert_int_equal(fake.fitted & 0x3fffffu, 0x0d);
-    assert_true(app.box.left_out);
+    assert_true(app.box.is_disabled);
     fake.sent_count = 0;
     play(102);
     GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
     assert_near(d.d1_in, 1.0, 0.0005);
     assert_true(isnan(d.d2_in));
     config.site[0].black_box = 1;
-    app_configured(&app);
-    assert_false(app.box.left_out);
+    app_apply_configuration(&app);
+    assert_false(app.box.is_disabled);
 }
 
 static int start_and_keep(void **state)
@@ -481,7 +481,7 @@ static int start_and_keep(void **state)
  * landing. */
 TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back)
 {
-    static uint8_t present[BLACKBOX_CONFIG];
+    static uint8_t present[BLACKBOX_CONFIG_PAGES];
     struct mr_boxread reader;
     struct mr_record record;
     struct mr_calibration calibration = {0};
@@ -496,12 +496,12 @@ TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back
     play(10);
     command("arm 1");
     play(1);
-    assert_true(app.box.configuring);
+    assert_true(app.box.is_configuring);
     /* what is not in the page yet */
     mr_put_u32(app.box.meta.page + MR_BOXPAGE_HEADER + app.box.meta.bit / 32 * 4,
                app.box.meta.held);
-    memset(present + 1, 1, app.box.config_put);
-    mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_put + 1);
+    memset(present + 1, 1, app.box.config_closed);
+    mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_closed + 1);
     while (mr_boxread_next(&reader, &record) == MR_OK) {
         channels += record.id == MR_ID_CHANNEL;
         segments += record.id == MR_ID_SLACK;
@@ -557,9 +557,9 @@ TEST_IN(without_reference_there_are_no_readings, start, NULL)
 {
     struct mr_displacement_1_3 d;
     struct mr_tension_1_3 t;
-    uint16_t before = health_counted(MR_FAULT_REFERENCE);
+    uint16_t before = health_get_count(MR_FAULT_REFERENCE);
     play(100);
-    assert_int_equal(health_counted(MR_FAULT_REFERENCE), before);
+    assert_int_equal(health_get_count(MR_FAULT_REFERENCE), before);
     for (unsigned n = 0; n < 100; n++) {
         play_block();
         fake.block.index = index_now++;
@@ -568,7 +568,7 @@ TEST_IN(without_reference_there_are_no_readings, start, NULL)
         fake.block_ready = true;
         app_poll(&app);
     }
-    assert_int_equal(health_counted(MR_FAULT_REFERENCE), before + 100);
+    assert_int_equal(health_get_count(MR_FAULT_REFERENCE), before + 100);
     fake.sent_count = 0;
     for (unsigned n = 0; n < 50; n++) { /* every block without */
         fake.block.index = index_now++;

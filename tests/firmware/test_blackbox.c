@@ -54,7 +54,7 @@ static void ms_passes(void)
 static void play(unsigned blocks)
 {
     while (blocks--) {
-        blackbox_block(&box, make_block(index_now));
+        blackbox_on_block(&box, make_block(index_now));
         index_now++;
         ms_passes();
     }
@@ -68,9 +68,9 @@ static void boot(void)
 
 static bool get_ready(unsigned limit_ms)
 {
-    while (blackbox_ready(&box) != MR_OK && limit_ms--)
+    while (blackbox_check_ready(&box) != MR_OK && limit_ms--)
         ms_passes(), index_now++;
-    return blackbox_ready(&box) == MR_OK;
+    return blackbox_check_ready(&box) == MR_OK;
 }
 
 static int fresh(void **state)
@@ -99,7 +99,7 @@ static void arm(uint16_t landing)
     for (unsigned i = 0; i < CONFIG_MESSAGES; i++) {
         uint8_t payload[8];
         configuration(i, payload);
-        blackbox_configure(&box, (uint16_t)(0x1f5 + i % 4), payload, 8);
+        blackbox_record_configuration(&box, (uint16_t)(0x1f5 + i % 4), payload, 8);
     }
 }
 
@@ -111,7 +111,7 @@ static uint16_t land(uint16_t landing, unsigned before, unsigned blocks)
     play(before);
     blackbox_trigger(&box, index_now);
     for (unsigned n = 0; n < blocks; n += 100) {
-        blackbox_note(&box, 0x090, (const uint8_t *)&index_now, 4);
+        blackbox_record_message(&box, 0x090, (const uint8_t *)&index_now, 4);
         play(blocks - n < 100 ? blocks - n : 100);
     }
     blackbox_finish(&box);
@@ -132,15 +132,15 @@ static void fetch(uint16_t record, uint32_t from)
     }
     assert_int_equal(blackbox_read(&box, record, from), MR_OK);
     for (unsigned n = 0; n < 100000; n++) {
-        enum blackbox_part what = blackbox_take_part(&box, &of, &page, &part, &bytes);
-        if (what == BLACKBOX_LAST_READ) {
+        enum blackbox_part what = blackbox_get_part(&box, &of, &page, &part, &bytes);
+        if (what == BLACKBOX_PART_END) {
             pages_told = page;
             return;
         }
-        if (what == BLACKBOX_A_PART) {
+        if (what == BLACKBOX_PART_READY) {
             assert_int_equal(of, record);
             assert_true(page < PAGES_MAX);
-            memcpy(pages[page] + BLACKBOX_PART * part, bytes, BLACKBOX_PART);
+            memcpy(pages[page] + BLACKBOX_PART_BYTES * part, bytes, BLACKBOX_PART_BYTES);
             if (part == 1) {
                 struct mr_boxpage_header header;
                 assert_int_equal(mr_boxpage_check(pages[page], &header), MR_OK);
@@ -255,8 +255,8 @@ TEST_IN(a_loss_is_told, fresh, NULL)
     blackbox_finish(&box);
     for (unsigned n = 0; n < 1000; n++)
         ms_passes();
-    const struct blackbox_record *record = blackbox_record(&box, 0);
-    assert_true(record->complete);
+    const struct blackbox_record *record = blackbox_record_at(&box, 0);
+    assert_true(record->is_complete);
     fetch(record->record, 0);
     struct mr_boxread reader;
     struct mr_record r;
@@ -271,7 +271,7 @@ TEST_IN(a_loss_is_told, fresh, NULL)
     assert_int_equal(record->blocks, blocks);
     assert_int_equal(record->lost, end_block - record->first_block - blocks);
     assert_in_range(record->lost, 500, 1500);
-    assert_true(health_take(MR_FAULT_BOX_LOST).count > 0);
+    assert_true(health_get_counter(MR_FAULT_BOX_LOST).count > 0);
 }
 
 TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
@@ -282,10 +282,10 @@ TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
         fake_nor.cell[i * NOR_SECTOR] = 0x11;
     boot();
     while (box.state == MR_BOX_LOOKING) {
-        assert_int_equal(blackbox_ready(&box), MR_WAIT);
+        assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
         ms_passes(), index_now++;
     }
-    assert_int_equal(blackbox_ready(&box), MR_WAIT);
+    assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
     float wait_s = blackbox_wait_s(&box);
     assert_true(wait_s > 10.0f && wait_s < 25.0f); /* 224 sectors of 60 ms */
     for (unsigned n = 0; n < 4000; n++)
@@ -320,16 +320,16 @@ TEST_IN(the_worst_times_lose_nothing, fresh, NULL)
 static void fill(unsigned least)
 {
     unsigned landings = 0;
-    uint32_t trigger[BLACKBOX_RECORDS];
-    while (blackbox_ready(&box) == MR_OK && landings < BLACKBOX_RECORDS) {
+    uint32_t trigger[BLACKBOX_RECORDS_MAX];
+    while (blackbox_check_ready(&box) == MR_OK && landings < BLACKBOX_RECORDS_MAX) {
         trigger[landings] = index_now + 1600;
         /* 10 s with what was before */
         land((uint16_t)(100 + landings), 1600, 10000 - (white ? 440 : 950));
         landings++;
     }
-    assert_int_equal(blackbox_ready(&box), MR_FULL);
+    assert_int_equal(blackbox_check_ready(&box), MR_FULL);
     assert_true(isnan(blackbox_wait_s(&box)));
-    assert_in_range(landings, least, BLACKBOX_RECORDS);
+    assert_in_range(landings, least, BLACKBOX_RECORDS_MAX);
     print_message("%u landings of 10 s, %u sectors left\n", landings, box.ready);
     assert_int_equal(fake_nor.overwritten, 0);
     boot();
@@ -337,11 +337,11 @@ static void fill(unsigned least)
         ms_passes();
     for (unsigned i = 0; i < landings; i++) {
         /* block contents: the last ones, which the test still knows */
-        const struct blackbox_record *record = blackbox_record(&box, i);
+        const struct blackbox_record *record = blackbox_record_at(&box, i);
         assert_non_null(record);
-        if (!record->complete || record->lost)
+        if (!record->is_complete || record->lost)
             fail_msg("record %u: complete %d, %u blocks from %u, %u lost", record->record,
-                     record->complete, record->blocks, record->first_block, record->lost);
+                     record->is_complete, record->blocks, record->first_block, record->lost);
         assert_int_equal(record->landing, 100 + record->record - 1);
         assert_true(record->blocks >= 9800);
     }
@@ -359,8 +359,8 @@ static void fill(unsigned least)
     while (box.state == MR_BOX_LOOKING)
         ms_passes();
     unsigned left = 0;
-    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
-        left += blackbox_record(&box, i) != NULL;
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++)
+        left += blackbox_record_at(&box, i) != NULL;
     assert_int_equal(left, landings - 1);
 }
 
@@ -402,7 +402,7 @@ TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
             uint32_t before = index_now;
             boot();
             assert_true(get_ready(1000));
-            const struct blackbox_record *record = blackbox_record(&box, 0);
+            const struct blackbox_record *record = blackbox_record_at(&box, 0);
             size_t kept = 0;
             if (record) {
                 fetch(1, 0);
@@ -410,7 +410,7 @@ TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
                 assert_memory_equal(pages, whole, kept * MR_BOXPAGE);
                 for (size_t p = 0; p < kept; p++)
                     assert_int_equal(present[p], 1);
-                assert_int_equal(record->complete, kept == whole_count);
+                assert_int_equal(record->is_complete, kept == whole_count);
                 check_pages();
             }
             assert_in_range(kept, n - 1, n); /* the torn one may by chance be whole */
@@ -444,8 +444,9 @@ TEST_IN(the_power_goes_while_space_is_made, fresh, NULL)
             assert_true(get_ready(1000));
             check_whole(2, 2, 400, trigger);
             bool first_is_there = false;
-            for (unsigned r = 0; r < BLACKBOX_RECORDS; r++)
-                first_is_there |= blackbox_record(&box, r) && blackbox_record(&box, r)->record == 1;
+            for (unsigned r = 0; r < BLACKBOX_RECORDS_MAX; r++)
+                first_is_there |= blackbox_record_at(&box, r) &&
+                                  blackbox_record_at(&box, r)->record == 1;
             if (first_is_there) {
                 assert_int_equal(n, 1); /* the mark was not made: all of it is still there */
                 fetch(1, 0);
@@ -473,9 +474,9 @@ TEST_IN(bad_blocks_cost_space_only, fresh, NULL)
         fake_nor.from = 2 * NOR_SECTOR + 5 * NOR_PAGE;
         fake_nor.to = 9 * NOR_SECTOR + 3 * NOR_PAGE;
         uint32_t trigger = index_now + 50;
-        unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
+        unsigned failed = health_get_counter(MR_FAULT_NOR_FAILED).count;
         uint16_t record = land(3, 50, 3000);
-        assert_int_equal(health_take(MR_FAULT_NOR_FAILED).count - failed, 8);
+        assert_int_equal(health_get_counter(MR_FAULT_NOR_FAILED).count - failed, 8);
         check_whole(record, 3, 3000, trigger);
         fake_nor.faults = 0;
         boot();
@@ -491,15 +492,16 @@ TEST_IN(pages_that_fail_apart_are_not_in_a_row, fresh, NULL)
     blackbox_trigger(&box, index_now);
     play(500);
     fake_nor.to = FAKE_NOR_SIZE;
-    unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
+    unsigned failed = health_get_counter(MR_FAULT_NOR_FAILED).count;
     for (unsigned n = 1; n <= 80; n++) {
         fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
-        for (unsigned ms = 0; ms < 100 && health_take(MR_FAULT_NOR_FAILED).count < failed + n; ms++)
+        for (unsigned ms = 0;
+             ms < 100 && health_get_counter(MR_FAULT_NOR_FAILED).count < failed + n; ms++)
             play(1);
         fake_nor.faults = 0;
         play(20);
     }
-    assert_int_equal(health_take(MR_FAULT_NOR_FAILED).count, failed + 80);
+    assert_int_equal(health_get_counter(MR_FAULT_NOR_FAILED).count, failed + 80);
     assert_int_equal(box.state, MR_BOX_RECORDING);
 }
 
@@ -519,7 +521,7 @@ TEST_IN(sectors_that_do_not_erase_are_left, fresh, NULL)
             ms_passes(), index_now++;
         assert_int_equal(box.bad, 3);
         assert_true(box.ready > ready);
-        assert_int_equal(blackbox_ready(&box), MR_OK);
+        assert_int_equal(blackbox_check_ready(&box), MR_OK);
         uint32_t trigger = index_now;
         record = land(4, 0, 2000);
         check_whole(record, 4, 2000, trigger);
@@ -531,7 +533,7 @@ TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
     fake_nor.present = false;
     boot();
     assert_int_equal(box.state, MR_BOX_MISSING);
-    assert_int_equal(blackbox_ready(&box), MR_OK);
+    assert_int_equal(blackbox_check_ready(&box), MR_OK);
     arm(1);
     play(10);
     blackbox_trigger(&box, index_now);
@@ -556,7 +558,7 @@ TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
     fake_nor.to = FAKE_NOR_SIZE;
     land(1, 10, 2000);
     assert_int_equal(box.state, MR_BOX_FAILED);
-    assert_int_equal(blackbox_ready(&box), MR_OK);
+    assert_int_equal(blackbox_check_ready(&box), MR_OK);
 }
 
 TEST_IN(an_armed_landing_that_is_called_off_leaves_nothing, fresh, NULL)
@@ -576,8 +578,9 @@ TEST_IN(an_armed_landing_that_is_called_off_leaves_nothing, fresh, NULL)
 static unsigned records_there(void)
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < BLACKBOX_RECORDS + 1; i++) /* beyond the last place there is none */
-        count += blackbox_record(&box, i) != NULL;
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX + 1;
+         i++) /* beyond the last place there is none */
+        count += blackbox_record_at(&box, i) != NULL;
     return count;
 }
 
@@ -585,19 +588,19 @@ static unsigned records_there(void)
  * not recorded over another. */
 TEST_IN(it_has_64_places, fresh, NULL)
 {
-    for (unsigned n = 1; n <= BLACKBOX_RECORDS; n++) {
-        assert_int_equal(blackbox_ready(&box), MR_OK);
+    for (unsigned n = 1; n <= BLACKBOX_RECORDS_MAX; n++) {
+        assert_int_equal(blackbox_check_ready(&box), MR_OK);
         assert_int_equal(land((uint16_t)n, 0, 20), n);
     }
-    assert_int_equal(blackbox_ready(&box), MR_FULL);
+    assert_int_equal(blackbox_check_ready(&box), MR_FULL);
     assert_true(isnan(blackbox_wait_s(&box)));
-    assert_int_equal(records_there(), BLACKBOX_RECORDS);
+    assert_int_equal(records_there(), BLACKBOX_RECORDS_MAX);
     uint64_t operations = fake_nor.operations;
     land(65, 0, 100);
     assert_int_equal(fake_nor.operations, operations);
-    assert_int_equal(records_there(), BLACKBOX_RECORDS);
+    assert_int_equal(records_there(), BLACKBOX_RECORDS_MAX);
     assert_int_equal(blackbox_free(&box, 7), MR_OK);
-    assert_int_equal(blackbox_ready(&box), MR_WAIT);
+    assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
     assert_true(blackbox_wait_s(&box) > 0.0f);
     assert_true(get_ready(1000));
     uint32_t trigger = index_now;
@@ -611,25 +614,25 @@ TEST_IN(it_has_64_places, fresh, NULL)
 TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
 {
     for (unsigned i = 0; i < NOR_SECTORS; i++) {
-        if (i < 1000 || i >= 1000 + BLACKBOX_RESERVE)
+        if (i < 1000 || i >= 1000 + BLACKBOX_RESERVE_SECTORS)
             fake_nor.cell[i * NOR_SECTOR] = 0x11; /* something else, to be erased first */
     }
     boot();
     while (box.state == MR_BOX_LOOKING)
         ms_passes(), index_now++;
-    assert_int_equal(box.ready, BLACKBOX_RESERVE);
-    assert_int_equal(blackbox_ready(&box), MR_OK);
+    assert_int_equal(box.ready, BLACKBOX_RESERVE_SECTORS);
+    assert_int_equal(blackbox_check_ready(&box), MR_OK);
     white = true;
     uint32_t trigger = index_now;
     uint16_t record = land(5, 0, 30000);
-    const struct blackbox_record *there = blackbox_record(&box, 0);
+    const struct blackbox_record *there = blackbox_record_at(&box, 0);
     assert_non_null(there);
-    assert_false(there->complete);
+    assert_false(there->is_complete);
     fetch(record, 0);
     struct told told = check_pages(); /* an exact prefix */
     assert_int_equal(told.first, trigger);
     assert_in_range(told.blocks, 19000, 19400);
-    assert_true(health_take(MR_FAULT_BOX_LOST).count > 0);
+    assert_true(health_get_counter(MR_FAULT_BOX_LOST).count > 0);
 }
 
 /* One page is the start: what does not fit in the others, 244 bytes each, is left out whole, and
@@ -642,19 +645,19 @@ TEST_IN(a_configuration_too_long_is_cut_at_a_message, fresh, NULL)
     for (unsigned i = 0; i < 1000; i++) {
         uint8_t payload[8];
         configuration(i, payload);
-        blackbox_configure(&box, 0x1f5, payload, 8);
+        blackbox_record_configuration(&box, 0x1f5, payload, 8);
     }
     play(50);
     blackbox_trigger(&box, trigger = index_now);
     play(300);
     blackbox_finish(&box);
     assert_int_equal(blackbox_free(&box, record), MR_WAIT); /* its last pages are on their way */
-    assert_int_equal(blackbox_ready(&box), MR_WAIT);
+    assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
     play(500);
     fetch(record, 0);
     struct told told = check_pages();
-    assert_in_range(told.config, (BLACKBOX_CONFIG - 1) * 244 * 8 / 84 - 1,
-                    (BLACKBOX_CONFIG - 1) * 244 * 8 / 84);
+    assert_in_range(told.config, (BLACKBOX_CONFIG_PAGES - 1) * 244 * 8 / 84 - 1,
+                    (BLACKBOX_CONFIG_PAGES - 1) * 244 * 8 / 84);
     assert_int_equal(told.first, trigger - 50);
     assert_int_equal(told.blocks, 350);
 }
@@ -668,11 +671,11 @@ TEST_IN(freeing_ends_reading, fresh, NULL)
     assert_int_equal(blackbox_read(&box, record, 0), MR_OK);
     for (unsigned n = 0; n < 20; n++)
         ms_passes();
-    assert_int_equal(blackbox_take_part(&box, &of, &page, &part, &bytes), BLACKBOX_A_PART);
+    assert_int_equal(blackbox_get_part(&box, &of, &page, &part, &bytes), BLACKBOX_PART_READY);
     assert_int_equal(blackbox_free(&box, record), MR_OK);
     for (unsigned n = 0; n < 200; n++) {
         ms_passes();
-        assert_int_equal(blackbox_take_part(&box, &of, &page, &part, &bytes), BLACKBOX_NO_PART);
+        assert_int_equal(blackbox_get_part(&box, &of, &page, &part, &bytes), BLACKBOX_PART_NONE);
     }
     assert_int_equal(records_there(), 0);
     assert_int_equal(blackbox_read(&box, record, 0), MR_UNKNOWN);
@@ -684,14 +687,14 @@ TEST_IN(a_mark_that_does_not_hold_frees_nothing, fresh, NULL)
 {
     uint32_t trigger = index_now + 100;
     uint16_t record = land(1, 100, 1000);
-    unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
+    unsigned failed = health_get_counter(MR_FAULT_NOR_FAILED).count;
     fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
     fake_nor.to = FAKE_NOR_SIZE;
     assert_int_equal(blackbox_free(&box, record), MR_OK);
     assert_int_equal(blackbox_free(&box, record), MR_WAIT); /* one at a time */
     for (unsigned n = 0; n < 100; n++)
         ms_passes();
-    assert_int_equal(health_take(MR_FAULT_NOR_FAILED).count, failed + 1);
+    assert_int_equal(health_get_counter(MR_FAULT_NOR_FAILED).count, failed + 1);
     check_whole(record, 1, 1000, trigger);
     fake_nor.faults = 0;
     assert_int_equal(blackbox_free(&box, record), MR_OK);
@@ -712,10 +715,10 @@ TEST_IN(an_unreadable_start_page_costs_the_landings_number, fresh, NULL)
     fake_nor.to = fake_nor.from + NOR_PAGE;
     boot();
     assert_true(get_ready(1000));
-    assert_non_null(blackbox_record(&box, 0));
-    assert_int_equal(blackbox_record(&box, 0)->record, record);
-    assert_int_equal(blackbox_record(&box, 0)->landing, 0);
-    assert_true(blackbox_record(&box, 0)->complete);
+    assert_non_null(blackbox_record_at(&box, 0));
+    assert_int_equal(blackbox_record_at(&box, 0)->record, record);
+    assert_int_equal(blackbox_record_at(&box, 0)->landing, 0);
+    assert_true(blackbox_record_at(&box, 0)->is_complete);
     fetch(record, 0);
     assert_int_equal(page_count, whole);
     for (size_t i = 0; i < page_count; i++)
@@ -732,9 +735,9 @@ TEST_IN(a_page_beyond_the_end_is_the_end, fresh, NULL)
     size_t whole = page_count;
     assert_int_equal(blackbox_read(&box, record, 5000), MR_OK);
     for (unsigned n = 0; n < 1000; n++) {
-        enum blackbox_part what = blackbox_take_part(&box, &of, &page, &part, &bytes);
-        assert_int_not_equal(what, BLACKBOX_A_PART);
-        if (what == BLACKBOX_LAST_READ) {
+        enum blackbox_part what = blackbox_get_part(&box, &of, &page, &part, &bytes);
+        assert_int_not_equal(what, BLACKBOX_PART_READY);
+        if (what == BLACKBOX_PART_END) {
             assert_int_equal(page, whole);
             return;
         }

@@ -148,7 +148,7 @@ TEST_IN(a_landing_is_listed_read_out_and_freed, begin, NULL)
     assert_int_equal(ask("box-read 32768"), MR_NOT_NOW);
     assert_int_equal(ask("box-free 1"), MR_NOT_NOW);
     /* a configuration leaves two pages free */
-    assert_true(app.box.configuring && app.box.config_put + 2 < BLACKBOX_CONFIG);
+    assert_true(app.box.is_configuring && app.box.config_closed + 2 < BLACKBOX_CONFIG_PAGES);
     pass(1500);
     uint32_t trigger = index_now;
     land();
@@ -264,12 +264,12 @@ TEST_IN(a_full_box_refuses_arming, begin, NULL)
     struct mr_box_state told;
     arm_when_ready("arm 7");
     assert_int_equal(ask("disarm"), MR_OK);
-    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
-        app.box.records[i] = (struct blackbox_record){.used = true, .record = (uint16_t)(i + 1)};
+    for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++)
+        app.box.records[i] = (struct blackbox_record){.is_used = true, .record = (uint16_t)(i + 1)};
     fake.sent_count = 0;
     assert_int_equal(ask("arm 8"), MR_FULL);
     GET_LAST(box_state, BOX_STATE, &told);
-    assert_int_equal(told.records, BLACKBOX_RECORDS);
+    assert_int_equal(told.records, BLACKBOX_RECORDS_MAX);
     assert_true(isnan(told.wait_s));
     assert_int_equal(app.landing.state, MR_LANDING_IDLE);
 }
@@ -279,7 +279,7 @@ TEST_IN(another_configuration_leaves_the_box_as_it_is, begin, NULL)
 {
     arm_when_ready("arm 7");
     assert_int_equal(ask("disarm"), MR_OK);
-    app_configured(&app);
+    app_apply_configuration(&app);
     assert_int_equal(app.box.state, MR_BOX_READY);
     assert_int_equal(ask("arm 8"), MR_OK);
 }

@@ -46,8 +46,8 @@ static void play_gages(unsigned blocks)
 /* `config` outlives a test. */
 static void configured_zeros(void)
 {
-    zero_exchange();
-    zero_start();
+    zero_swap();
+    zero_reset();
 }
 
 static int start_rig(void **state)
@@ -229,7 +229,7 @@ TEST_IN(a_zero_is_in_force_and_told_and_the_configured_one_kept, start_rig, end_
     assert_near(zero_of(1).zero_code, 0.175 * 4096.0 / 3.3, 0.2);
     assert_int_equal(zero_of(1).measured, 1);
     assert_near(zero_of(8).zero_code, 0.42 * 4096.0 / 3.3, 0.2);
-    assert_near(zero_configured(1), 0.050 * 4096.0 / 3.3, 1e-3);
+    assert_near(zero_get_configured(1), 0.050 * 4096.0 / 3.3, 1e-3);
     configured_zeros();
     assert_near(config.channel[1].zero_code, 0.050 * 4096.0 / 3.3, 1e-3);
     assert_false(zero_is_measured(1));
@@ -299,7 +299,7 @@ TEST_IN(a_zero_can_be_given, start_rig, end_rig)
     struct mr_command message = {.code = MR_COMMAND_ZERO, .index = 3, .tag = 9};
     struct board_can_frame *frame = &fake.received[fake.received_count++];
     memcpy(&message.argument, &code, sizeof code);
-    app.replays = true;
+    app.is_replay = true;
     frame->id = MR_ID_COMMAND;
     frame->length = (uint8_t)mr_command_put(&message, frame->data);
     play_gages(1);
@@ -456,7 +456,7 @@ TEST_IN(a_gage_that_moves_between_is_not_measured, start_rig, end_rig)
 TEST_IN(nonsense_is_refused, start_rig, end_rig)
 {
     const float codes[] = {5000.0f, -5000.0f, NAN};
-    app.replays = true;
+    app.is_replay = true;
     for (unsigned i = 0; i < 4; i++) {
         struct mr_command message = {.code = MR_COMMAND_ZERO,
                                      .index = i < 3 ? 3 : MR_TRANSDUCERS + MR_GAGES + 1,
@@ -485,18 +485,18 @@ TEST_IN(measured_zeros_change_places_with_the_configured, start_rig, end_rig)
 {
     float configured = config.channel[9].zero_code, untouched = config.channel[4].zero_code;
     float error_lb = config.channel[9].zero_error;
-    zero_measure(9, 500.0f);
-    zero_measure(9, 510.0f);
-    assert_true(zero_configured(9) == configured);
+    zero_set_measured(9, 500.0f);
+    zero_set_measured(9, 510.0f);
+    assert_true(zero_get_configured(9) == configured);
     assert_true(error_lb > ZERO_ERROR_LB && config.channel[9].zero_error == ZERO_ERROR_LB);
-    zero_exchange();
+    zero_swap();
     assert_true(config.channel[9].zero_code == configured);
     assert_true(config.channel[9].zero_error == error_lb);
     assert_true(config.channel[4].zero_code == untouched);
-    zero_exchange();
+    zero_swap();
     assert_true(config.channel[9].zero_code == 510.0f);
     assert_true(config.channel[9].zero_error == ZERO_ERROR_LB);
-    assert_true(zero_configured(9) == configured);
+    assert_true(zero_get_configured(9) == configured);
     assert_true(config.channel[4].zero_code == untouched);
 }
 
@@ -506,7 +506,7 @@ TEST_IN(a_measured_zero_is_known_no_worse_than_the_configured, start_rig, end_ri
 {
     float error_lb = config.channel[10].zero_error;
     config.channel[10].zero_error = 0.02f;
-    zero_measure(10, 500.0f);
+    zero_set_measured(10, 500.0f);
     assert_true(config.channel[10].zero_error == 0.02f);
     config.channel[10].zero_error = error_lb;
 }

@@ -131,10 +131,10 @@ static void until(enum mr_landing_state wanted)
 
 static void reach(enum state wanted)
 {
-    for (unsigned n = 0; n < 5000 && blackbox_ready(&app.box) != MR_OK; n++)
+    for (unsigned n = 0; n < 5000 && blackbox_check_ready(&app.box) != MR_OK; n++)
         pass(1);
     pass(1000); /* the runway is looked for */
-    assert_int_equal(blackbox_ready(&app.box), MR_OK);
+    assert_int_equal(blackbox_check_ready(&app.box), MR_OK);
     if (wanted == IDLE)
         return;
     if (wanted == TESTING || wanted == BUSY) {
@@ -205,11 +205,11 @@ static int answer_to(const char *words, unsigned way)
     fake = kept_fake;
     index_now = kept_index;
     fake.jumper = way & JUMPER;
-    app.replays = way & REPLAYING;
+    app.is_replay = way & REPLAYING;
     if (way & KEY) {
         app.keystore.state = MR_KEY_SET;
         memset(app.keystore.key, 0x5a, MR_KEY_BYTES);
-        proof_second(&app.proof, &app.keystore, &app.telemetry);
+        proof_on_second(&app.proof, &app.keystore, &app.telemetry);
     }
     fake.sent_count = 0;
     fake.received_count = fake.received_taken = 0;
@@ -219,7 +219,7 @@ static int answer_to(const char *words, unsigned way)
     if (way & BY_SERIAL)
         move_to_serial();
     play(1);
-    if (app.keystore.under_way) /* the kept board knows nothing of it */
+    if (app.keystore.is_in_progress) /* the kept board knows nothing of it */
         fake_nor.operation = 0;
     if (!count_frames(MR_ID_ACK))
         return LATER;

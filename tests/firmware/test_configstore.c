@@ -33,12 +33,12 @@ static int fresh(void **state)
 
 static uint8_t fault_detail(void)
 {
-    return health_take(MR_FAULT_CONFIG).detail;
+    return health_get_counter(MR_FAULT_CONFIG).detail;
 }
 
 static unsigned fault_count(void)
 {
-    return health_take(MR_FAULT_CONFIG).count;
+    return health_get_counter(MR_FAULT_CONFIG).count;
 }
 
 static void receive(uint16_t id, const uint8_t *payload, size_t length, bool serial)
@@ -461,7 +461,8 @@ static enum mr_status change_directly(const struct mr_config *wanted)
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = transfer};
         word.value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 |
                      (uint32_t)image[4 * i + 2] << 16 | (uint32_t)image[4 * i + 3] << 24;
-        configstore_word(&store, &telemetry, payload, mr_config_word_put(&word, payload), false);
+        configstore_put_word(&store, &telemetry, payload, mr_config_word_put(&word, payload),
+                             false);
     }
     fake.sent_count = fake.serial_count = 0;
     return configstore_apply(&store, &telemetry, crc);

@@ -25,7 +25,7 @@ TEST_IN(each_task_has_its_limit, start, NULL)
     /* 0.2, 0.3 and 1 s */
     static const unsigned limit[MR_TASK_COUNT] = {0, 20, 30, 30, 30, 30, 30, 20, 100, 30};
     for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
-        uint16_t before = health_counted(MR_FAULT_TASK_LATE);
+        uint16_t before = health_get_count(MR_FAULT_TASK_LATE);
         tasks_start();
         tasks_begin(MR_TASK_BOX);
         fake.late_task = 99;
@@ -38,7 +38,7 @@ TEST_IN(each_task_has_its_limit, start, NULL)
         assert_int_equal(fake.late_task, task == MR_TASK_LOOP ? MR_TASK_BOX : task);
         assert_int_equal(fake.late_pc, 0x08001234);
         tick_all_but((enum mr_task)task, 300);
-        assert_int_equal(health_counted(MR_FAULT_TASK_LATE), before + 1); /* once */
+        assert_int_equal(health_get_count(MR_FAULT_TASK_LATE), before + 1); /* once */
         tasks_done((enum mr_task)task);
         tasks_tick(0);
         assert_true(tasks_are_healthy());
@@ -104,18 +104,20 @@ TEST_IN(the_states_of_can, start, NULL)
         MR_CAN_PASSIVE);
     assert_int_equal(can_state_after(
                          (struct board_can_errors){
-                             .tec = 128, .passive = true, .last_error = 3, .pending = true},
+                             .tec = 128, .passive = true, .last_error = 3, .is_pending = true},
                          2),
                      MR_CAN_UNPLUGGED);
     assert_int_equal(can_state_after(
                          (struct board_can_errors){
-                             .tec = 128, .passive = true, .last_error = 5, .pending = true},
+                             .tec = 128, .passive = true, .last_error = 5, .is_pending = true},
                          2),
                      MR_CAN_STUCK);
-    assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 1), MR_CAN_GOOD);
-    assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 2), MR_CAN_STUCK);
+    assert_int_equal(can_state_after((struct board_can_errors){.is_pending = true}, 1),
+                     MR_CAN_GOOD);
+    assert_int_equal(can_state_after((struct board_can_errors){.is_pending = true}, 2),
+                     MR_CAN_STUCK);
     assert_int_equal(can_state_after((struct board_can_errors){.bus_off = true}, 1), MR_CAN_OFF);
-    assert_int_equal(can_state_after((struct board_can_errors){.missing = true}, 1),
+    assert_int_equal(can_state_after((struct board_can_errors){.is_missing = true}, 1),
                      MR_CAN_MISSING);
 }
 
@@ -127,28 +129,28 @@ TEST_IN(stale_frames_are_dropped, start, NULL)
     canwatch_start(&watch, false);
     fake.clears = 0;
     fake.can_errors =
-        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .is_pending = true};
     for (unsigned i = 0; i < 9; i++)
-        assert_false(canwatch_tick(&watch).probe);
+        assert_false(canwatch_tick(&watch).send_probe);
     assert_int_equal(fake.clears, 0);
-    assert_true(canwatch_takes(&watch));
+    assert_true(canwatch_is_accepting(&watch));
     canwatch_tick(&watch);
     assert_int_equal(fake.clears, 1);
-    assert_false(canwatch_takes(&watch));
-    fake.can_errors.removed = 17; /* mailboxes too */
-    assert_false(canwatch_tick(&watch).probe);
-    fake.can_errors.pending = false;
-    assert_true(canwatch_tick(&watch).probe);
-    fake.can_errors.pending = true;
+    assert_false(canwatch_is_accepting(&watch));
+    fake.can_errors.removed_count = 17; /* mailboxes too */
+    assert_false(canwatch_tick(&watch).send_probe);
+    fake.can_errors.is_pending = false;
+    assert_true(canwatch_tick(&watch).send_probe);
+    fake.can_errors.is_pending = true;
     for (unsigned i = 0; i < 88; i++)
-        assert_false(canwatch_tick(&watch).back);
-    assert_false(canwatch_takes(&watch));
-    fake.can_errors = (struct board_can_errors){.removed = 17, .passed = 1};
-    struct canwatch_news news = canwatch_tick(&watch);
-    assert_true(news.back && news.changed);
-    assert_true(canwatch_takes(&watch));
+        assert_false(canwatch_tick(&watch).outage_ended);
+    assert_false(canwatch_is_accepting(&watch));
+    fake.can_errors = (struct board_can_errors){.removed_count = 17, .sent_count = 1};
+    struct canwatch_changes news = canwatch_tick(&watch);
+    assert_true(news.outage_ended && news.state_changed);
+    assert_true(canwatch_is_accepting(&watch));
     assert_int_equal(watch.drops.timeout, 17 + 2);
-    struct mr_can_alarm alarm = canwatch_alarm(&watch);
+    struct mr_can_alarm alarm = canwatch_get_alarm(&watch);
     assert_int_equal(alarm.state, MR_CAN_GOOD);
     assert_int_equal(alarm.outages, 1);
     assert_near(alarm.outage_s, 1.0, 0.011);
@@ -162,7 +164,7 @@ TEST_IN(bus_off_is_left_slowly, start, NULL)
     struct canwatch watch;
     canwatch_start(&watch, false);
     fake.rejoins = 0;
-    fake.can_errors = (struct board_can_errors){.bus_off = true, .pending = true};
+    fake.can_errors = (struct board_can_errors){.bus_off = true, .is_pending = true};
     for (unsigned i = 0; i < 100; i++)
         canwatch_tick(&watch);
     assert_int_equal(fake.rejoins, 10);
@@ -172,7 +174,7 @@ TEST_IN(bus_off_is_left_slowly, start, NULL)
         canwatch_tick(&watch);
     }
     assert_in_range(fake.rejoins, 8, 10);
-    fake.can_errors.removed = 70000;
+    fake.can_errors.removed_count = 70000;
     canwatch_tick(&watch);
     assert_int_equal(watch.drops.bus_off, UINT16_MAX);
     assert_int_equal(watch.state, MR_CAN_OFF); /* until something passes */
@@ -183,10 +185,10 @@ TEST_IN(a_silent_board_counts_what_it_does_not_say, start, NULL)
 {
     struct canwatch watch;
     canwatch_start(&watch, true);
-    assert_false(canwatch_takes(&watch));
+    assert_false(canwatch_is_accepting(&watch));
     assert_int_equal(watch.drops.silent, 1);
     fake.can_errors.bus_off = true;
-    assert_false(canwatch_tick(&watch).off);
+    assert_false(canwatch_tick(&watch).became_off);
     assert_int_equal(watch.state, MR_CAN_SILENT);
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
 }
@@ -213,8 +215,8 @@ TEST_IN(a_self_test_concludes, start, NULL)
     assert_int_equal(result.failed, 0);
     assert_false(fake.warning);
     fake.lamp_broken = true;
-    fake.upkeep.ram_bad = true;
-    fake.upkeep.flash_bad = true;
+    fake.upkeep.is_ram_bad = true;
+    fake.upkeep.is_flash_bad = true;
     fake.image_known = fake.image_bad = true;
     fake_nor.present = false;
     result = test_until_result(40);
@@ -391,12 +393,12 @@ TEST_IN(a_landing_armed_meanwhile_keeps_the_board, start, NULL)
 /* A program that is not what its header says is a fault from the start on. */
 TEST_IN(a_damaged_image_is_a_fault_at_start, start, NULL)
 {
-    uint16_t before = health_counted(MR_FAULT_SELFTEST);
+    uint16_t before = health_get_count(MR_FAULT_SELFTEST);
     app_start(&app);
-    assert_int_equal(health_counted(MR_FAULT_SELFTEST), before);
+    assert_int_equal(health_get_count(MR_FAULT_SELFTEST), before);
     fake.image_state = MR_IMAGE_PROGRAM;
     app_start(&app);
-    assert_int_equal(health_counted(MR_FAULT_SELFTEST), before + 1);
+    assert_int_equal(health_get_count(MR_FAULT_SELFTEST), before + 1);
     unsigned told = 0;
     play(1000); /* each second */
     for (size_t i = 0; i < fake.sent_count; i++) {
@@ -415,18 +417,18 @@ TEST_IN(the_alarm_follows_an_outage, start, NULL)
     struct mr_can_alarm alarm;
     play(10);
     fake.can_errors =
-        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .is_pending = true};
     for (unsigned i = 0; i < 20; i++) {
         play(10);
         app_supervise(&app);
     }
     assert_int_equal(app.telemetry.can.state, MR_CAN_UNPLUGGED);
     fake.sent_count = 0;
-    fake.can_errors.pending = false;
+    fake.can_errors.is_pending = false;
     app_supervise(&app);
     assert_int_equal(count_frames(MR_ID_CAN_ALARM), 1); /* the one that asks */
     assert_int_equal(fake.sent_count, 1);
-    fake.can_errors = (struct board_can_errors){.passed = 1};
+    fake.can_errors = (struct board_can_errors){.sent_count = 1};
     app_supervise(&app);
     assert_int_equal(count_frames(MR_ID_CAN_ALARM), 2);
     assert_int_equal(count_frames(MR_ID_CAN_DROPS), 1);

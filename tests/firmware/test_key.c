@@ -396,7 +396,7 @@ TEST_IN(each_byte_of_a_proof_counts, keyed, NULL)
 TEST_IN(a_proof_of_what_was_refused_is_used_up, keyed, NULL)
 {
     struct mr_command arm = {.code = MR_COMMAND_ARM}, disarm = {.code = MR_COMMAND_DISARM};
-    for (unsigned n = 0; n < 2000 && blackbox_ready(&app.box) != MR_OK; n++)
+    for (unsigned n = 0; n < 2000 && blackbox_check_ready(&app.box) != MR_OK; n++)
         pass(1);
     assert_int_equal(order_proven(&arm, true), MR_OK);
     prove(&arm, key, nonce(), app.telemetry.identity.uid, false);

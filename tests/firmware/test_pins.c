@@ -94,7 +94,7 @@ static const char *wrong_with(const struct mr_board *board, const struct board_r
 static const struct board_table *next_board(unsigned *number, const struct mr_board **board)
 {
     *board = mr_board_by_number(*number);
-    return *board ? board_table_of((*number)++) : NULL;
+    return *board ? board_table_by_number((*number)++) : NULL;
 }
 
 #define EACH_BOARD(board, table)                                                    \
@@ -121,7 +121,7 @@ TEST(each_pin_does_what_it_can)
 /* The rows of one board on the chip of another: what is wrong with them is known. */
 TEST(a_pin_that_is_not_there_is_found)
 {
-    const struct board_table *zg = board_table_of(MR_BOARD_ZG);
+    const struct board_table *zg = board_table_by_number(MR_BOARD_ZG);
     unsigned missing = 0;
     for (size_t i = 0; i < zg->rows; i++)
         missing += wrong_with(mr_board_by_number(MR_BOARD_DISCOVERY), &zg->row[i]) != NULL;
@@ -226,7 +226,7 @@ TEST(facts_and_rows_agree)
     {
         char serial[20];
         unsigned transducers = 0, others = 0, serials = 0;
-        snprintf(serial, sizeof serial, "USART%ld_", board_fact_of(table, "SERIAL"));
+        snprintf(serial, sizeof serial, "USART%ld_", board_fact_value(table, "SERIAL"));
         for (size_t i = 0; i < table->rows; i++) {
             const struct board_row *row = &table->row[i];
             bool transducer = strncmp(row->signal, "TRANSDUCER_", 11) == 0;
@@ -237,7 +237,7 @@ TEST(facts_and_rows_agree)
             *(transducer ? &transducers : &others) += 1;
         }
         assert_int_equal(serials, 2);
-        assert_int_equal(board_fact_of(table, "NUMBER"), mr_board_by_name(board->name));
+        assert_int_equal(board_fact_value(table, "NUMBER"), mr_board_by_name(board->name));
         assert_in_range(transducers, 1, MR_TRANSDUCERS);
         assert_in_range(others, 2, MR_ADC1_CHANNELS);
         print_message("# %s: %u transducers, %u gages, staircase, reference\n", board->name,

@@ -226,7 +226,7 @@ TEST_IN(a_power_cut_leaves_the_old_or_the_new, start_with_memory, put_back)
         new_ones += stored.crc == new;
     }
     assert_true(new != old &&old_ones >= 15 && new_ones >= 1);
-    assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    assert_false(health_get_faults() & 1u << MR_FAULT_NOR_FAILED);
 }
 
 TEST_IN(damaged_copies_are_told_and_passed_over, start_with_memory, put_back)
@@ -245,14 +245,14 @@ TEST_IN(damaged_copies_are_told_and_passed_over, start_with_memory, put_back)
     assert_int_equal(stored.copy_b, -MR_CRC);
     assert_int_equal(stored.source, MR_RUNWAY_COPY_A);
     assert_int_equal(stored.crc, older);
-    assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    assert_false(health_get_faults() & 1u << MR_FAULT_NOR_FAILED);
     fake_nor.cell[A_COPY + 1] ^= 1; /* and the other: nothing is left */
     boot();
     live(200);
     stored = told_store();
     assert_int_equal(stored.copy_a, -MR_MALFORMED);
     assert_int_equal(stored.source, MR_RUNWAY_UNKNOWN);
-    assert_true(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    assert_true(health_get_faults() & 1u << MR_FAULT_NOR_FAILED);
     told_crc(&told);
     assert_int_equal(told.landings, 0);
     survey_all(0.05f); /* and it can be kept again */
@@ -269,7 +269,7 @@ TEST_IN(a_sector_that_does_not_hold_is_told, start_with_memory, put_back)
     survey_all(0.05f);
     live(3000);
     assert_int_equal(told_store().copy_a, -MR_IO);
-    assert_true(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    assert_true(health_get_faults() & 1u << MR_FAULT_NOR_FAILED);
     assert_true(fake_nor.erases <= 3); /* it is not tried for ever */
     fake_nor.faults = 0;
 }
@@ -362,7 +362,7 @@ TEST_IN(a_backlog_is_an_input, start_with_memory, put_back)
     assert_true(verdict.basis & MR_PREDICTOR_DEGRADED);
     live(100);
     unsigned answers = count_frames(MR_ID_ACK);
-    app.replays = true;
+    app.is_replay = true;
     command("backlog 12"); /* as a replay gives it */
     live(20);
     assert_int_equal(count_frames(MR_ID_ACK), answers); /* the landing had none */
@@ -484,14 +484,14 @@ TEST_IN(a_configuration_leaves_the_runway, start_with_memory, put_back)
     live(1200);
     uint32_t crc = told_crc(&told);
     config.predict[0].fitted = 0;
-    app_configured(&app);
+    app_apply_configuration(&app);
     live(100);
     config.predict[0].fitted = 1;
-    app_configured(&app);
+    app_apply_configuration(&app);
     live(100);
     assert_int_equal(told_crc(&told), crc);
     config.site[0].mats = 400;
-    app_configured(&app);
+    app_apply_configuration(&app);
     live(1);
     assert_int_equal(app.predict.predictor.config.chain.mats, 400);
     rearm();
@@ -541,7 +541,7 @@ TEST_IN(commands_before_the_memory_is_read, start_with_memory, put_back)
         live(1);
     }
     assert_int_equal(app.landing.state, MR_LANDING_ARMED);
-    assert_true(app.runwaystore.loaded);
+    assert_true(app.runwaystore.is_loaded);
 }
 
 /* What changes while a copy is being written is kept too. */

@@ -24,7 +24,7 @@ static float second(void)
 {
     float told = -1000.0f;
     for (unsigned n = 0; n < 1000; n++) {
-        if (thermometer_block(&thermometer, now++, true)) {
+        if (thermometer_on_block(&thermometer, now++, true)) {
             assert_true(told == -1000.0f); /* once */
             told = thermometer.temperature_c;
         }
@@ -35,7 +35,7 @@ static float second(void)
 
 static unsigned faults(void)
 {
-    return health_take(MR_FAULT_THERMOMETER).count;
+    return health_get_counter(MR_FAULT_THERMOMETER).count;
 }
 
 /* 12-bit temperature data format; the first row saturates there. */
@@ -97,7 +97,7 @@ TEST_IN(what_fails_is_missing_and_comes_back, begin, NULL)
         fake_i2c.fault = cases[i].fault;
         for (unsigned n = 1; n <= 5; n++) {
             assert_true(isnan(second()));
-            struct health_counter counter = health_take(MR_FAULT_THERMOMETER);
+            struct health_counter counter = health_get_counter(MR_FAULT_THERMOMETER);
             assert_int_equal(counter.count, before + n);
             assert_int_equal(counter.detail, cases[i].detail);
         }
@@ -106,7 +106,7 @@ TEST_IN(what_fails_is_missing_and_comes_back, begin, NULL)
     assert_true((double)second() == 20.0);
     fake_i2c.address = 0x49; /* another part is fitted */
     assert_true(isnan(second()));
-    assert_int_equal(health_take(MR_FAULT_THERMOMETER).detail, THERMOMETER_NO_ANSWER);
+    assert_int_equal(health_get_counter(MR_FAULT_THERMOMETER).detail, THERMOMETER_NO_ANSWER);
 }
 
 TEST_IN(out_of_range, begin, NULL)
@@ -116,7 +116,7 @@ TEST_IN(out_of_range, begin, NULL)
     for (unsigned i = 0; i < 3; i++) {
         fake_i2c.temperature = wrong[i];
         assert_true(isnan(second()));
-        assert_int_equal(health_take(MR_FAULT_THERMOMETER).detail, THERMOMETER_OUT_OF_RANGE);
+        assert_int_equal(health_get_counter(MR_FAULT_THERMOMETER).detail, THERMOMETER_OUT_OF_RANGE);
     }
     fake_i2c.temperature = 0xc900; /* -55 */
     assert_true((double)second() == -55.0);
@@ -125,12 +125,12 @@ TEST_IN(out_of_range, begin, NULL)
 TEST_IN(not_fitted_costs_nothing, begin, NULL)
 {
     for (unsigned n = 0; n < 3000; n++)
-        assert_false(thermometer_block(&thermometer, n, false));
+        assert_false(thermometer_on_block(&thermometer, n, false));
     assert_int_equal(fake_i2c.starts + fake_i2c.transfers, 0);
     now = 3000;
     (void)second();
     assert_int_equal(fake_i2c.starts, 1);
-    assert_false(thermometer_block(&thermometer, now, false));
+    assert_false(thermometer_on_block(&thermometer, now, false));
     assert_int_equal(fake_i2c.stops, 1);
 }
 

@@ -96,10 +96,11 @@ TEST(each_has_the_memory_that_its_images_take_it_to_have)
 {
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = power_on(hil_board_type_named(names[i]));
-        const struct board_table *table = board_table_of((unsigned)mr_board_by_name(names[i]));
-        const struct board_region *program = board_region_of(table, "PROGRAM"),
-                                  *ram = board_region_of(table, "RAM"),
-                                  *ccm = board_region_of(table, "CCM");
+        const struct board_table *table =
+            board_table_by_number((unsigned)mr_board_by_name(names[i]));
+        const struct board_region *program = board_region_by_name(table, "PROGRAM"),
+                                  *ram = board_region_by_name(table, "RAM"),
+                                  *ccm = board_region_by_name(table, "CCM");
         unsigned long at = HIL_FLASH_BASE;
         for (size_t n = 0; n < 3; n++) { /* vectors, configuration, program: no gap */
             assert_int_equal(table->region[n].start, at);

@@ -231,7 +231,7 @@ static void check_processor_fault(unsigned first)
     uint32_t word[MR_CRASH_ITEMS] = {0};
     uint16_t age = 99;
     struct ear *ear = ear_open(NULL, 0);
-    uint32_t place = symbol("healthlink_regular");
+    uint32_t place = symbol("healthlink_send_regular");
     ear_until(ear, 0.6);
     /* the newest told: up to 100 before */
     uint32_t block = GET(ear, EAR_SERIAL, clock, CLOCK).block;
@@ -299,7 +299,7 @@ TEST(a_power_cut_forgets_the_fault)
     uint32_t word[MR_CRASH_ITEMS];
     uint16_t age;
     struct ear *ear = ear_open(NULL, 0);
-    uint32_t place = symbol("healthlink_regular");
+    uint32_t place = symbol("healthlink_send_regular");
     ear_until(ear, 0.6);
     patch(ear, place, code, 1, before);
     until_reset(ear, 0.003);

@@ -98,7 +98,7 @@ static uint32_t decisive_block(void)
     fake_nor.present = false;
     app_start(&app);
     memcpy(app.slack_in, flight.slack_in, sizeof app.slack_in);
-    predict_survey(&app.predict, app.slack_in, 0);
+    predict_set_survey(&app.predict, app.slack_in, 0);
     memcpy(fake.edge_tick, flight.edge_tick, sizeof flight.edge_tick);
     fake.edges = flight.edges;
     for (unsigned i = 0; i < flight.blocks; i++) {

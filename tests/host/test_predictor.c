@@ -120,7 +120,7 @@ static void survey(const double *gap_in)
     float sum_in[MR_SEGMENTS] = {0};
     for (unsigned j = 0; j < MR_SEGMENTS * 10u; j++)
         sum_in[j / 10u] += (float)gap_in[j];
-    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_set_survey(&predictor, sum_in);
 }
 
 /* Plays it; `spoil` may change what is told. */
@@ -133,14 +133,14 @@ static void play(const struct landing *landing,
         struct mr_predictor_input input = gear_at(landing, 1e-3 * ms);
         if (spoil)
             spoil(&input, ms);
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
     }
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
 }
 
 static void assert_sane(void)
 {
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     for (unsigned j = 0; j <= predictor.config.chain.mats; j++)
         assert_true(predictor.gap_ft[j] >= 0.0f &&
                     predictor.gap_ft[j] <= predictor.config.chain.slack_ft);
@@ -160,8 +160,8 @@ TEST(critical_compression_and_length)
     struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.0};
     struct mr_predictor_input input = gear_at(&landing, 1.0);
     for (unsigned ms = 0; ms < 20; ms++)
-        mr_predictor_block(&predictor, &input);
-    mr_predictor_zone(&predictor, &zone);
+        mr_predictor_on_block(&predictor, &input);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_true(fabs((double)zone.critical_lb - MAT_LB * MAT_FT / (2.0 * 0.0036)) < 1e-3);
     double mats = GEAR_LB / 12.0 * 4.0 / G_FT_S2 / (0.5 * MAT_LB); /* 57.8 */
     assert_true(fabs(zone.coming_mats - mats) < 2.5);
@@ -182,7 +182,7 @@ static double plough_closes_in(float grit_lb)
     unsigned mat = (unsigned)((double)input.wheel_ft / MAT_FT) + 1u;
     for (unsigned j = mat; j < MATS; j++)
         before_in += 12.0 * (double)predictor.gap_ft[j];
-    mr_predictor_block(&predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
     for (unsigned j = mat + 1u; j <= MATS; j++)
         after_in += 12.0 * (double)mr_chain_opening_ft(&predictor.chain, j);
     assert_true(fabs(before_in - after_in -
@@ -216,16 +216,16 @@ TEST(a_warning_follows_the_edge)
         for (; ms < 100u + phase; ms++) {
             struct mr_predictor_input input = gear_at(&before, 1e-3 * ms);
             uint32_t visits = predictor.visits;
-            mr_predictor_block(&predictor, &input);
+            mr_predictor_on_block(&predictor, &input);
             assert_true(predictor.visits - visits <= MR_PREDICTOR_VISITS_PER_BLOCK + 1u);
         }
-        mr_predictor_zone(&predictor, &zone);
+        mr_predictor_get_zone(&predictor, &zone);
         assert_int_equal(zone.verdict, MR_PREDICTOR_QUIET);
         assert_true(zone.coming_mats >= 26 && zone.coming_mats <= 30);
         for (; zone.verdict != MR_PREDICTOR_WARNING && late < 100; late++, ms++) {
             struct mr_predictor_input input = gear_at(&after, 1e-3 * ms);
-            mr_predictor_block(&predictor, &input);
-            mr_predictor_zone(&predictor, &zone);
+            mr_predictor_on_block(&predictor, &input);
+            mr_predictor_get_zone(&predictor, &zone);
         }
         most = late > most ? late : most;
     }
@@ -334,22 +334,22 @@ TEST(without_switches_it_is_kinematic)
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.1f;
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
-    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_set_survey(&predictor, sum_in);
     mr_predictor_arm(&predictor);
-    mr_predictor_block(&predictor, &input);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_on_block(&predictor, &input);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.mats, 0);
     input.displacement_in[0] = 0.70f;
     input.displacement_in[1] = 0.35f;
-    mr_predictor_block(&predictor, &input);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_on_block(&predictor, &input);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.level, MR_PREDICTOR_KINEMATIC);
     assert_true(zone.basis & MR_PREDICTOR_NO_MOTION);
     assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
     assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
     mr_predictor_end_landing(&predictor); /* and the next landing begins with it */
     mr_predictor_arm(&predictor);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
 }
 
@@ -367,11 +367,11 @@ TEST(level_follows_the_budget)
     enum mr_predictor_level worst = MR_PREDICTOR_FULL, before = MR_PREDICTOR_FULL;
     for (unsigned ms = 0; ms < blocks + 5000u; ms++) {
         struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         assert_true(abs((int)predictor.level - (int)before) <= 1);
         before = predictor.level;
         worst = before > worst ? before : worst;
-        mr_predictor_zone(&predictor, &zone);
+        mr_predictor_get_zone(&predictor, &zone);
         assert_int_equal(!(zone.basis & MR_PREDICTOR_DEGRADED), before == MR_PREDICTOR_FULL);
     }
     assert_true(worst > MR_PREDICTOR_FULL);
@@ -392,7 +392,7 @@ TEST(a_third_of_the_budget_is_two_in_one)
         mr_predictor_arm(&predictor);
         for (unsigned ms = 0; ms < 8000; ms++) {
             struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
-            mr_predictor_block(&predictor, &input);
+            mr_predictor_on_block(&predictor, &input);
             worst = predictor.level > worst ? predictor.level : worst;
         }
         assert_int_equal(worst, part == 1 ? MR_PREDICTOR_FULL : MR_PREDICTOR_TWO);
@@ -412,7 +412,7 @@ TEST(it_comes_back_level_by_level)
     mr_predictor_choose_cheaper(&predictor);
     mr_predictor_choose_cheaper(&predictor);
     for (unsigned ms = 0; ms < 2000; ms++) {
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         assert_true(predictor.level < MR_PREDICTOR_PLOUGH);
         blocks[predictor.level]++;
     }
@@ -432,7 +432,7 @@ TEST(a_second_beyond_the_budget_counts)
     for (unsigned ms = 0; ms < 4000; ms++) {
         struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
         uint32_t updates = predictor.updates, visits = predictor.visits;
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         looks[ms / 50] += predictor.updates - updates + (predictor.visits - visits) / 2u;
         most = looks[ms / 50] > most ? looks[ms / 50] : most;
     }
@@ -449,7 +449,7 @@ TEST(a_second_beyond_the_budget_counts)
     enum mr_predictor_level worst = MR_PREDICTOR_FULL;
     for (unsigned ms = 0; ms < 4000; ms++) {
         struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         worst = predictor.level > worst ? predictor.level : worst;
     }
     assert_int_equal(worst, MR_PREDICTOR_TWO);
@@ -465,15 +465,15 @@ TEST(what_counts_and_how_long)
         .wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
-    mr_predictor_block(&predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
     assert_true(predictor.deceleration_ft_s2 == 5.0f);
     input.braking_known = true;
     input.displacement_in[2] = NAN;
-    mr_predictor_block(&predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
     assert_true(predictor.deceleration_ft_s2 == 9.0f);
     assert_int_equal(predictor.doubt[2], MR_PREDICTOR_MISSING);
     input.displacement_in[2] = 0.0f;
-    mr_predictor_block(&predictor, &input);
+    mr_predictor_on_block(&predictor, &input);
     assert_int_equal(predictor.doubt[2], MR_PREDICTOR_TRUSTED);
     for (int way = 1; way >= -1; way -= 2) {
         mr_predictor_arm(&predictor);
@@ -483,7 +483,7 @@ TEST(what_counts_and_how_long)
                 input.displacement_in[i] = (float)way * 0.01f *
                                            (float)(ms % 1000 < 100 ? ms % 1000 : 100);
             memset(predictor.doubt, 0, sizeof predictor.doubt); /* whatever it is, it is believed */
-            mr_predictor_block(&predictor, &input);
+            mr_predictor_on_block(&predictor, &input);
             assert_true(predictor.scale >= 0.3f && predictor.scale <= 2.5f);
         }
     }
@@ -546,7 +546,7 @@ TEST(extremes_stay_bounded)
         default: break;
         }
         assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
-        mr_predictor_survey(&predictor, sum_in);
+        mr_predictor_set_survey(&predictor, sum_in);
         for (unsigned n = 0; n < 3; n++) {
             play(&landing, NULL);
             assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
@@ -585,7 +585,7 @@ TEST(state_survives)
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     play(&landing, NULL);
     mr_predictor_end_landing(&predictor);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     struct mr_predictor_zone before = zone;
     mr_predictor_save(&predictor, &kept);
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -593,7 +593,7 @@ TEST(state_survives)
     mr_predictor_save(&predictor, &again);
     assert_memory_equal(&kept, &again, sizeof kept);
     mr_predictor_arm(&predictor);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.mats, before.mats);
     assert_true(zone.mats > 5);
     again.gap_hmil[17] = 60000;
@@ -617,7 +617,7 @@ TEST(survey_is_taken_over)
     for (unsigned pass = 0; pass < 2; pass++) {
         for (unsigned s = 0; s < MR_SEGMENTS; s++)
             sum_in[s] = s == 7 ? NAN : 0.007f * (float)s;
-        mr_predictor_survey(&predictor, sum_in);
+        mr_predictor_set_survey(&predictor, sum_in);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             double sum = 0.0;
             for (unsigned j = 10u * s; j < 10u * (s + 1u); j++)

@@ -51,7 +51,7 @@ static double rms_in(const struct braking *braking, const struct sim_result *rea
                 i < 7 ? (float)(12.0 * readings->sample_u_ft[ms * CASE_STATIONS + 4u + i]) : NAN;
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             reading_in[i] = (double)input.displacement_in[i];
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         double_block((double)input.wheel_ft, (double)input.speed_ft_s,
                      (double)input.deceleration_ft_s2, reading_in);
         for (unsigned n = 1; n <= config.chain.mats; n++) {

@@ -60,7 +60,7 @@ static double compare(const struct braking *braking, double *most_in, double *tr
     mr_predictor_arm(&predictor);
     for (unsigned ms = 0; ms + 1u < truth.sample_count; ms++) {
         const struct mr_predictor_input input = case_input(braking, ms);
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         for (unsigned i = 0; i < CASE_STATIONS; i++) {
             double station_ft = fmin(10.0 * i + 5.0,
                                      predictor.config.chain.mats * CASE_MAT_FT - 0.1);
@@ -75,7 +75,7 @@ static double compare(const struct braking *braking, double *most_in, double *tr
         }
     }
     sim_result_free(&truth);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     return sqrt(sum / (double)count);
 }
 
@@ -124,9 +124,9 @@ TEST(all_gaps_0_is_one_zone)
     mr_predictor_arm(&predictor);
     for (unsigned ms = 0; ms < 1000; ms++) {
         const struct mr_predictor_input input = case_input(&braking, ms);
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
     }
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     double wheel_ft = CASE_TOUCHDOWN_FT + 33.0 - 4.0;
     assert_true(fabs((double)zone.end_ft - 420.0 * CASE_MAT_FT) < 0.01);
     assert_true((double)zone.start_ft >= wheel_ft - CASE_MAT_FT &&
@@ -153,8 +153,8 @@ TEST(a_standing_push_closes_f_over_fw)
     mr_predictor_arm(&predictor);
     struct mr_predictor_input input = case_input(&(struct braking){30.0, 6.0, 6.0}, 1000);
     for (unsigned ms = 0; ms < 100; ms++)
-        mr_predictor_block(&predictor, &input);
-    mr_predictor_zone(&predictor, &zone);
+        mr_predictor_on_block(&predictor, &input);
+    mr_predictor_get_zone(&predictor, &zone);
     double mats = CASE_GEAR_LB / 12.0 * 6.0 / CASE_G_FT_S2 / (0.5 * CASE_MAT_LB);
     assert_true(fabs(zone.mats - mats) < 2.5);
     unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT + 1e-4) + 1u;
@@ -179,13 +179,13 @@ TEST(one_mat_stops_at_the_ground)
                                              .braking_known = true,
                                              .on_runway = true};
     for (unsigned ms = 0; ms < 500; ms++)
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
     double thrust_lb = CASE_GEAR_LB / 12.0 * 8.0 / CASE_G_FT_S2, friction_lb = 0.5 * CASE_MAT_LB;
     double off_ft = (double)mr_chain_displacement_ft(&predictor.chain, 1) -
                     (double)predictor.gap_ft[1];
     assert_true(off_ft * 2.9e5 > thrust_lb - 1.05 * friction_lb &&
                 off_ft * 2.9e5 < thrust_lb + 1.05 * friction_lb);
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.mats, 0);
     assert_true(zone.compression_lb > 20.0f &&
                 zone.critical_lb < 20.0f);              /* 27 lb, and P_c is 18.5 */
@@ -256,7 +256,7 @@ TEST(readings_in_other_units_are_left_out)
     memcpy(before_ft, predictor.gap_ft, sizeof before_ft);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = s % 2u ? 25.4f * 0.175f : -0.175f;
-    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_set_survey(&predictor, sum_in);
     assert_memory_equal(before_ft, predictor.gap_ft, sizeof before_ft);
     mr_predictor_arm(&predictor);
     for (unsigned ms = 0; ms < 3500; ms++) {
@@ -264,8 +264,8 @@ TEST(readings_in_other_units_are_left_out)
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             input.displacement_in[i] =
                 25.4f * (input.wheel_ft > config.station_ft[i] - 12.0f ? 0.3f : 0.0f);
-        mr_predictor_block(&predictor, &input);
-        mr_predictor_zone(&predictor, &zone);
+        mr_predictor_on_block(&predictor, &input);
+        mr_predictor_get_zone(&predictor, &zone);
         assert_false(zone.basis & (MR_PREDICTOR_SURVEY | MR_PREDICTOR_FELL_BACK));
     }
     unsigned left_out = 0;
@@ -291,14 +291,14 @@ TEST(jumping_transducers_do_no_harm)
         struct mr_predictor_input input = case_input(&braking, ms);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             input.displacement_in[i] = (ms + i) % 2u ? 5.0f : -5.0f;
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         for (unsigned n = 1; n <= 420; n++) {
             float u_ft = mr_chain_displacement_ft(&predictor.chain, n);
             assert_true(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT);
             most_ft = fmaxf(most_ft, fabsf(u_ft));
         }
     }
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_true(most_ft < 0.25f);
     assert_true(zone.basis & MR_PREDICTOR_BLIND);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -317,7 +317,7 @@ TEST(time_standing_still_comes_to_rest)
     float before_ft = 0.0f;
     unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT + 1e-4) + 1u;
     for (unsigned ms = 0; ms < 10000; ms++) {
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         if (ms == 2000)
             before_ft = mr_chain_displacement_ft(&predictor.chain, mat);
     }
@@ -338,8 +338,8 @@ TEST(a_speed_rounded_below_zero_is_rest)
     for (unsigned ms = 0; ms < 2000; ms++) {
         struct mr_predictor_input input = case_input(&braking, ms);
         input.speed_ft_s = ms < 1000 ? input.speed_ft_s : -1e-6f;
-        mr_predictor_block(&predictor, &input);
-        mr_predictor_zone(&predictor, &zone);
+        mr_predictor_on_block(&predictor, &input);
+        mr_predictor_get_zone(&predictor, &zone);
         assert_false(zone.basis & MR_PREDICTOR_NO_MOTION);
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
     }
@@ -361,21 +361,21 @@ TEST(a_spoilt_chain_falls_back)
             unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT) + 2u;
             predictor.chain.u_ft[mat] = bad[k];
             predictor.chain.awake[(mat - 1u) / MR_CHAIN_BAY + 1u] = true;
-            mr_predictor_block(&predictor, &input);
+            mr_predictor_on_block(&predictor, &input);
             k++;
             assert_int_equal(predictor.failures, k < 4u ? k : 4u);
-            mr_predictor_zone(&predictor, &zone);
+            mr_predictor_get_zone(&predictor, &zone);
             assert_true(zone.basis & MR_PREDICTOR_FELL_BACK);
             assert_int_equal(zone.level, k < 4u ? MR_PREDICTOR_FULL : MR_PREDICTOR_KINEMATIC);
             continue;
         }
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
     }
     mr_predictor_end_landing(&predictor);
     for (unsigned j = 0; j <= 420; j++)
         assert_true(predictor.gap_ft[j] >= 0.0f && predictor.gap_ft[j] <= config.chain.slack_ft);
     mr_predictor_arm(&predictor); /* the next landing has the model again */
-    mr_predictor_zone(&predictor, &zone);
+    mr_predictor_get_zone(&predictor, &zone);
     assert_int_equal(zone.level, MR_PREDICTOR_FULL);
     assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
 }
@@ -395,7 +395,7 @@ TEST(falling_back_again_closes_nothing_more)
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = i < 3 ? 0.2f - 0.1f * (float)i : NAN;
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
-    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_set_survey(&predictor, sum_in);
     mr_predictor_arm(&predictor);
     for (unsigned k = 1; k <= 5; k++) {
         if (k < 5) {
@@ -403,7 +403,7 @@ TEST(falling_back_again_closes_nothing_more)
             predictor.chain.awake[3] = true;
             predictor.chain.low = 3;
             predictor.chain.high = 3;
-            mr_predictor_block(&predictor, &input);
+            mr_predictor_on_block(&predictor, &input);
             assert_int_equal(predictor.failures, k);
         } else {
             mr_predictor_end_landing(&predictor);

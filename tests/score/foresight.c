@@ -413,19 +413,19 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     struct mr_risk_report said, planned, nothing;
     unsigned when = 0;
     double since_s = 1e-3 * ms - l->landing->touchdown_s;
-    mr_risk_block(&l->board, predictor, input);
-    mr_risk_block(&l->planned, predictor, input);
-    mr_risk_block(&l->nothing, predictor, input);
+    mr_risk_on_block(&l->board, predictor, input);
+    mr_risk_on_block(&l->planned, predictor, input);
+    mr_risk_on_block(&l->nothing, predictor, input);
     if (ms % SCORE_LOOK_MS || ms / SCORE_LOOK_MS >= l->landing->looks || 1e-3 * ms >= l->event_s)
         return;
     while (when < WHENS && fabs(since_s - when_s[when]) > 1e-6)
         when++;
     if (when == WHENS)
         return;
-    mr_predictor_zone(predictor, &zone);
-    mr_risk_report(&l->board, predictor, &zone, &said);
-    mr_risk_report(&l->planned, predictor, &zone, &planned);
-    mr_risk_report(&l->nothing, predictor, &zone, &nothing);
+    mr_predictor_get_zone(predictor, &zone);
+    mr_risk_compute(&l->board, predictor, &zone, &said);
+    mr_risk_compute(&l->planned, predictor, &zone, &planned);
+    mr_risk_compute(&l->nothing, predictor, &zone, &nothing);
     if (said.basis & MR_RISK_STOPPED)
         return;
     if (l->row->told.view & SCORE_ONCE && l->landing->number == 1)

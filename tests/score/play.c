@@ -208,7 +208,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
     double t_s = 1e-3 * SCORE_LOOK_MS * k;
     struct mr_predictor_zone zone;
     struct mr_closure_zone closed;
-    mr_predictor_zone(&player->predictor, &zone);
+    mr_predictor_get_zone(&player->predictor, &zone);
     const struct mr_closure_input kinematic = {.station_ft = player->rig.station_ft,
                                                .displacement_in = input->displacement_in,
                                                .slack_in = player->slack_in,
@@ -270,7 +270,7 @@ static void play_landing(struct player *player, const struct score_landing *land
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED && (landing->number == 1 || !(player->view & SCORE_ONCE))) {
         read_survey(landing, player->slack_in, &player->noise);
-        mr_predictor_survey(&player->predictor, player->slack_in);
+        mr_predictor_set_survey(&player->predictor, player->slack_in);
     } else {
         for (unsigned s = 0; s < MR_SEGMENTS; s++)
             player->slack_in[s] = landing->number == 1 ? LAID_SUM_IN : player->left_in[s];
@@ -289,7 +289,7 @@ static void play_landing(struct player *player, const struct score_landing *land
         read_transducers(landing, &player->rig, ms, input.displacement_in, &player->noise);
         if (ms % SCORE_LOOK_MS == 0 && ms / SCORE_LOOK_MS < landing->looks)
             look(player, landing, ms / SCORE_LOOK_MS, zones, &input, &outcome);
-        mr_predictor_block(&player->predictor, &input);
+        mr_predictor_on_block(&player->predictor, &input);
         if (player->sink->block)
             player->sink->block(player->sink->ctx, &player->predictor, &input, ms);
     }

@@ -82,14 +82,14 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     struct listener *l = ctx;
     struct mr_predictor_zone zone;
     for (unsigned m = 0; m < l->modes; m++)
-        mr_risk_block(&l->risk[m], predictor, input);
+        mr_risk_on_block(&l->risk[m], predictor, input);
     if (ms % SCORE_LOOK_MS || ms / SCORE_LOOK_MS >= l->landing->looks ||
         1e-3 * ms >= (double)l->event_s)
         return;
-    mr_predictor_zone(predictor, &zone);
+    mr_predictor_get_zone(predictor, &zone);
     for (unsigned m = 0; m < l->modes && samples < SAMPLES; m++) {
         struct mr_risk_report said;
-        mr_risk_report(&l->risk[m], predictor, &zone, &said);
+        mr_risk_compute(&l->risk[m], predictor, &zone, &said);
         if (said.basis & MR_RISK_STOPPED)
             continue;
         struct sample *s = &sample[samples++];

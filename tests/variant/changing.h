@@ -20,7 +20,7 @@ static void fit_others(struct app *app)
                                            : MR_KIND_NONE;
         config.channel[c].kind = (uint8_t)(drawn ? kind : MR_KIND_NONE);
     }
-    app_configured(app);
+    app_apply_configuration(app);
 }
 
 static bool poll_and_fit_others(struct app *app)

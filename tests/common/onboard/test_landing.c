@@ -30,9 +30,9 @@ static unsigned pushed_told, landing_states;
 
 static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
 {
-    struct landing_news news =
-        landing_block(&landing, &rig, index, 4000000000u + 84000u * index,
-                      (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
+    struct landing_block_changes news = landing_on_block(
+        &landing, &rig, index, 4000000000u + 84000u * index,
+        (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
     pushed_told += (unsigned)news.pushed;
     landing_states += (unsigned)(landing.state == MR_LANDING_LANDING ||
                                  landing.state == MR_LANDING_SETTLING);
@@ -151,10 +151,10 @@ TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
         for (unsigned n = 0; n < 200; n++) {
             uint32_t tick = 4000000000u + 84000u * index + 42000u;
             next_block(index++, &tick, 1);
-            told += landing.news.edges;
+            told += landing.changes.edges;
             for (unsigned k = 0; k < 19; k++) {
                 next_block(index++, NULL, 0);
-                told += landing.news.edges;
+                told += landing.changes.edges;
             }
         }
         assert_int_equal(told, LANDING_EDGES);
@@ -189,7 +189,7 @@ TEST_IN(a_burst_beyond_what_waits_is_cut, rig_before, NULL)
     next_block(index++, ticks, 40);
     for (unsigned n = 0; n < 60; n++) {
         next_block(index++, NULL, 0);
-        told += landing.news.edges;
+        told += landing.changes.edges;
     }
     assert_int_equal(told, MR_SWITCHES_WAITING_MAX);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
@@ -238,7 +238,7 @@ TEST_IN(a_closing_switch_has_no_name, rig_before, NULL)
     uint32_t tick = 4000000000u + 84000u * index + 42000u;
     next_block(index++, &tick, 1);
     open_codes -= step_of(3);
-    while (!landing.news.edges)
+    while (!landing.changes.edges)
         next_block(index++, NULL, 0);
     assert_int_equal(landing.edge[0].position, 0);
     assert_near(landing.edge[0].step_codes, 0.0, 0.0);
@@ -263,8 +263,8 @@ TEST_IN(two_rigs_do_not_know_of_each_other, rig_before, NULL)
     for (uint32_t index = 0; index < 1000; index++) {
         uint32_t tick = 84000u * index, edge = tick + 42000u;
         bool opens = index % 180 == 100 && next <= 5; /* 5 ft in 180 ms */
-        landing_block(&near_one, &rig, index, tick, (float)codes, &edge, opens);
-        landing_block(&far_one, &far, index, tick, (float)codes, &edge, opens);
+        landing_on_block(&near_one, &rig, index, tick, (float)codes, &edge, opens);
+        landing_on_block(&far_one, &far, index, tick, (float)codes, &edge, opens);
         codes += opens ? step_of(next++) : 0.0;
     }
     assert_int_equal(near_one.state, MR_LANDING_LANDING);
@@ -295,7 +295,7 @@ TEST_IN(a_switch_that_is_not_fitted_is_not_missing, rig_before, NULL)
                 open_switch(&index, position);
             for (unsigned n = 0; n < 180; n++) {
                 next_block(index++, NULL, 0);
-                for (unsigned i = 0; i < landing.news.events; i++)
+                for (unsigned i = 0; i < landing.changes.events; i++)
                     missing += landing.event[i].reason == MR_SWITCH_MISSING &&
                                landing.event[i].position == 4;
             }

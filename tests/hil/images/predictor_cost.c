@@ -69,10 +69,10 @@ static void play(uint32_t blocks)
         input.wheel_ft = wheel_ft;
         input.speed_ft_s = speed_ft_s;
         uint32_t before = predictor.updates;
-        mr_predictor_block(&predictor, &input);
+        mr_predictor_on_block(&predictor, &input);
         results[4] += predictor.updates != before;
         if (k % MR_PREDICTOR_INTERVAL_BLOCKS == 0)
-            mr_predictor_zone(&predictor, &zone);
+            mr_predictor_get_zone(&predictor, &zone);
         wheel_ft += 1e-3f * speed_ft_s;
         speed_ft_s -= speed_ft_s > 0.0f ? 8e-3f : 0.0f;
         results[0] = k + 1u;
@@ -85,7 +85,7 @@ static __attribute__((noinline)) int measure(void)
     if (mr_predictor_start(&predictor, &config) != MR_OK)
         return 1;
     if (control[2] & 2u)
-        mr_predictor_survey(&predictor, sum_in);
+        mr_predictor_set_survey(&predictor, sum_in);
     results[5] = 1; /* the test begins to count */
     play(control[1]);
     results[1] = predictor.updates;
