@@ -311,7 +311,7 @@ TEST(a_text_has_the_list_of_values_where_the_star_stands)
     assert_string_equal(text, "0 valid, 2 saturated, 3 signal lead open, 4 reference out of range, "
                               "5 shorted, 6 too fast, 7 stuck, 8 out of range, 9 not excited");
     mr_field_text(field_of(MR_ID_RUNWAY_STORE, "copy_b"), text, sizeof text);
-    assert_string_equal(text, "as copy_a, for copy B");
+    assert_string_equal(text, "state of copy B, as for copy_a");
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
     assert_string_equal(text, "cause of the change");
     /* numbers of two digits, in their order */
