@@ -5,37 +5,37 @@
 
 #include "host/board/dialogue.h"
 
-#define ARM_CLIENT_LANDING_MOST 65535
+#define ARM_CLIENT_LANDING_MAX 65535
 /* Time limit for the answer to arm or disarm; applies here, at the terminal of matrig log and on
  * the live page. */
-#define ARM_CLIENT_ANSWER_S     3
+#define ARM_CLIENT_ANSWER_S    3
 
 struct arm_client {
     struct dialogue *dialogue;
     bool landing_known, wait_known;
-    bool landing_told; /* received since the command was sent */
-    /* landing state that the command is to reach, and the state before the command */
-    unsigned wanted, before;
+    bool landing_received; /* received since the command was sent */
+    /* landing states: the one that the command is to reach, and the one before the command */
+    unsigned wanted_state, previous_state;
     struct mr_landing landing; /* newest state of the landing */
     /* state of the black box, reported if it is the reason why arming was refused */
     struct mr_box_state box;
 };
 
 /* Waits for the board's hello and its state, which it sends once a second. The caller owns the
- * dialogue; `talk` subscribes to it. Statuses as dialogue_hello. */
-enum mr_status arm_client_begin(struct arm_client *talk, struct dialogue *dialogue,
+ * dialogue; `client` subscribes to it. Statuses as dialogue_wait_for_hello. */
+enum mr_status arm_client_begin(struct arm_client *client, struct dialogue *dialogue,
                                 struct error *error);
 /* Sends MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board takes the next
  * number), or MR_COMMAND_DISARM with 0; takes 5 s at most. If the answer is lost, the state that
- * the board reports decides. MR_OK: done, talk->landing is the landing. MR_TIMEOUT: neither an
+ * the board reports decides. MR_OK: done, client->landing is the landing. MR_TIMEOUT: neither an
  * answer nor the state was received. Any other status: the board refused, and `error` has the
  * reason. */
-enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t number,
-                                struct error *error);
+enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t number,
+                               struct error *error);
 
 /* Reason why a board refuses `arm` or `disarm`, and what to do, as text. Static storage. */
-const char *arm_client_refusal(enum mr_status answer);
+const char *arm_client_refusal_text(enum mr_status answer);
 /* True if a landing in this state is in progress and being recorded. */
-bool arm_client_recording(unsigned state);
+bool arm_client_is_recording(unsigned state);
 
 #endif

@@ -10,20 +10,20 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FORMAT      1
-#define TEXT_MAX    65536u
-#define ANSWER_S    15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
-#define SILENCE_S   30.0 /* between two lines: watchdog test, memory erases, slow flash */
-#define ALL_S       120.0
-#define SAY_AGAIN_S 3.0
+#define FORMAT    1
+#define TEXT_MAX  65536u
+#define ANSWER_S  15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
+#define SILENCE_S 30.0 /* between two lines: watchdog test, memory erases, slow flash */
+#define ALL_S     120.0
+#define RESEND_S  3.0
 
 /* ---- text ---- */
 
-static enum mr_status take_line(struct bringup *b, const char *line, size_t length,
-                                struct error *error)
+static enum mr_status parse_line(struct bringup *b, const char *line, size_t length,
+                                 struct error *error)
 {
     char copy[160], rest[8];
-    if (b->lines == BRINGUP_LINES || length >= sizeof copy)
+    if (b->lines == BRINGUP_LINES_MAX || length >= sizeof copy)
         return error_set(error, MR_TOO_LONG,
                          "bring-up: too many lines, or a line too long; check that the board runs "
                          "the bring-up image");
@@ -47,7 +47,7 @@ static enum mr_status take_line(struct bringup *b, const char *line, size_t leng
 static enum mr_status check_end(const struct bringup *b, const char *line, uint32_t crc,
                                 struct error *error)
 {
-    char section[BRINGUP_NAME];
+    char section[BRINGUP_NAME_SIZE];
     unsigned lines, said;
     if (sscanf(line, "end %47s %u %8x", section, &lines, &said) != 3 ||
         strcmp(section, b->section) != 0)
@@ -75,7 +75,8 @@ static size_t line_length(const char *text, size_t length)
 }
 
 /* `text` has no carriage returns. */
-static enum mr_status parse(struct bringup *b, const char *text, size_t length, struct error *error)
+static enum mr_status parse_section(struct bringup *b, const char *text, size_t length,
+                                    struct error *error)
 {
     int format;
     size_t at = 0;
@@ -100,7 +101,7 @@ static enum mr_status parse(struct bringup *b, const char *text, size_t length, 
             b->length = at + count + 1u;
             return check_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
         }
-        enum mr_status status = first ? MR_OK : take_line(b, text + at, count, error);
+        enum mr_status status = first ? MR_OK : parse_line(b, text + at, count, error);
         if (status != MR_OK)
             return status;
         at += count + 1u;
@@ -118,7 +119,7 @@ enum mr_status bringup_parse(struct bringup *b, const char *text, size_t length,
             b->text[kept++] = text[i];
     }
     b->length = kept;
-    enum mr_status status = parse(b, b->text, kept, error);
+    enum mr_status status = parse_section(b, b->text, kept, error);
     b->text[b->length] = 0;
     return status;
 }
@@ -140,10 +141,10 @@ const struct bringup_line *bringup_find(const struct bringup *b, const char *nam
 
 /* ---- from a link ---- */
 
-struct listening {
+struct receiver {
     char text[TEXT_MAX + 1];
     size_t length;
-    double heard_s, begun_s, said_s;
+    double received_s, started_s, sent_s;
     size_t ready_at; /* position of the "ready:" line after which the word was last sent */
     size_t bytes;    /* total of received bytes */
 };
@@ -160,7 +161,7 @@ static const char *find_line(const char *text, const char *word)
 }
 
 /* Returns the section only when it is complete: another section may come first. */
-static const char *whole_section(struct listening *l, const char *section)
+static const char *find_complete_section(struct receiver *l, const char *section)
 {
     char begin[64], end[64];
     snprintf(begin, sizeof begin, "begin %s ", section);
@@ -170,7 +171,7 @@ static const char *whole_section(struct listening *l, const char *section)
     return to && strchr(to, '\n') ? from : NULL;
 }
 
-static bool has_begun(const struct listening *l, const char *section)
+static bool section_has_begun(const struct receiver *l, const char *section)
 {
     char begin[64];
     snprintf(begin, sizeof begin, "begin %s ", section);
@@ -178,7 +179,7 @@ static bool has_begun(const struct listening *l, const char *section)
 }
 
 /* At a wrong baud rate most bytes are not printable. */
-static bool is_text(const struct listening *l)
+static bool is_text(const struct receiver *l)
 {
     size_t others = 0;
     for (size_t i = 0; i < l->length; i++)
@@ -186,10 +187,10 @@ static bool is_text(const struct listening *l)
     return l->length > 0 && others * 10u < l->length;
 }
 
-static enum mr_status nobody(const struct listening *l, const struct link *link,
-                             const char *section, struct error *error)
+static enum mr_status set_silence_error(const struct receiver *l, const struct link *link,
+                                        const char *section, struct error *error)
 {
-    if (has_begun(l, section))
+    if (section_has_begun(l, section))
         return error_set(error, MR_TRUNCATED,
                          "bring-up: %s stopped after %zu bytes: %s; check cable and supply, reset "
                          "the board and try again",
@@ -205,7 +206,7 @@ static enum mr_status nobody(const struct listening *l, const struct link *link,
                      BRINGUP_BAUD, l->bytes, link_spec(link));
 }
 
-static enum mr_status listen(struct listening *l, struct link *link, struct error *error)
+static enum mr_status receive(struct receiver *l, struct link *link, struct error *error)
 {
     size_t count = 0;
     uint64_t host_us;
@@ -222,7 +223,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
             l->text[i] = '?';
     }
     if (status == MR_OK && count) {
-        l->heard_s = monotonic_s();
+        l->received_s = monotonic_s();
         l->bytes += count;
         l->length += count;
         l->text[l->length] = 0;
@@ -231,7 +232,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
 }
 
 /* Bytes without a "begin" line are not a report: removed to make room. */
-static void discard_noise(struct listening *l)
+static void discard_noise(struct receiver *l)
 {
     if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
         l->length = l->ready_at = 0;
@@ -242,45 +243,45 @@ static void discard_noise(struct listening *l)
 /* A command word is lost while the board resets or before its program runs. It is sent again
  * after "ready:" or after silence, but not once the section has begun: every copy would be
  * executed. */
-static enum mr_status send_again(struct listening *l, struct link *link, const char *section,
-                                 struct error *error)
+static enum mr_status resend_if_due(struct receiver *l, struct link *link, const char *section,
+                                    struct error *error)
 {
     char word[32];
     /* the leading newline ends a partial line on the board */
     snprintf(word, sizeof word, "\n%s\n", section);
-    if (has_begun(l, section))
+    if (section_has_begun(l, section))
         return MR_OK;
     const char *ready = NULL;
     for (const char *at = find_line(l->text, "ready:"); at; at = find_line(at + 1, "ready:"))
         ready = at;
     bool anew = ready && ready > l->text + l->ready_at;
     double now_s = monotonic_s();
-    if (link_recorded(link) || (!anew && now_s - l->heard_s < SAY_AGAIN_S) ||
-        (!anew && now_s - l->said_s < SAY_AGAIN_S))
+    if (link_recorded(link) || (!anew && now_s - l->received_s < RESEND_S) ||
+        (!anew && now_s - l->sent_s < RESEND_S))
         return MR_OK;
     if (anew)
         l->ready_at = (size_t)(ready - l->text);
-    l->said_s = now_s;
+    l->sent_s = now_s;
     return link_send_bytes(link, (const uint8_t *)word, strlen(word), error);
 }
 
-static bool takes_too_long(const struct listening *l)
+static bool has_timed_out(const struct receiver *l)
 {
     double now_s = monotonic_s();
     bool begun = find_line(l->text, "begin ") != NULL; /* another section began; ours follows */
     bool says = begun || is_text(l);                   /* the board is slow but alive */
-    return now_s - (says ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
-           now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
+    return now_s - (says ? l->received_s : l->started_s) > (begun ? SILENCE_S : ANSWER_S) ||
+           now_s - l->started_s > ALL_S || l->length == TEXT_MAX;
 }
 
 /* Waits for all of `section`; if NULL, for the line `answer`. */
-static enum mr_status wait_for(struct listening *l, struct link *link, const char *section,
+static enum mr_status wait_for(struct receiver *l, struct link *link, const char *section,
                                const char *answer, const char **from, struct error *error)
 {
     const char *asked = section ? section : "rom";
     for (;;) {
-        enum mr_status status = listen(l, link, error);
-        *from = section ? whole_section(l, section) : find_line(l->text, answer);
+        enum mr_status status = receive(l, link, error);
+        *from = section ? find_complete_section(l, section) : find_line(l->text, answer);
         if (*from)
             return MR_OK;
         if (find_line(l->text, "the boot ROM does not listen here"))
@@ -296,32 +297,32 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
             return error_set(error, MR_CLOSED, "the board has closed the link: %s",
                              link_spec(link));
         if (status == MR_OK)
-            status = send_again(l, link, asked, error);
+            status = resend_if_due(l, link, asked, error);
         if (status != MR_OK)
             return status;
         discard_noise(l);
-        if (takes_too_long(l))
-            return nobody(l, link, asked, error);
+        if (has_timed_out(l))
+            return set_silence_error(l, link, asked, error);
     }
 }
 
-static enum mr_status ask(struct listening *l, struct link *link, const char *section,
-                          const char *answer, const char **from, struct error *error)
+static enum mr_status request_section(struct receiver *l, struct link *link, const char *section,
+                                      const char *answer, const char **from, struct error *error)
 {
     enum mr_status status = link_recorded(link) ? MR_OK : link_line(link, BRINGUP_BAUD, error);
-    l->begun_s = l->heard_s = monotonic_s();
-    l->said_s = l->begun_s - SAY_AGAIN_S;
-    l->heard_s -= SAY_AGAIN_S; /* send the first word at once */
+    l->started_s = l->received_s = monotonic_s();
+    l->sent_s = l->started_s - RESEND_S;
+    l->received_s -= RESEND_S; /* send the first word at once */
     return status ?: wait_for(l, link, section, answer, from, error);
 }
 
-enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *section,
-                           struct error *error)
+enum mr_status bringup_request(struct bringup *b, struct link *link, const char *section,
+                               struct error *error)
 {
-    struct listening *l = xcalloc(1, sizeof *l);
+    struct receiver *l = xcalloc(1, sizeof *l);
     const char *from = NULL;
     *b = (struct bringup){.lines = 0};
-    enum mr_status status = ask(l, link, section, NULL, &from, error);
+    enum mr_status status = request_section(l, link, section, NULL, &from, error);
     if (status == MR_OK && !from)
         from = find_line(l->text, "begin ");
     if (status == MR_OK)
@@ -330,11 +331,11 @@ enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *sec
     return status;
 }
 
-enum mr_status bringup_rom(struct link *link, struct error *error)
+enum mr_status bringup_start_rom(struct link *link, struct error *error)
 {
-    struct listening *l = xcalloc(1, sizeof *l);
+    struct receiver *l = xcalloc(1, sizeof *l);
     const char *from = NULL;
-    enum mr_status status = ask(l, link, NULL, "to the boot ROM", &from, error);
+    enum mr_status status = request_section(l, link, NULL, "to the boot ROM", &from, error);
     free(l);
     return status;
 }
@@ -377,18 +378,18 @@ bool bringup_limit_is_group(const struct bringup_limit *limit)
     return limit->name[strlen(limit->name) - 1u] == '*';
 }
 
-static bool fits(const struct bringup_limit *limit, const char *name)
+static bool limit_applies_to(const struct bringup_limit *limit, const char *name)
 {
     return bringup_limit_is_group(limit) ? strncmp(limit->name, name, strlen(limit->name) - 1u) == 0
                                          : strcmp(limit->name, name) == 0;
 }
 
 /* `none` can stand for a whole group: `noise none` for all of noise_... */
-static const struct bringup_limit *limit_of(unsigned section, const struct bringup_line *line)
+static const struct bringup_limit *find_limit(unsigned section, const struct bringup_line *line)
 {
     for (size_t i = 0; i < LIMITS; i++) {
         if (limits[i].sections & section &&
-            (fits(&limits[i], line->name) ||
+            (limit_applies_to(&limits[i], line->name) ||
              (line->none && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
             return &limits[i];
     }
@@ -396,7 +397,7 @@ static const struct bringup_limit *limit_of(unsigned section, const struct bring
 }
 
 /* True: `word` is in `words`, which are separated by blanks. */
-static bool is_among(const char *words, const char *word)
+static bool is_word_of(const char *words, const char *word)
 {
     size_t length = strlen(word);
     for (const char *at = strstr(words, word); at; at = strstr(at + 1, word)) {
@@ -406,55 +407,55 @@ static bool is_among(const char *words, const char *word)
     return false;
 }
 
-static bool is_within(const struct bringup_judged *j)
+static bool is_within_limit(const struct bringup_result *j)
 {
     const char *words = j->limit->words;
     if (words)
-        return !*words || is_among(words, j->line->value);
-    return j->line->number >= j->least && j->line->number <= j->most;
+        return !*words || is_word_of(words, j->line->value);
+    return j->line->number >= j->min && j->line->number <= j->max;
 }
 
-static const struct mr_board *board_of(const struct bringup *now)
+static const struct mr_board *find_board(const struct bringup *now)
 {
     const struct bringup_line *line = bringup_find(now, "board");
     int number = line ? mr_board_by_name(line->value) : -1;
     return number < 0 ? NULL : mr_board_by_number((unsigned)number);
 }
 
-static void judge(struct bringup_judged *j, const struct mr_board *board)
+static void judge_line(struct bringup_result *j, const struct mr_board *board)
 {
     const struct bringup_limit *limit = j->limit;
     if (limit) {
-        j->least = limit->of_board ? limit->of_board(board) : limit->least;
-        j->most = limit->of_board ? j->least : limit->most;
+        j->min = limit->board_value ? limit->board_value(board) : limit->min;
+        j->max = limit->board_value ? j->min : limit->max;
     }
-    j->verdict = !j->limit     ? BRINGUP_LOOK
-               : j->line->none ? j->limit->none
-               : is_within(j)  ? BRINGUP_OK
-                               : j->limit->beyond;
+    j->verdict = !j->limit          ? BRINGUP_LOOK
+               : j->line->none      ? j->limit->none
+               : is_within_limit(j) ? BRINGUP_OK
+                                    : j->limit->beyond;
 }
 
 static bool is_reported(const struct bringup *now, unsigned section,
                         const struct bringup_limit *limit)
 {
     for (size_t i = 0; i < now->lines; i++) {
-        if (limit_of(section, &now->line[i]) == limit)
+        if (find_limit(section, &now->line[i]) == limit)
             return true;
     }
     return false;
 }
 
-size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRINGUP_JUDGED])
+size_t bringup_judge(const struct bringup *now, struct bringup_result judged[BRINGUP_RESULTS_MAX])
 {
     unsigned section = section_bit(now->section);
-    const struct mr_board *board = board_of(now);
+    const struct mr_board *board = find_board(now);
     size_t count = 0;
     for (size_t i = 0; i < now->lines; i++) {
-        struct bringup_judged *j = &judged[count++];
-        *j = (struct bringup_judged){.name = now->line[i].name,
+        struct bringup_result *j = &judged[count++];
+        *j = (struct bringup_result){.name = now->line[i].name,
                                      .line = &now->line[i],
-                                     .limit = limit_of(section, &now->line[i])};
-        judge(j, board);
+                                     .limit = find_limit(section, &now->line[i])};
+        judge_line(j, board);
     }
     for (size_t i = 0; i < LIMITS; i++) {
         const struct bringup_limit *limit = &limits[i];
@@ -462,12 +463,12 @@ size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRI
             is_reported(now, section, limit))
             continue;
         judged[count++] =
-            (struct bringup_judged){.name = limit->name, .limit = limit, .verdict = limit->none};
+            (struct bringup_result){.name = limit->name, .limit = limit, .verdict = limit->none};
     }
     return count;
 }
 
-enum bringup_verdict bringup_worst(const struct bringup_judged *judged, size_t count)
+enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count)
 {
     enum bringup_verdict worst = BRINGUP_OK;
     for (size_t i = 0; i < count; i++)

@@ -11,25 +11,25 @@
 
 /* Output of the bring-up image (firmware/bringup/print.h): read from a link or from a text file,
  * and checked for completeness. */
-#define BRINGUP_BAUD     115200
-#define BRINGUP_LINES    400
-#define BRINGUP_NAME     48
-#define BRINGUP_VALUE    40
-#define BRINGUP_SECTIONS "report", "brown-out"
+#define BRINGUP_BAUD       115200
+#define BRINGUP_LINES_MAX  400
+#define BRINGUP_NAME_SIZE  48
+#define BRINGUP_VALUE_SIZE 40
+#define BRINGUP_SECTIONS   "report", "brown-out"
 
 struct bringup_line {
-    char name[BRINGUP_NAME], value[BRINGUP_VALUE], unit[BRINGUP_NAME];
+    char name[BRINGUP_NAME_SIZE], value[BRINGUP_VALUE_SIZE], unit[BRINGUP_NAME_SIZE];
     double number; /* NaN: the value is a word or missing */
     bool none;     /* the part is not fitted or did not answer */
 };
 
 struct bringup {
-    char section[BRINGUP_NAME];
+    char section[BRINGUP_NAME_SIZE];
     /* from the line `begin` to the end of the line `end`, as received; freed by bringup_free */
     char *text;
     size_t length;
     size_t lines;
-    struct bringup_line line[BRINGUP_LINES];
+    struct bringup_line line[BRINGUP_LINES_MAX];
 };
 
 /* Parses text that starts with the line `begin`. MR_TRUNCATED: the end or some lines are missing.
@@ -38,10 +38,10 @@ enum mr_status bringup_parse(struct bringup *bringup, const char *text, size_t l
                              struct error *error);
 /* Requests a section and reads it; from a recorded link, reads the first such section. MR_TIMEOUT:
  * no answer. Other statuses as bringup_parse and those of the link. */
-enum mr_status bringup_ask(struct bringup *bringup, struct link *link, const char *section,
-                           struct error *error);
-/* Starts the boot ROM. Statuses as bringup_ask. */
-enum mr_status bringup_rom(struct link *link, struct error *error);
+enum mr_status bringup_request(struct bringup *bringup, struct link *link, const char *section,
+                               struct error *error);
+/* Starts the boot ROM. Statuses as bringup_request. */
+enum mr_status bringup_start_rom(struct link *link, struct error *error);
 void bringup_free(struct bringup *bringup);
 
 /* Finds a line by name; NULL if there is none. */
@@ -54,27 +54,27 @@ struct bringup_limit {
     unsigned sections; /* bit mask of the sections to which the limit applies */
     const char *name;  /* a * at the end matches all names with this beginning */
     const char *words; /* allowed words; "": any word; NULL: a number from least to most */
-    double least, most;
+    double min, max;
     /* Limit computed for this board; NULL: the limit is the same for all boards. */
-    double (*of_board)(const struct mr_board *board);
+    double (*board_value)(const struct mr_board *board);
     enum bringup_verdict beyond, none;
     const char *source, *advice;
 };
 
-struct bringup_judged {
+struct bringup_result {
     const char *name;
     const struct bringup_line *line;   /* reported line; NULL: not reported */
     const struct bringup_limit *limit; /* NULL: there is no limit for this name */
-    double least, most;                /* limits for this board; NaN: the board is not known */
+    double min, max;                   /* limits for this board; NaN: the board is not known */
     enum bringup_verdict verdict;
 };
 
-#define BRINGUP_JUDGED (2 * BRINGUP_LINES)
+#define BRINGUP_RESULTS_MAX (2 * BRINGUP_LINES_MAX)
 
 /* Judges the lines in their order, then adds the missing ones. Returns the number of results, which
  * point into `now`. */
-size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRINGUP_JUDGED]);
-enum bringup_verdict bringup_worst(const struct bringup_judged *judged, size_t count);
+size_t bringup_judge(const struct bringup *now, struct bringup_result judged[BRINGUP_RESULTS_MAX]);
+enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count);
 const char *bringup_verdict_text(enum bringup_verdict verdict); /* "ok", "look", "wrong" */
 bool bringup_limit_is_group(const struct bringup_limit *limit);
 

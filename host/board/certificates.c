@@ -24,7 +24,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
         if (rows[i].index < 0 || rows[i].index >= (int64_t)(MR_TRANSDUCERS + MR_GAGES))
             continue;
         certificates->known[rows[i].index] = true;
-        certificates->of[rows[i].index] = rows[i];
+        certificates->certificate[rows[i].index] = rows[i];
     }
     free(rows);
     return status;
@@ -35,7 +35,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
 static bool parse_date(const char *text, int64_t *day)
 {
     uint32_t days;
-    if (!configplace_date_read(text, &days) || text[CONFIGPLACE_DATE - 1] != '\0')
+    if (!config_date_parse(text, &days) || text[CONFIG_DATE_SIZE - 1] != '\0')
         return false;
     *day = days;
     return true;
@@ -54,8 +54,8 @@ static bool parse_uncertainty(const char *text, struct store_certificate *row)
         return false;
     snprintf(bare, sizeof bare, "%.*s", (int)(length - relative), text);
     if (!(relative ? quantity_parse(bare, NULL, NULL, &value, &wrong)
-                   : calibrate_value(bare, movement ? UNIT_DISPLACEMENT : UNIT_TENSION,
-                                     unit_word_find(unit, 2), &value, &wrong)) ||
+                   : calibrate_value_parse(bare, movement ? UNIT_DISPLACEMENT : UNIT_TENSION,
+                                           unit_word_find(unit, 2), &value, &wrong)) ||
         !(value > 0.0 && value <= (relative ? 50.0 : 1000.0)))
         return false;
     row->expanded = relative ? (double)NAN : value;
@@ -136,31 +136,30 @@ enum certificate_state certificates_state(const struct store_certificate *certif
     if (channel->serial[0] && certificate->sensor[0] &&
         (strlen(certificate->sensor) > sizeof channel->serial ||
          strncmp(certificate->sensor, channel->serial, sizeof channel->serial) != 0))
-        return CERTIFICATE_ANOTHER;
+        return CERTIFICATE_OTHER_SENSOR;
     return certificate->due_day == STORE_NONE || now_s / DAY_S <= certificate->due_day
              ? CERTIFICATE_VALID
              : CERTIFICATE_OVERDUE;
 }
 
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
-                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT])
+                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT_SIZE])
 {
-    char date[CONFIGPLACE_DATE] = "";
+    char date[CONFIG_DATE_SIZE] = "";
     if (certificate->due_day != STORE_NONE)
-        configplace_date_text((uint32_t)certificate->due_day + (state == CERTIFICATE_OVERDUE),
-                              date);
-    if (state == CERTIFICATE_ANOTHER)
-        snprintf(out, CERTIFICATES_TEXT, "is for sensor %s; the board has sensor %.*s",
+        config_date_text((uint32_t)certificate->due_day + (state == CERTIFICATE_OVERDUE), date);
+    if (state == CERTIFICATE_OTHER_SENSOR)
+        snprintf(out, CERTIFICATES_TEXT_SIZE, "is for sensor %s; the board has sensor %.*s",
                  certificate->sensor, (int)sizeof channel->serial, channel->serial);
     else
-        snprintf(out, CERTIFICATES_TEXT, "%s%s",
+        snprintf(out, CERTIFICATES_TEXT_SIZE, "%s%s",
                  state == CERTIFICATE_OVERDUE ? "overdue since "
                  : date[0]                    ? "valid until "
                                               : "valid, no due date",
                  date);
 }
 
-double certificates_standard(const struct store_certificate *certificate, double value)
+double certificates_standard_uncertainty(const struct store_certificate *certificate, double value)
 {
     double expanded = !isnan(certificate->expanded) ? certificate->expanded
                                                     : certificate->expanded_rel * fabs(value);

@@ -10,12 +10,12 @@
 enum certificate_state {
     CERTIFICATE_VALID,
     CERTIFICATE_OVERDUE,
-    CERTIFICATE_ANOTHER /* issued for a different sensor than the board's configuration names */
+    CERTIFICATE_OTHER_SENSOR /* issued for a sensor that the configuration does not name */
 };
 
 struct certificates {
     bool known[MR_TRANSDUCERS + MR_GAGES];
-    struct store_certificate of[MR_TRANSDUCERS + MR_GAGES];
+    struct store_certificate certificate[MR_TRANSDUCERS + MR_GAGES];
 };
 
 enum mr_status certificates_read(struct store *store, const char *board_uid,
@@ -31,11 +31,11 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
 enum certificate_state certificates_state(const struct store_certificate *certificate,
                                           const struct mr_channel_config *channel, int64_t now_s);
 /* State as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
-#define CERTIFICATES_TEXT 160
+#define CERTIFICATES_TEXT_SIZE 160
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
-                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT]);
+                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT_SIZE]);
 
 /* Standard uncertainty at the reading `value`, in or lb. */
-double certificates_standard(const struct store_certificate *certificate, double value);
+double certificates_standard_uncertainty(const struct store_certificate *certificate, double value);
 
 #endif

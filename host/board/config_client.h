@@ -10,28 +10,28 @@
 
 /* A configuration as a board sends it: one message `config_image` per word, in any order. Some
  * words may be lost. */
-struct configwords {
+struct config_words {
     uint8_t image[MR_CONFIG_IMAGE];
     uint8_t present[MR_CONFIG_WORDS];
-    unsigned there; /* number of words in the board's configuration; 0: none received */
+    unsigned count; /* number of words in the board's configuration; 0: none received */
     /* the last word, which ends the sequence, was received; the caller resets this flag */
     bool ended;
 };
 
 /* Adds the word of a message. A word of a configuration with another layout is ignored. An all-zero
  * struct has no words. */
-void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length);
+void config_words_receive(struct config_words *words, const uint8_t *bytes, size_t length);
 /* Adds a word of a sequence that the board sends without a request. Returns true if the word was
  * the last one and `*config` is now the whole configuration. */
-bool configwords_follow(struct configwords *words, const struct mr_config_image *word,
-                        struct mr_config *config);
+bool config_words_add(struct config_words *words, const struct mr_config_image *word,
+                      struct mr_config *config);
 /* Index of the first missing word, to be requested next; MR_CONFIG_WORDS: all words were
  * received. */
-unsigned configwords_absent(const struct configwords *words);
+unsigned config_words_first_missing(const struct config_words *words);
 /* Decodes a complete set of words: the configuration, and the CRC at its end. Statuses as
  * mr_config_decode. */
-enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
-                                  uint32_t *crc);
+enum mr_status config_words_decode(const struct config_words *words, struct mr_config *config,
+                                   uint32_t *crc);
 
 /* A client for the configuration of a board, over CAN or serial: reads and changes it. */
 struct config_client {
@@ -41,28 +41,29 @@ struct config_client {
     struct mr_config_refused reason;
     struct mr_config_state state;     /* newest state, sent by the board after its hello */
     struct mr_config_staged progress; /* progress of the words being sent */
-    struct configwords words;         /* words being read */
-    size_t told;                      /* number of received words, repetitions included */
+    struct config_words words;        /* words being read */
+    size_t received;                  /* number of received words, repetitions included */
 };
 
 /* Waits for the board's hello and the identity of its configuration. The caller owns the dialogue;
- * `talk` subscribes to it. Statuses as dialogue_hello. */
-enum mr_status config_client_begin(struct config_client *talk, struct dialogue *dialogue,
+ * `client` subscribes to it. Statuses as dialogue_wait_for_hello. */
+enum mr_status config_client_begin(struct config_client *client, struct dialogue *dialogue,
                                    struct error *error);
 /* Reads the active configuration and its CRC. MR_NOT_NOW: a landing is armed or in progress.
  * MR_VERSION: the configuration has another layout. */
-enum mr_status config_client_get(struct config_client *talk, struct mr_config *config,
+enum mr_status config_client_get(struct config_client *client, struct mr_config *config,
                                  uint32_t *crc, struct error *error);
 /* Calls config_client_begin, sets a board that has finished a landing to idle, and reads its
  * configuration. */
-enum mr_status config_client_identify(struct config_client *talk, struct dialogue *dialogue,
-                                      struct mr_config *config, uint32_t *crc, struct error *error);
+enum mr_status config_client_begin_idle(struct config_client *client, struct dialogue *dialogue,
+                                        struct mr_config *config, uint32_t *crc,
+                                        struct error *error);
 /* Makes an idle board send edges and block records for `seconds`; 0: stops them. */
-enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error);
+enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, struct error *error);
 /* Sends a configuration. MR_OK: it is active and stored in flash; on CAN the dialogue continues at
  * the new base. MR_LIMIT: refused, and `error` has the reason. MR_NOT_NOW: a landing is armed or in
  * progress. */
-enum mr_status config_client_set(struct config_client *talk, const struct mr_config *config,
+enum mr_status config_client_set(struct config_client *client, const struct mr_config *config,
                                  struct error *error);
 
 #endif

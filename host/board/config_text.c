@@ -21,13 +21,13 @@
 
 /* ---- one field ---- */
 
-static const struct mr_config_field *configplace_field(struct config_field_ref at)
+static const struct mr_config_field *field_info(struct config_field_ref at)
 {
     return &mr_config_groups[at.group].fields[at.field];
 }
 
 /* The bytes of the field in `config`. The caller may write to them if its `config` is not const. */
-static void *configplace_bytes(const struct mr_config *config, struct config_field_ref at)
+static void *field_bytes(const struct mr_config *config, struct config_field_ref at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size +
@@ -35,7 +35,7 @@ static void *configplace_bytes(const struct mr_config *config, struct config_fie
 }
 
 /* Advances to the next field of the table; false: no more. Start with {0}. */
-static bool configplace_next(struct config_field_ref *at)
+static bool next_field(struct config_field_ref *at)
 {
     if (++at->field < mr_config_groups[at->group].field_count)
         return true;
@@ -46,44 +46,44 @@ static bool configplace_next(struct config_field_ref *at)
     return ++at->group < MR_CONFIG_GROUPS;
 }
 
-static void configplace_name(struct config_field_ref at, char out[CONFIGPLACE_NAME])
+static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SIZE])
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     if (group->count == 1)
-        snprintf(out, CONFIGPLACE_NAME, "%s.%s", group->name, configplace_field(at)->name);
+        snprintf(out, CONFIG_FIELD_NAME_SIZE, "%s.%s", group->name, field_info(at)->name);
     else
-        snprintf(out, CONFIGPLACE_NAME, "%s[%u].%s", group->name, at.index + 1,
-                 configplace_field(at)->name);
+        snprintf(out, CONFIG_FIELD_NAME_SIZE, "%s[%u].%s", group->name, at.index + 1,
+                 field_info(at)->name);
 }
 
 /* True: the field is a date. */
-static bool configplace_is_day(const struct mr_config_field *field)
+static bool is_day_field(const struct mr_config_field *field)
 {
     size_t length = strlen(field->name);
     return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
 }
 
-bool configplace_date_read(const char *text, uint32_t *days)
+bool config_date_parse(const char *text, uint32_t *days)
 {
     struct tm tm = {.tm_year = 0};
-    char back[CONFIGPLACE_DATE];
+    char back[CONFIG_DATE_SIZE];
     const char *end = strptime(text, "%Y-%m-%d", &tm);
-    if (!end || end - text != CONFIGPLACE_DATE - 1)
+    if (!end || end - text != CONFIG_DATE_SIZE - 1)
         return false;
     int64_t day = (int64_t)timegm(&tm) / DAY_S;
     *days = (uint32_t)day;
     if (day <= 0 || day > UINT32_MAX)
         return false;
-    configplace_date_text(*days, back);
+    config_date_text(*days, back);
     return strncmp(text, back, sizeof back - 1) == 0;
 }
 
-void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE])
+void config_date_text(uint32_t days, char out[CONFIG_DATE_SIZE])
 {
     time_t seconds = (time_t)days * DAY_S;
     struct tm tm;
     gmtime_r(&seconds, &tm);
-    if (strftime(out, CONFIGPLACE_DATE, "%Y-%m-%d", &tm) == 0)
+    if (strftime(out, CONFIG_DATE_SIZE, "%Y-%m-%d", &tm) == 0)
         out[0] = '\0';
 }
 
@@ -101,8 +101,8 @@ static uint32_t integer_at(const struct mr_config_field *field, const void *byte
 
 static void write_day(uint32_t days, char *out, size_t size)
 {
-    char date[CONFIGPLACE_DATE];
-    configplace_date_text(days, date);
+    char date[CONFIG_DATE_SIZE];
+    config_date_text(days, date);
     snprintf(out, size, "%s", days ? date : "never");
 }
 
@@ -132,21 +132,21 @@ static void write_reals(const float *values, unsigned count, char *out, size_t s
     }
 }
 
-static void configplace_value(const struct mr_config_field *field, const void *bytes,
-                              char out[CONFIGPLACE_VALUE])
+static void field_value_text(const struct mr_config_field *field, const void *bytes,
+                             char out[CONFIG_FIELD_VALUE_SIZE])
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
-        write_text(bytes, field->count, out, CONFIGPLACE_VALUE);
+        write_text(bytes, field->count, out, CONFIG_FIELD_VALUE_SIZE);
     else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
-        write_reals(bytes, field->count, out, CONFIGPLACE_VALUE);
-    else if (configplace_is_day(field))
-        write_day(integer_at(field, bytes), out, CONFIGPLACE_VALUE);
+        write_reals(bytes, field->count, out, CONFIG_FIELD_VALUE_SIZE);
+    else if (is_day_field(field))
+        write_day(integer_at(field, bytes), out, CONFIG_FIELD_VALUE_SIZE);
     else
-        snprintf(out, CONFIGPLACE_VALUE, "%u", integer_at(field, bytes));
+        snprintf(out, CONFIG_FIELD_VALUE_SIZE, "%u", integer_at(field, bytes));
 }
 
 /* "from 1 to 512". */
-static void configplace_limits(const struct mr_config_field *field, char *out, size_t size)
+static void field_limits_text(const struct mr_config_field *field, char *out, size_t size)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT) {
         snprintf(out, size, "at most %u printable characters in double quotes", field->count);
@@ -157,7 +157,7 @@ static void configplace_limits(const struct mr_config_field *field, char *out, s
         snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->real_min,
                  (double)field->real_max,
                  field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
-    } else if (configplace_is_day(field)) {
+    } else if (is_day_field(field)) {
         char last[20];
         write_day(field->int_max, last, sizeof last);
         snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
@@ -169,14 +169,14 @@ static void configplace_limits(const struct mr_config_field *field, char *out, s
 /* ---- why a configuration is refused ---- */
 
 static void name_element(struct config_field_ref at, unsigned element,
-                         char out[CONFIGPLACE_NAME + 40])
+                         char out[CONFIG_FIELD_NAME_SIZE + 40])
 {
-    char name[CONFIGPLACE_NAME];
-    configplace_name(at, name);
-    if (configplace_field(at)->count > 1 && configplace_field(at)->type != MR_CONFIG_TYPE_TEXT)
-        snprintf(out, CONFIGPLACE_NAME + 40, "value %u of %s", element + 1, name);
+    char name[CONFIG_FIELD_NAME_SIZE];
+    field_name(at, name);
+    if (field_info(at)->count > 1 && field_info(at)->type != MR_CONFIG_TYPE_TEXT)
+        snprintf(out, CONFIG_FIELD_NAME_SIZE + 40, "value %u of %s", element + 1, name);
     else
-        snprintf(out, CONFIGPLACE_NAME + 40, "%s", name);
+        snprintf(out, CONFIG_FIELD_NAME_SIZE + 40, "%s", name);
 }
 
 static const char *rule_text(unsigned rule)
@@ -191,21 +191,21 @@ static const char *rule_text(unsigned rule)
     }
 }
 
-static bool is_known(const struct mr_config_reason *r)
+static bool reason_is_known(const struct mr_config_reason *r)
 {
     return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
            r->field < mr_config_groups[r->group].field_count;
 }
 
 /* Finds the other field that the reason refers to. */
-static bool find_other(const struct mr_config_reason *r, struct config_field_ref *other)
+static bool find_other_field(const struct mr_config_reason *r, struct config_field_ref *other)
 {
     *other = (struct config_field_ref){r->group, r->index, r->field};
     if (r->rule == MR_RULE_NOT_ABOVE)
         other->field = r->other;
     else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
         other->index = r->other;
-    else if (r->rule == MR_RULE_NOT_RISING && configplace_field(*other)->count == 1)
+    else if (r->rule == MR_RULE_NOT_RISING && field_info(*other)->count == 1)
         other->index = r->other;
     else
         return false;
@@ -224,7 +224,7 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     const char *unit = channel->kind == MR_KIND_DISPLACEMENT ? "in" : "lb";
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     char mistake[80];
-    gain_mistake_hint(channel, mistake, sizeof mistake);
+    jump_mistake_hint(channel, mistake, sizeof mistake);
     if (rule == MR_RULE_NARROW)
         snprintf(
             out, size,
@@ -248,7 +248,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
 {
     struct config_field_ref at = {r->group, r->index, r->field};
     char limits[200];
-    configplace_limits(configplace_field(at), limits, sizeof limits);
+    field_limits_text(field_info(at), limits, sizeof limits);
     switch (r->rule) {
     case MR_RULE_TOO_SMALL:
         if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
@@ -296,20 +296,20 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
                         size_t size)
 {
     struct config_field_ref at = {r->group, r->index, r->field}, other;
-    char name[CONFIGPLACE_NAME + 40], value[CONFIGPLACE_VALUE], advice[300];
-    if (!is_known(r)) {
+    char name[CONFIG_FIELD_NAME_SIZE + 40], value[CONFIG_FIELD_VALUE_SIZE], advice[300];
+    if (!reason_is_known(r)) {
         snprintf(out, size,
                  "group %u, index %u, field %u: %s; the configuration is from a different version",
                  r->group, r->index, r->field, rule_text(r->rule));
         return;
     }
     name_element(at, r->element, name);
-    configplace_value(configplace_field(at), configplace_bytes(config, at), value);
+    field_value_text(field_info(at), field_bytes(config, at), value);
     write_advice(config, r, advice, sizeof advice);
-    if (find_other(r, &other)) {
-        char other_name[CONFIGPLACE_NAME], other_value[CONFIGPLACE_VALUE];
-        configplace_name(other, other_name);
-        configplace_value(configplace_field(other), configplace_bytes(config, other), other_value);
+    if (find_other_field(r, &other)) {
+        char other_name[CONFIG_FIELD_NAME_SIZE], other_value[CONFIG_FIELD_VALUE_SIZE];
+        field_name(other, other_name);
+        field_value_text(field_info(other), field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
                  r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
                  : r->rule == MR_RULE_ALIKE ? "they cannot be distinguished"
@@ -322,7 +322,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
 
 /* ---- the text ---- */
 
-#define FILE_MAX (1024 * 1024)
+#define FILE_BYTES_MAX (1024 * 1024)
 
 struct words {
     const char *unit, *text;
@@ -349,7 +349,7 @@ static void write_legend(FILE *file, unsigned group)
     for (unsigned f = 0; f < mr_config_groups[group].field_count; f++) {
         const struct words *w = &words[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
-        bool day = configplace_is_day(field);
+        bool day = is_day_field(field);
         if (day) /* format in the text; stored as a number of days */
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
                     (int)strcspn(w->text, ",;"), w->text);
@@ -369,18 +369,18 @@ char *config_text_write(const struct mr_config *config)
           "board config check FILE\n",
           file);
     do {
-        char name[CONFIGPLACE_NAME], value[CONFIGPLACE_VALUE];
+        char name[CONFIG_FIELD_NAME_SIZE], value[CONFIG_FIELD_VALUE_SIZE];
         const char *unit = words[at.group][at.field].unit;
         if (at.index == 0 && at.field == 0)
             write_legend(file, at.group);
         if (at.field == 0)
             fputc('\n', file);
-        configplace_name(at, name);
-        configplace_value(configplace_field(at), configplace_bytes(config, at), value);
+        field_name(at, name);
+        field_value_text(field_info(at), field_bytes(config, at), value);
         fprintf(file, "%s = %s%s%s\n", name, value,
-                unit[0] && !configplace_is_day(configplace_field(at)) ? "  # " : "",
-                configplace_is_day(configplace_field(at)) ? "" : unit);
-    } while (configplace_next(&at));
+                unit[0] && !is_day_field(field_info(at)) ? "  # " : "",
+                is_day_field(field_info(at)) ? "" : unit);
+    } while (next_field(&at));
     if (fclose(file) != 0)
         abort();
     return text;
@@ -392,11 +392,12 @@ struct reader {
     const char *name; /* file name */
     unsigned line;
     struct mr_config *config;
-    unsigned *given; /* line number of each field, in the order of the table; 0: not read yet */
+    unsigned
+        *line_of_field; /* line number of each field, in the order of the table; 0: not read yet */
     struct error *error;
 };
 
-static size_t number_of(struct config_field_ref at)
+static size_t field_number(struct config_field_ref at)
 {
     size_t number = 0;
     for (unsigned g = 0; g < at.group; g++)
@@ -416,7 +417,7 @@ static void skip_blanks(const char **p)
         ++*p;
 }
 
-static bool ends(const char *p)
+static bool is_line_end(const char *p)
 {
     skip_blanks(&p);
     return !*p || *p == '#';
@@ -481,7 +482,7 @@ static bool read_text(const struct mr_config_field *field, const char *p, char *
             return false;
         out[length++] = *p;
     }
-    return *p == '"' && ends(p + 1);
+    return *p == '"' && is_line_end(p + 1);
 }
 
 static bool read_reals(const struct mr_config_field *field, const char *p, void *bytes)
@@ -502,7 +503,7 @@ static bool read_reals(const struct mr_config_field *field, const char *p, void 
         p = end;
     }
     memcpy(bytes, values, field->count * sizeof values[0]);
-    return ends(p);
+    return is_line_end(p);
 }
 
 static bool read_day(const char *p, uint64_t *days)
@@ -510,11 +511,11 @@ static bool read_day(const char *p, uint64_t *days)
     uint32_t day;
     *days = 0;
     if (strncmp(p, "never", 5) == 0)
-        return ends(p + 5);
-    if (!configplace_date_read(p, &day))
+        return is_line_end(p + 5);
+    if (!config_date_parse(p, &day))
         return false;
     *days = day;
-    return ends(p + CONFIGPLACE_DATE - 1);
+    return is_line_end(p + CONFIG_DATE_SIZE - 1);
 }
 
 static bool read_integer(const struct mr_config_field *field, const char *p, void *bytes)
@@ -522,12 +523,12 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
     uint64_t value = 0;
     char *end;
     errno = 0;
-    if (configplace_is_day(field)) {
+    if (is_day_field(field)) {
         if (!read_day(p, &value))
             return false;
     } else {
         value = strtoull(p, &end, 10);
-        if (!isdigit((unsigned char)*p) || errno || !ends(end))
+        if (!isdigit((unsigned char)*p) || errno || !is_line_end(end))
             return false;
     }
     if (value < field->int_min || value > field->int_max)
@@ -557,27 +558,27 @@ static bool read_value(const struct mr_config_field *field, const char *p, void 
 static enum mr_status read_line(struct reader *r, const char *p)
 {
     struct config_field_ref at;
-    char name[CONFIGPLACE_NAME], what[240], advice[300];
+    char name[CONFIG_FIELD_NAME_SIZE], what[240], advice[300];
     skip_blanks(&p);
     if (!*p || *p == '#')
         return MR_OK;
     enum mr_status status = read_name(r, &p, &at);
     if (status != MR_OK)
         return status;
-    configplace_name(at, name);
-    unsigned *line = &r->given[number_of(at)];
+    field_name(at, name);
+    unsigned *line = &r->line_of_field[field_number(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
         snprintf(advice, sizeof advice, "line %u also gives it; delete one of the lines", *line);
         return refuse_text(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;
-    if (!read_value(configplace_field(at), p, configplace_bytes(r->config, at))) {
+    if (!read_value(field_info(at), p, field_bytes(r->config, at))) {
         char limits[200];
         int length = (int)strcspn(p, "#\r");
         while (length > 0 && p[length - 1] == ' ')
             length--;
-        configplace_limits(configplace_field(at), limits, sizeof limits);
+        field_limits_text(field_info(at), limits, sizeof limits);
         snprintf(what, sizeof what, "%s cannot be `%.*s`", name, length, p);
         snprintf(advice, sizeof advice, "it is %s", limits);
         return refuse_text(r, MR_MALFORMED, what, advice);
@@ -586,33 +587,33 @@ static enum mr_status read_line(struct reader *r, const char *p)
 }
 
 /* Texts of before do not have the fields of brake and wheel: nothing is fitted. */
-static bool may_be_missing(struct config_field_ref at)
+static bool field_is_optional(struct config_field_ref at)
 {
     return at.group == MR_GROUP_site && at.field >= MR_FIELD_site_brake_edge;
 }
 
-static enum mr_status check(struct reader *r)
+static enum mr_status check_fields(struct reader *r)
 {
     struct mr_config_reason reason;
     struct config_field_ref at = {0};
     size_t number = 0;
     do {
-        if (!r->given[number++] && !may_be_missing(at)) {
-            char name[CONFIGPLACE_NAME];
-            configplace_name(at, name);
+        if (!r->line_of_field[number++] && !field_is_optional(at)) {
+            char name[CONFIG_FIELD_NAME_SIZE];
+            field_name(at, name);
             return error_set(
                 r->error, MR_MALFORMED,
                 "field %s is missing: %s; give every field, as matrig board config get writes them",
                 name, r->name);
         }
-    } while (configplace_next(&at));
+    } while (next_field(&at));
     if (mr_config_check(r->config, &reason) == MR_OK)
         return MR_OK;
     char text[500];
     config_text_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line =
-        r->given[number_of((struct config_field_ref){reason.group, reason.index, reason.field})];
+    r->line = r->line_of_field[field_number(
+        (struct config_field_ref){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
     return refuse_text(r, MR_LIMIT, text, advice ? advice + 2 : "correct it");
@@ -627,7 +628,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.given = xcalloc(number_of(end), sizeof *reader.given);
+    reader.line_of_field = xcalloc(field_number(end), sizeof *reader.line_of_field);
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
         char *line = strndup(text, length);
@@ -639,18 +640,18 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
         text += length + (text[length] != '\0');
     }
     if (status == MR_OK)
-        status = check(&reader);
+        status = check_fields(&reader);
     if (status == MR_OK)
         *config = read;
-    free(reader.given);
+    free(reader.line_of_field);
     return status;
 }
 
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error)
 {
     FILE *file = fopen(path, "rb");
-    char *text = xcalloc(1, FILE_MAX + 1);
-    size_t length = file ? fread(text, 1, FILE_MAX, file) : 0;
+    char *text = xcalloc(1, FILE_BYTES_MAX + 1);
+    size_t length = file ? fread(text, 1, FILE_BYTES_MAX, file) : 0;
     bool failed = !file || ferror(file);
     int why = errno;
     if (file)
@@ -661,7 +662,7 @@ enum mr_status config_text_load(const char *path, struct mr_config *config, stru
             error_set(error, MR_IO,
                       "cannot be read (%s): %s; matrig board config get -o FILE writes such a file",
                       strerror(why), path);
-    else if (strlen(text) != length || length == FILE_MAX)
+    else if (strlen(text) != length || length == FILE_BYTES_MAX)
         status = error_set(error, MR_MALFORMED,
                            "not a text file: %s; give a file that matrig board config get wrote",
                            path);
@@ -679,19 +680,20 @@ unsigned config_text_compare(const struct mr_config *old, const struct mr_config
     struct config_field_ref at = {0};
     unsigned differ = 0;
     do {
-        char name[CONFIGPLACE_NAME], was[CONFIGPLACE_VALUE], is[CONFIGPLACE_VALUE];
-        configplace_value(configplace_field(at), configplace_bytes(old, at), was);
-        configplace_value(configplace_field(at), configplace_bytes(new, at), is);
+        char name[CONFIG_FIELD_NAME_SIZE], was[CONFIG_FIELD_VALUE_SIZE],
+            is[CONFIG_FIELD_VALUE_SIZE];
+        field_value_text(field_info(at), field_bytes(old, at), was);
+        field_value_text(field_info(at), field_bytes(new, at), is);
         if (strcmp(was, is) == 0)
             continue;
-        configplace_name(at, name);
+        field_name(at, name);
         differ++;
         each(context, name, was, is);
-    } while (configplace_next(&at));
+    } while (next_field(&at));
     return differ;
 }
 
-uint32_t config_text_undated(const struct mr_config *config)
+uint32_t config_text_undated_channels(const struct mr_config *config)
 {
     uint32_t undated = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)

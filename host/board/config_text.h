@@ -12,17 +12,18 @@
 
 /* One field of a member of the configuration: its name, value and limits as text. Days are written
  * as dates. */
-#define CONFIGPLACE_NAME  80u  /* length of "channel[3].unit_per_code" and its terminating zero */
-#define CONFIGPLACE_VALUE 200u /* length of a value as text and its terminating zero */
+#define CONFIG_FIELD_NAME_SIZE \
+    80u /* length of "channel[3].unit_per_code" and its terminating zero */
+#define CONFIG_FIELD_VALUE_SIZE 200u /* length of a value as text and its terminating zero */
 
 struct config_field_ref {
     unsigned group, index, field; /* counted from 0 */
 };
 
-#define CONFIGPLACE_DATE 11 /* length of "2026-03-14" and its terminating zero */
+#define CONFIG_DATE_SIZE 11 /* length of "2026-03-14" and its terminating zero */
 /* Reads the date at the start of `text`, after 1970-01-01; returns false if there is none. */
-bool configplace_date_read(const char *text, uint32_t *days);
-void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE]);
+bool config_date_parse(const char *text, uint32_t *days);
+void config_date_text(uint32_t days, char out[CONFIG_DATE_SIZE]);
 
 /* The configuration as text for people: one `group[index].field = value` per line; `#` begins a
  * comment.
@@ -46,7 +47,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error);
 
 /* Fitted sensors without a calibration date: bit mask by channel index. */
-uint32_t config_text_undated(const struct mr_config *config);
+uint32_t config_text_undated_channels(const struct mr_config *config);
 
 /* Reason why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
 void config_text_reason(const struct mr_config *config, const struct mr_config_reason *reason,

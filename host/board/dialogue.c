@@ -15,16 +15,16 @@
 #include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
 
-#define SERIAL_BYTES 16384u
-#define CAN_FRAMES   64  /* per turn */
-#define KEY_SOON_S   0.2 /* the key state follows a hello within this time */
-#define KEY_LATE_S   1.5 /* hello and nonce come once a second */
-#define PROOFS       3u  /* per order: another program may use the nonce first */
-#define LAST_TURNS   16  /* after a deadline, while data is still waiting */
+#define SERIAL_BYTES_PER_TURN 16384u
+#define CAN_FRAMES_PER_TURN   64  /* per turn */
+#define KEY_AFTER_HELLO_S     0.2 /* the key state follows a hello within this time */
+#define KEY_PERIOD_S          1.5 /* hello and nonce come once a second */
+#define PROOF_TRIES           3u  /* per order: another program may use the nonce first */
+#define TURNS_AFTER_DEADLINE  16  /* after a deadline, while data is still waiting */
 
 /* ---- identity ---- */
 
-static void take_image(struct identity *identity, const uint8_t *bytes, size_t length)
+static void update_image(struct identity *identity, const uint8_t *bytes, size_t length)
 {
     struct mr_board_image image;
     if (!identity->hello_known || mr_board_image_get(&image, bytes, length) != MR_OK)
@@ -34,7 +34,7 @@ static void take_image(struct identity *identity, const uint8_t *bytes, size_t l
     identity->image_known = true;
 }
 
-void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length)
+void identity_receive(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length)
 {
     struct mr_board_uid uid;
     struct mr_config_state state;
@@ -48,7 +48,7 @@ void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes,
             identity->uid[1] = uid.uid1;
         }
         break;
-    case MR_ID_BOARD_IMAGE: take_image(identity, bytes, length); break;
+    case MR_ID_BOARD_IMAGE: update_image(identity, bytes, length); break;
     case MR_ID_IMAGE_COMMIT: (void)mr_image_commit_get(&identity->commit, bytes, length); break;
     case MR_ID_IMAGE_HEADER: /* the last message of the identity */
         identity->commit_known |= identity->image_known &&
@@ -83,14 +83,14 @@ enum mr_status identity_check_layout(const struct identity *identity, const char
                      identity->hello.layout, MR_LAYOUT, spec);
 }
 
-void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT])
+void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_SIZE])
 {
-    snprintf(out, IDENTITY_UID_TEXT, "%08X%08X%08X", (unsigned)identity->uid[0],
+    snprintf(out, IDENTITY_UID_SIZE, "%08X%08X%08X", (unsigned)identity->uid[0],
              (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
 }
 
-bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
-                   size_t size)
+bool identity_is_running(const struct identity *identity, const struct mr_image *image, char *why,
+                         size_t size)
 {
     char runs[MR_IMAGE_COMMIT_TEXT], file[MR_IMAGE_COMMIT_TEXT];
     if (!identity->commit_known || identity->commit.state != MR_IMAGE_GOOD) {
@@ -147,21 +147,21 @@ void dialogue_close(struct dialogue *dialogue)
     }
 }
 
-static struct dialogue of_command;
+static struct dialogue command_dialogue;
 
-static void close_of_command(void)
+static void close_command_dialogue(void)
 {
-    dialogue_close(&of_command);
+    dialogue_close(&command_dialogue);
 }
 
-struct dialogue *dialogue_of_command(const char *can, const char *serial)
+struct dialogue *dialogue_open_for_command(const char *can, const char *serial)
 {
     struct error error = {0};
-    atexit(close_of_command);
-    /* error_set exits; close_of_command then closes a link opened before the error */
-    if (dialogue_open(&of_command, can, serial, &error) != MR_OK)
+    atexit(close_command_dialogue);
+    /* error_set exits; close_command_dialogue then closes a link opened before the error */
+    if (dialogue_open(&command_dialogue, can, serial, &error) != MR_OK)
         error_set(fatal, error.status, "%s", error.text);
-    return &of_command;
+    return &command_dialogue;
 }
 
 struct link *dialogue_link(const struct dialogue *dialogue)
@@ -181,10 +181,10 @@ double dialogue_now_s(const struct dialogue *dialogue)
 
 /* ---- messages ---- */
 
-void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context)
+void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *take, void *context)
 {
     assert(dialogue->subscribers < DIALOGUE_SUBSCRIBERS);
-    dialogue->subscriber[dialogue->subscribers].take = take;
+    dialogue->subscriber[dialogue->subscribers].handle = take;
     dialogue->subscriber[dialogue->subscribers++].context = context;
 }
 
@@ -195,10 +195,10 @@ void dialogue_reset(struct dialogue *dialogue)
 }
 
 /* Keeps the first answer to the current order. Answers to other programs have other tags. */
-static void take_answer(struct dialogue *dialogue, const struct dialogue_message *message)
+static void handle_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack heard;
-    if (!dialogue->asking || dialogue->answered ||
+    if (!dialogue->awaits_answer || dialogue->answered ||
         mr_ack_get(&heard, message->payload, message->length) != MR_OK ||
         heard.code != dialogue->answer.code || heard.tag != dialogue->answer.tag)
         return;
@@ -206,26 +206,27 @@ static void take_answer(struct dialogue *dialogue, const struct dialogue_message
     dialogue->answered = true;
 }
 
-static enum mr_status take(struct dialogue *dialogue, const struct dialogue_message *message,
-                           struct error *error)
+static enum mr_status handle_message(struct dialogue *dialogue,
+                                     const struct dialogue_message *message, struct error *error)
 {
     enum mr_status status = MR_OK;
     if (message->kind == dialogue->kind) {
-        identity_take(&dialogue->identity, message->id, message->payload, message->length);
-        if (message->id == MR_ID_HELLO && !dialogue->any_layout && dialogue->identity.hello_known)
+        identity_receive(&dialogue->identity, message->id, message->payload, message->length);
+        if (message->id == MR_ID_HELLO && !dialogue->accepts_any_layout &&
+            dialogue->identity.hello_known)
             status = identity_check_layout(&dialogue->identity, dialogue_spec(dialogue), error);
         if (message->id == MR_ID_ACK)
-            take_answer(dialogue, message);
+            handle_answer(dialogue, message);
     }
     for (unsigned i = 0; status == MR_OK && i < dialogue->subscribers; i++)
-        status = dialogue->subscriber[i].take(dialogue->subscriber[i].context, message, error);
+        status = dialogue->subscriber[i].handle(dialogue->subscriber[i].context, message, error);
     return status;
 }
 
 /* MR_TOO_FEW: no more data now. */
 static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, struct error *error)
 {
-    uint8_t bytes[SERIAL_BYTES];
+    uint8_t bytes[SERIAL_BYTES_PER_TURN];
     size_t length;
     uint64_t host_us;
     enum mr_status status = link_receive_bytes(dialogue->link[LINK_SERIAL], bytes, sizeof bytes,
@@ -234,10 +235,11 @@ static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, stru
     for (size_t i = 0; status == MR_OK && i < length; i++) {
         struct mr_frame frame;
         if (mr_deframer_push(&dialogue->deframer, bytes[i], &frame) == MR_OK)
-            status = take(dialogue,
-                          &(struct dialogue_message){LINK_SERIAL, frame.type, frame.seq,
-                                                     frame.payload, frame.length, host_us},
-                          error);
+            status = handle_message(dialogue,
+                                    &(struct dialogue_message){LINK_SERIAL, frame.type, frame.seq,
+                                                               frame.payload, frame.length,
+                                                               host_us},
+                                    error);
     }
     return status;
 }
@@ -247,20 +249,20 @@ static enum mr_status receive_can(struct dialogue *dialogue, bool *came, struct 
     struct link_frame can;
     uint16_t base = link_base(dialogue->link[LINK_CAN]);
     enum mr_status status = MR_OK;
-    for (int i = 0; status == MR_OK && i < CAN_FRAMES; i++) {
+    for (int i = 0; status == MR_OK && i < CAN_FRAMES_PER_TURN; i++) {
         status = link_receive_frame(dialogue->link[LINK_CAN], &can, error);
         *came |= status == MR_OK;
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
-            status = take(dialogue,
-                          &(struct dialogue_message){LINK_CAN,
-                                                     mr_can_from_bus((uint16_t)can.id, base), 0,
-                                                     can.data, can.length, can.host_us},
-                          error);
+            status = handle_message(
+                dialogue,
+                &(struct dialogue_message){LINK_CAN, mr_can_from_bus((uint16_t)can.id, base), 0,
+                                           can.data, can.length, can.host_us},
+                error);
     }
     return status;
 }
 
-void dialogue_move(struct dialogue *dialogue, uint16_t base)
+void dialogue_set_base(struct dialogue *dialogue, uint16_t base)
 {
     struct link *can = dialogue->link[LINK_CAN];
     if (can && base != link_base(can))
@@ -294,8 +296,8 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
     return MR_OK;
 }
 
-static enum mr_status turn(struct dialogue *dialogue, double most_s, bool *came,
-                           struct error *error)
+static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool *came,
+                                  struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
     int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_TURN_S));
@@ -309,42 +311,42 @@ static enum mr_status turn(struct dialogue *dialogue, double most_s, bool *came,
 
 /* ---- waiting ---- */
 
-enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error)
+enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error)
 {
     bool came;
-    return turn(dialogue, most_s, &came, error);
+    return receive_for(dialogue, most_s, &came, error);
 }
 
-enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done,
-                                     const void *context, const size_t *progress, double within_s,
-                                     struct error *error)
+enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_done *done,
+                                             const void *context, const size_t *progress,
+                                             double within_s, struct error *error)
 {
     double until_s = dialogue->now_s() + within_s;
     size_t before = progress ? *progress : 0;
     for (int late = 0; !done(context);) {
         bool came;
         double left_s = until_s - dialogue->now_s();
-        enum mr_status status = turn(dialogue, left_s, &came, error);
+        enum mr_status status = receive_for(dialogue, left_s, &came, error);
         if (status != MR_OK)
             return status;
         if (progress && *progress != before) {
             before = *progress;
             until_s = dialogue->now_s() + within_s;
             late = 0;
-        } else if (left_s <= 0.0 && (!came || ++late == LAST_TURNS)) {
+        } else if (left_s <= 0.0 && (!came || ++late == TURNS_AFTER_DEADLINE)) {
             return done(context) ? MR_OK : MR_TIMEOUT;
         }
     }
     return MR_OK;
 }
 
-enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
-                              double within_s, struct error *error)
+enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_done *done,
+                                   const void *context, double within_s, struct error *error)
 {
-    return dialogue_while_coming(dialogue, done, context, NULL, within_s, error);
+    return dialogue_wait_while_receiving(dialogue, done, context, NULL, within_s, error);
 }
 
-bool dialogue_flag(const void *flag)
+bool dialogue_is_flag_set(const void *flag)
 {
     return *(const bool *)flag;
 }
@@ -362,26 +364,27 @@ static bool has_greeted(const void *context)
            (!greeting->done || greeting->done(greeting->context));
 }
 
-enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
-                              struct error *error)
+enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_done *done,
+                                       const void *context, struct error *error)
 {
     const struct greeting greeting = {dialogue, done, context};
-    enum mr_status status = dialogue_until(dialogue, has_greeted, &greeting, DIALOGUE_HELLO_S,
-                                           error);
-    return status == MR_TIMEOUT ? dialogue_no_hello(dialogue, error) : status;
+    enum mr_status status = dialogue_wait_until(dialogue, has_greeted, &greeting, DIALOGUE_HELLO_S,
+                                                error);
+    return status == MR_TIMEOUT ? dialogue_set_no_hello_error(dialogue, error) : status;
 }
 
-enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error)
+enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double within_s,
+                                          struct error *error)
 {
     const struct identity *identity = &dialogue->identity;
-    enum mr_status status = dialogue_until(dialogue, dialogue_flag, &identity->commit_known,
-                                           within_s, error);
+    enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set,
+                                                &identity->commit_known, within_s, error);
     return status == MR_TIMEOUT && identity->image_known ? MR_OK : status;
 }
 
 /* ---- orders ---- */
 
-bool dialogue_repeats(unsigned code)
+bool dialogue_is_repeatable(unsigned code)
 {
     switch (code) {
     case MR_COMMAND_STATE:
@@ -419,20 +422,21 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
 
 /* Sends the proof of a command, if the board needs one, before the command. `within_s`: time
  * limit for the state of the board's key. */
-static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, double within_s,
-                            bool *proven, struct error *error)
+static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *command, double within_s,
+                                 bool *proven, struct error *error)
 {
     struct identity *who = &dialogue->identity;
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     uint8_t proof[MR_PROOF_BYTES];
     *proven = false;
     if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
         return MR_OK;
-    enum mr_status status = dialogue_until(dialogue, dialogue_flag, &who->key_known, within_s,
-                                           error);
+    enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->key_known,
+                                                within_s, error);
     if (status != MR_OK || who->key.state != MR_KEY_SET || !who->image_known)
         return status == MR_TIMEOUT ? MR_OK : status; /* the answer shows what is missing */
-    status = dialogue_until(dialogue, dialogue_flag, &who->nonce_known, KEY_LATE_S, error);
+    status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->nonce_known, KEY_PERIOD_S,
+                                 error);
     identity_uid_text(who, uid);
     if (status == MR_OK)
         status = keyfile_prove(uid, who->uid, who->nonce, command, proof, error);
@@ -449,20 +453,22 @@ static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payl
     uint8_t nonce[MR_PROOF_BYTES];
     bool proven = false, again = true;
     enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < PROOFS && status == MR_OK && again; i++) {
-        double within_s = i ? KEY_LATE_S : dialogue->identity.hello_known ? KEY_SOON_S : 0.0;
+    for (unsigned i = 0; i < PROOF_TRIES && status == MR_OK && again; i++) {
+        double within_s = i                              ? KEY_PERIOD_S
+                        : dialogue->identity.hello_known ? KEY_AFTER_HELLO_S
+                                                         : 0.0;
         dialogue->answered = false;
-        status = prove(dialogue, payload, within_s, &proven, error);
+        status = send_proof(dialogue, payload, within_s, &proven, error);
         memcpy(nonce, dialogue->identity.nonce, sizeof nonce);
         if (status == MR_OK)
             status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error)
-                       ?: dialogue_until(dialogue, dialogue_flag, &dialogue->answered, answer_s,
-                                         error);
+                       ?: dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->answered,
+                                              answer_s, error);
         again = dialogue->answer.status == MR_PROOF &&
                 (!proven || memcmp(nonce, dialogue->identity.nonce, sizeof nonce) != 0);
     }
     if (status == MR_OK && proven && dialogue->answer.status == MR_PROOF) {
-        char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
+        char uid[IDENTITY_UID_SIZE], path[KEYFILE_PATH_SIZE];
         identity_uid_text(&dialogue->identity, uid);
         keyfile_path(uid, path);
         status = error_set(error, MR_PROOF,
@@ -488,34 +494,36 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                        .argument = order->argument,
                                        .tag = dialogue_next_tag(dialogue)};
     size_t length = mr_command_put(&command, payload);
-    unsigned tries = dialogue_repeats(order->code) && order->tries > 1 ? order->tries : 1;
+    unsigned tries = dialogue_is_repeatable(order->code) && order->tries > 1 ? order->tries : 1;
     enum mr_status status = MR_TIMEOUT;
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
-    dialogue->asking = true;
+    dialogue->awaits_answer = true;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
         status = send_proven(dialogue, payload, length, order->answer_s, error);
-    dialogue->asking = false;
-    if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&
-        order->taken(order->context))
+    dialogue->awaits_answer = false;
+    if (status == MR_TIMEOUT && error->status == MR_OK && order->was_executed &&
+        order->was_executed(order->context))
         status = MR_OK; /* only the answer was lost: returns the expected one, with status 0 */
     *answer = dialogue->answer;
     return status;
 }
 
-enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error)
+enum mr_status dialogue_set_no_hello_error(const struct dialogue *dialogue, struct error *error)
 {
     return link_set_no_board_error(dialogue_link(dialogue), error);
 }
 
-enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error)
+enum mr_status dialogue_set_no_answer_error(const struct dialogue *dialogue, unsigned code,
+                                            struct error *error)
 {
     return error_set(error, MR_TIMEOUT,
                      "the board did not answer `%s`: %s; check that it is running and connected",
                      mr_command_name(code), dialogue_spec(dialogue));
 }
 
-enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
-                                const char *not_now, struct error *error)
+enum mr_status dialogue_set_refusal_error(const struct dialogue *dialogue,
+                                          const struct mr_ack *answer, const char *not_now,
+                                          struct error *error)
 {
     enum mr_status why = (enum mr_status)answer->status;
     bool now = why == MR_NOT_NOW && not_now;
@@ -530,8 +538,8 @@ enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue
     struct mr_ack answer;
     enum mr_status status = dialogue_send_command(dialogue, order, &answer, error);
     if (status == MR_TIMEOUT)
-        return dialogue_lost(dialogue, order->code, error);
+        return dialogue_set_no_answer_error(dialogue, order->code, error);
     return status != MR_OK || answer.status == MR_OK
              ? status
-             : dialogue_refused(dialogue, &answer, not_now, error);
+             : dialogue_set_refusal_error(dialogue, &answer, not_now, error);
 }

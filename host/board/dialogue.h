@@ -1,28 +1,20 @@
 /* The dialogue with one board: its identity, commands and answers, waiting, and its other messages.
- *
- *     struct dialogue dialogue;
- *     struct mr_ack answer;
- *     const struct dialogue_command state = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};
- *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
- *     dialogue_subscribe(&dialogue, take, talk);
- *     status = dialogue_hello(&dialogue, NULL, NULL, error);
- *     status = dialogue_send_command(&dialogue, &state, &answer, error);
- *     dialogue_close(&dialogue);
- *
+ * *     struct dialogue dialogue;     struct mr_ack answer;     const struct dialogue_command state
+ * = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};     status = dialogue_open(&dialogue,
+ * NULL, "serial:/dev/ttyUSB0", error);     dialogue_subscribe(&dialogue, handle_message, client);
+ * status = dialogue_wait_for_hello(&dialogue, NULL, NULL, error);     status =
+ * dialogue_send_command(&dialogue, &state, &answer, error);     dialogue_close(&dialogue);  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
  * them. Commands are sent over serial if there is a serial link, otherwise over CAN. Only the hello
  * and the answers on that link are used; messages of the other link go to subscribers. If a device
- * disappears, the link waits for its return (host/link/link.h).
- *
- * Time. Deadlines are in seconds of a monotonic clock. Received data is read before a deadline
- * applies, so that a suspended computer does not make the board appear silent.
- *
- * Errors. A function that returns MR_TIMEOUT leaves `error` unchanged, and the caller reports what
- * is missing. Only dialogue_hello and the functions for error messages at the end of this file set
- * `error` for MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board with another
- * layout), MR_CLOSED (the board ended the link), MR_IO, or the status that a subscriber returned.
- *
- * Threads. Only one thread at a time may use a dialogue. All waits are bounded. */
+ * disappears, the link waits for its return (host/link/link.h).  * Time. Deadlines are in seconds
+ * of a monotonic clock. Received data is read before a deadline applies, so that a suspended
+ * computer does not make the board appear silent.  * Errors. A function that returns MR_TIMEOUT
+ * leaves `error` unchanged, and the caller reports what is missing. Only dialogue_wait_for_hello
+ * and the functions for error messages at the end of this file set `error` for MR_TIMEOUT too.
+ * Every other failure sets `error`: MR_VERSION (a board with another layout), MR_CLOSED (the board
+ * ended the link), MR_IO, or the status that a subscriber returned.  * Threads. Only one thread at
+ * a time may use a dialogue. All waits are bounded. */
 #ifndef MATRIG_HOST_BOARD_DIALOGUE_H
 #define MATRIG_HOST_BOARD_DIALOGUE_H
 
@@ -42,7 +34,7 @@
 
 /* A board's messages about itself and its image, sent once a second: hello and the messages after
  * it. */
-#define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
+#define IDENTITY_UID_SIZE 25 /* 24 hexadecimal digits */
 
 struct identity {
     bool hello_known;
@@ -63,16 +55,16 @@ struct identity {
 };
 
 /* Updates the identity from a message; messages of other kinds change nothing. */
-void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
+void identity_receive(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
 /* Returns MR_OK if the board uses this matrig's layout, otherwise MR_VERSION. `spec`: its link, for
  * the error. */
 enum mr_status identity_check_layout(const struct identity *identity, const char *spec,
                                      struct error *error);
-void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
+void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_SIZE]);
 /* Returns true if the board runs this image and the image is complete. Otherwise `why` describes
  * the difference. */
-bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
-                   size_t size);
+bool identity_is_running(const struct identity *identity, const struct mr_image *image, char *why,
+                         size_t size);
 
 /* One message of a board: a serial frame or a CAN data frame. */
 struct dialogue_message {
@@ -86,8 +78,8 @@ struct dialogue_message {
 
 /* Receives one message. Any status except MR_OK ends the current wait with that status; the
  * function sets `error` then. It must not wait or send commands. */
-typedef enum mr_status dialogue_take(void *context, const struct dialogue_message *message,
-                                     struct error *error);
+typedef enum mr_status dialogue_handler(void *context, const struct dialogue_message *message,
+                                        struct error *error);
 
 /* Returns true when the awaited data has arrived. Called after each turn; it must not have side
  * effects. */
@@ -96,8 +88,8 @@ typedef bool dialogue_done(const void *context);
 struct dialogue {
     /* From the board's messages about itself since the beginning, or since dialogue_reset. */
     struct identity identity;
-    bool any_layout;       /* set for flashing: a board with another layout is accepted too */
-    double (*now_s)(void); /* the monotonic clock; a test may replace it */
+    bool accepts_any_layout; /* set for flashing: a board with another layout is accepted too */
+    double (*now_s)(void);   /* the monotonic clock; a test may replace it */
 
     /* The next fields are private. */
     struct link *link[LINK_KINDS];
@@ -105,11 +97,11 @@ struct dialogue {
     struct mr_deframer deframer;
     uint16_t seq, tag;
     struct {
-        dialogue_take *take;
+        dialogue_handler *handle;
         void *context;
     } subscriber[DIALOGUE_SUBSCRIBERS];
     unsigned subscribers;
-    bool asking, answered;
+    bool awaits_answer, answered;
     struct mr_ack answer; /* code and tag of the awaited answer; then the answer */
 };
 
@@ -119,7 +111,7 @@ enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const c
                              struct error *error);
 /* As dialogue_open, for a command that runs once with one dialogue: any failure ends the program,
  * and the dialogue is closed at exit. */
-struct dialogue *dialogue_of_command(const char *can, const char *serial);
+struct dialogue *dialogue_open_for_command(const char *can, const char *serial);
 /* As dialogue_open, with open links; the dialogue takes ownership of them. */
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial);
 /* Closes the links. Does nothing if the dialogue is all zero or closed. */
@@ -131,68 +123,69 @@ const char *dialogue_spec(const struct dialogue *dialogue);
 /* Time by the clock of the deadlines. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
-/* Calls `take` for every later message, after the dialogue itself and earlier subscribers.
+/* Calls `handle` for every later message, after the dialogue itself and earlier subscribers.
  * `context` belongs to the caller and must exist as long as the dialogue is used. There is room for
  * DIALOGUE_SUBSCRIBERS subscribers. */
-void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context);
+void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context);
 /* Resets the identity, because the board restarts or another board is expected. The board must send
  * its identity again. */
 void dialogue_reset(struct dialogue *dialogue);
 
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */
-void dialogue_move(struct dialogue *dialogue, uint16_t base);
+void dialogue_set_base(struct dialogue *dialogue, uint16_t base);
 
 /* Reads messages for at most `most_s` and at most DIALOGUE_TURN_S. Returns MR_OK also if there are
  * none. For callers that also wait for other inputs. */
-enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error);
+enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error);
 /* Reads the board's messages until `done`, for at most `within_s`. MR_OK: done; MR_TIMEOUT: not
  * done in time. */
-enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
-                              double within_s, struct error *error);
-/* As dialogue_until, but `within_s` starts again whenever `*progress` has changed. For answers of
- * many messages. */
-enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done,
-                                     const void *context, const size_t *progress, double within_s,
-                                     struct error *error);
+enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_done *done,
+                                   const void *context, double within_s, struct error *error);
+/* As dialogue_wait_until, but `within_s` starts again whenever `*progress` has changed. For answers
+ * of many messages. */
+enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_done *done,
+                                             const void *context, const size_t *progress,
+                                             double within_s, struct error *error);
 /* A `done` function for a `bool` that a subscriber sets. */
-bool dialogue_flag(const void *flag);
+bool dialogue_is_flag_set(const void *flag);
 /* Reads messages until the board's hello and `done` (NULL: only the hello), for at most
  * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received instead,
  * with advice. */
-enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
-                              struct error *error);
+enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_done *done,
+                                       const void *context, struct error *error);
 /* Reads messages until the board has sent its identity and that of its image, for at most
  * `within_s`. Returns MR_OK also without the commit, which older firmware does not send.
  * MR_TIMEOUT: not received in time. */
-enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error);
+enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double within_s,
+                                          struct error *error);
 
 /* A command to the board: one message `command` (common/command.h). Its answer is the ack with the
  * same code and tag. Each command has a new tag, so that a command of another program is unlikely
- * to have the same one. The first answer is used; later answers are ignored.
- *
- * If no answer arrives, either the command or the answer was lost. A command that may be executed
- * twice (dialogue_repeats) is sent again with the same tag, and an answer to either copy is
+ * to have the same one. The first answer is used; later answers are ignored.  * If no answer
+ * arrives, either the command or the answer was lost. A command that may be executed twice
+ * (dialogue_is_repeatable) is sent again with the same tag, and an answer to either copy is
  * accepted. Any other command is sent once, whatever `tries` is, because a second arming would be
- * refused due to the first. The board's state is used instead: `taken` decides whether the state
- * shows that the command was executed. */
+ * refused due to the first. The board's state is used instead: `was_executed` decides whether the
+ * state shows that the command was executed. */
 struct dialogue_command {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
     int32_t argument;
-    double answer_s;      /* time limit for the answer to each try */
-    unsigned tries;       /* 0: one try */
-    dialogue_done *taken; /* NULL: the state does not show whether the command was executed */
-    const void *context;  /* context of `taken` */
+    double answer_s; /* time limit for the answer to each try */
+    unsigned tries;  /* 0: one try */
+    /* NULL: the board's state does not show whether the command was executed */
+    dialogue_done *was_executed;
+    const void *context; /* context of `was_executed` */
 };
 
 /* Sends a command and waits for its answer. MR_OK: `answer->status` is the board's answer; it is
- * MR_OK too if `taken` shows that the command was executed. MR_TIMEOUT: the answer was lost, and it
- * is not known whether the command was executed. */
+ * MR_OK too if `was_executed` shows that the command was executed. MR_TIMEOUT: the answer was lost,
+ * and it is not known whether the command was executed. */
 enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                      const struct dialogue_command *order, struct mr_ack *answer,
                                      struct error *error);
 /* True if executing the command twice has the same effect as once, so that it may be sent again. */
-bool dialogue_repeats(unsigned code);
+bool dialogue_is_repeatable(unsigned code);
 /* Tag of the last command, for messages that refer to it. */
 uint16_t dialogue_tag(const struct dialogue *dialogue);
 /* Makes a new tag, for messages that are not commands. */
@@ -204,10 +197,12 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
 /* Standard error messages and their statuses: no board answered (MR_TIMEOUT, MR_IO); the board did
  * not answer a command (MR_TIMEOUT); the board refused a command. `not_now` is the advice for
  * MR_NOT_NOW; NULL: the general advice. */
-enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error);
-enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error);
-enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
-                                const char *not_now, struct error *error);
+enum mr_status dialogue_set_no_hello_error(const struct dialogue *dialogue, struct error *error);
+enum mr_status dialogue_set_no_answer_error(const struct dialogue *dialogue, unsigned code,
+                                            struct error *error);
+enum mr_status dialogue_set_refusal_error(const struct dialogue *dialogue,
+                                          const struct mr_ack *answer, const char *not_now,
+                                          struct error *error);
 /* Sends a command and sets one of the standard error messages if it fails. MR_OK: the board
  * executed the command. */
 enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *order,

@@ -6,7 +6,7 @@
 
 /* ---- shunts ---- */
 
-void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length)
+void shunts_receive(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length)
 {
     struct mr_shunt_check check;
     if (id == MR_ID_SHUNT) {
@@ -36,29 +36,30 @@ const char *shunts_verdict_text(int64_t verdict)
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
                                      struct error *error)
 {
-    struct gage_client *talk = context;
+    struct gage_client *client = context;
     (void)error;
-    shunts_take(&talk->shunts, message->id, message->payload, message->length);
-    if (message->id == MR_ID_ZERO_RESULT && talk->zeros < MR_CHANNELS &&
-        mr_zero_result_get(&talk->zero[talk->zeros], message->payload, message->length) == MR_OK)
-        talk->zeros++;
+    shunts_receive(&client->shunts, message->id, message->payload, message->length);
+    if (message->id == MR_ID_ZERO_RESULT && client->zeros < MR_CHANNELS &&
+        mr_zero_result_get(&client->zero[client->zeros], message->payload, message->length) ==
+            MR_OK)
+        client->zeros++;
     return MR_OK;
 }
 
-enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
-                                 int32_t argument, struct error *error)
+enum mr_status gage_client_send(struct gage_client *client, struct dialogue *dialogue,
+                                unsigned code, int32_t argument, struct error *error)
 {
     const struct dialogue_command order = {
         .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
-    *talk = (struct gage_client){.zeros = 0};
-    dialogue_subscribe(dialogue, handle_message, talk);
-    enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error)
-                              ?: dialogue_send_command(dialogue, &order, &talk->ack, error);
+    *client = (struct gage_client){.zeros = 0};
+    dialogue_subscribe(dialogue, handle_message, client);
+    enum mr_status status = dialogue_wait_for_hello(dialogue, NULL, NULL, error)
+                              ?: dialogue_send_command(dialogue, &order, &client->ack, error);
     if (status == MR_TIMEOUT && error->status == MR_OK)
-        return dialogue_lost(dialogue, code, error);
-    if (status != MR_OK || talk->ack.status == MR_OK || talk->ack.status == MR_LIMIT)
+        return dialogue_set_no_answer_error(dialogue, code, error);
+    if (status != MR_OK || client->ack.status == MR_OK || client->ack.status == MR_LIMIT)
         return status;
-    return dialogue_refused(dialogue, &talk->ack,
-                            "the board is armed, in a landing, or calibrating: disarm it, or wait",
-                            error);
+    return dialogue_set_refusal_error(
+        dialogue, &client->ack,
+        "the board is armed, in a landing, or calibrating: disarm it, or wait", error);
 }

@@ -20,7 +20,7 @@ struct shunts {
 
 /* Updates the results from a message; messages of other kinds change nothing. An all-zero struct
  * has no results. */
-void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
+void shunts_receive(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
 
 /* Verdict of a shunt calibration as text; STORE_NONE: "not calibrated". Static storage. */
 const char *shunts_verdict_text(int64_t verdict);
@@ -36,10 +36,10 @@ struct gage_client {
 };
 
 /* Waits for the board's hello and sends MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has
- * their arguments). Fills `talk`, which subscribes to the caller's dialogue. MR_NOT_NOW: the board
- * is armed, in a landing, or calibrating. MR_TIMEOUT: no answer. Other statuses as
- * dialogue_hello. */
-enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
-                                 int32_t argument, struct error *error);
+ * their arguments). Fills `client`, which subscribes to the caller's dialogue. MR_NOT_NOW: the
+ * board is armed, in a landing, or calibrating. MR_TIMEOUT: no answer. Other statuses as
+ * dialogue_wait_for_hello. */
+enum mr_status gage_client_send(struct gage_client *client, struct dialogue *dialogue,
+                                unsigned code, int32_t argument, struct error *error);
 
 #endif

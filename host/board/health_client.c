@@ -9,18 +9,18 @@
 
 /* ---- crash ---- */
 
-#define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
+#define ALL_CRASH_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
 
-bool crash_take(struct crash_report *report, const struct mr_crash *message)
+bool crash_receive(struct crash_report *report, const struct mr_crash *message)
 {
     if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
         return false;
     if (message->item == 0 || message->age != report->age) /* a new report begins */
         *report = (struct crash_report){.age = message->age};
-    bool whole = report->present == ALL_WORDS;
+    bool whole = report->present == ALL_CRASH_WORDS;
     report->word[message->item] = message->value;
     report->present |= 1ull << message->item;
-    return !whole && report->present == ALL_WORDS;
+    return !whole && report->present == ALL_CRASH_WORDS;
 }
 
 void crash_headline(const struct crash_report *report, char *out, size_t size)
@@ -70,25 +70,25 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
 
 #define ANSWER_S DIALOGUE_ANSWER_S
 
-#define TAKE(name, into, flag)                            \
+#define HANDLE(name, into, flag)                          \
     if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
         flag = true;                                      \
     break
 
 /* Drops old values: the board restarted, or a new request follows. */
-static void discard(struct health_client *talk)
+static void discard_state(struct health_client *client)
 {
-    talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known =
-        talk->health_known = false;
-    talk->crashed = false;
-    talk->crash = (struct crash_report){0};
-    memset(talk->fault, 0, sizeof talk->fault);
+    client->restarts_known = client->upkeep_known = client->alarm_known = client->drops_known =
+        client->health_known = false;
+    client->crashed = false;
+    client->crash = (struct crash_report){0};
+    memset(client->fault, 0, sizeof client->fault);
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message,
-                           struct error *error)
+static enum mr_status handle_message(void *context, const struct dialogue_message *message,
+                                     struct error *error)
 {
-    struct health_client *talk = context;
+    struct health_client *client = context;
     const uint8_t *bytes = message->payload;
     size_t length = message->length;
     struct mr_fault fault;
@@ -97,32 +97,32 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     (void)error;
     switch (message->id) {
     case MR_ID_HELLO:
-        if (mr_hello_get(&talk->hello, bytes, length) != MR_OK)
+        if (mr_hello_get(&client->hello, bytes, length) != MR_OK)
             break;
-        talk->hellos++;
+        client->hellos++;
         if (message->seq == 0)
-            discard(talk);
+            discard_state(client);
         break;
     case MR_ID_FAULT:
         if (mr_fault_get(&fault, bytes, length) == MR_OK && fault.code < MR_FAULT_COUNT)
-            talk->fault[fault.code] = fault;
+            client->fault[fault.code] = fault;
         break;
     case MR_ID_SELF_TEST:
         if (mr_self_test_get(&test, bytes, length) == MR_OK &&
-            test.tag == dialogue_tag(talk->dialogue)) {
-            talk->test = test;
-            talk->tested = true;
+            test.tag == dialogue_tag(client->dialogue)) {
+            client->test = test;
+            client->tested = true;
         }
         break;
     case MR_ID_CRASH:
         if (mr_crash_get(&crash, bytes, length) == MR_OK)
-            talk->crashed |= crash_take(&talk->crash, &crash);
+            client->crashed |= crash_receive(&client->crash, &crash);
         break;
-    case MR_ID_RESTARTS: TAKE(restarts, talk->restarts, talk->restarts_known);
-    case MR_ID_UPKEEP: TAKE(upkeep, talk->upkeep, talk->upkeep_known);
-    case MR_ID_CAN_ALARM: TAKE(can_alarm, talk->alarm, talk->alarm_known);
-    case MR_ID_CAN_DROPS: TAKE(can_drops, talk->drops, talk->drops_known);
-    case MR_ID_HEALTH: TAKE(health, talk->health, talk->health_known);
+    case MR_ID_RESTARTS: HANDLE(restarts, client->restarts, client->restarts_known);
+    case MR_ID_UPKEEP: HANDLE(upkeep, client->upkeep, client->upkeep_known);
+    case MR_ID_CAN_ALARM: HANDLE(can_alarm, client->alarm, client->alarm_known);
+    case MR_ID_CAN_DROPS: HANDLE(can_drops, client->drops, client->drops_known);
+    case MR_ID_HEALTH: HANDLE(health, client->health, client->health_known);
     default: break;
     }
     return MR_OK;
@@ -130,67 +130,70 @@ static enum mr_status take(void *context, const struct dialogue_message *message
 
 static bool has_greeted(const void *context)
 {
-    const struct health_client *talk = context;
-    return talk->hellos >= talk->wanted;
+    const struct health_client *client = context;
+    return client->hellos >= client->hellos_wanted;
 }
 
-static void wait_for_hello(struct health_client *talk, unsigned hellos)
+static void wait_for_hello(struct health_client *client, unsigned hellos)
 {
-    talk->wanted = hellos;
-    if (dialogue_until(talk->dialogue, has_greeted, talk, ANSWER_S, fatal) == MR_TIMEOUT)
-        dialogue_no_hello(talk->dialogue, fatal);
+    client->hellos_wanted = hellos;
+    if (dialogue_wait_until(client->dialogue, has_greeted, client, ANSWER_S, fatal) == MR_TIMEOUT)
+        dialogue_set_no_hello_error(client->dialogue, fatal);
 }
 
-static void order(struct health_client *talk, uint8_t code)
+static void send_command(struct health_client *client, uint8_t code)
 {
-    dialogue_execute(talk->dialogue, &(struct dialogue_command){.code = code, .answer_s = ANSWER_S},
+    dialogue_execute(client->dialogue,
+                     &(struct dialogue_command){.code = code, .answer_s = ANSWER_S},
                      "a landing is armed or in progress", fatal);
 }
 
-static bool is_all_known(const void *context)
+static bool has_all_messages(const void *context)
 {
-    const struct health_client *talk = context;
-    return talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known &&
-           talk->health_known;
+    const struct health_client *client = context;
+    return client->restarts_known && client->upkeep_known && client->alarm_known &&
+           client->drops_known && client->health_known;
 }
 
 /* Receives everything that the board reports each second, and the report of a processor fault. */
-static void health_client_receive(struct health_client *talk)
+static void health_client_receive(struct health_client *client)
 {
-    discard(talk);
-    order(talk, MR_COMMAND_STATE);
+    discard_state(client);
+    send_command(client, MR_COMMAND_STATE);
     /* a whole second of board time: from one regular hello to the next */
-    wait_for_hello(talk, talk->hellos + 2);
-    if (dialogue_until(talk->dialogue, is_all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
+    wait_for_hello(client, client->hellos + 2);
+    if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_S, fatal) ==
+        MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
                   "the board did not report its health: %s; check that its firmware has the "
                   "version of this matrig",
-                  dialogue_spec(talk->dialogue));
+                  dialogue_spec(client->dialogue));
 }
 
 /* Runs the self-test and waits for its results. */
-static void health_client_self_test(struct health_client *talk)
+static void health_client_self_test(struct health_client *client)
 {
-    order(talk, MR_COMMAND_SELF_TEST);
-    if (dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, fatal) == MR_TIMEOUT)
+    send_command(client, MR_COMMAND_SELF_TEST);
+    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->tested, ANSWER_S,
+                            fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the self-test timed out: %s; reset the board",
-                  dialogue_spec(talk->dialogue));
+                  dialogue_spec(client->dialogue));
 }
 
 /* Resets the board and waits for it to restart. */
-static void health_client_reset(struct health_client *talk)
+static void health_client_reset(struct health_client *client)
 {
-    order(talk, MR_COMMAND_RESET);
-    unsigned hellos = talk->hellos;
-    double until_s = dialogue_now_s(talk->dialogue) + ANSWER_S;
+    send_command(client, MR_COMMAND_RESET);
+    unsigned hellos = client->hellos;
+    double until_s = dialogue_now_s(client->dialogue) + ANSWER_S;
     /* a hello sent before the reset still has the old reset cause */
-    while (dialogue_now_s(talk->dialogue) < until_s) {
-        wait_for_hello(talk, ++hellos);
-        if ((talk->hello.reset_cause & 5u) == 4u)
+    while (dialogue_now_s(client->dialogue) < until_s) {
+        wait_for_hello(client, ++hellos);
+        if ((client->hello.reset_cause & 5u) == 4u)
             return;
     }
     error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; power-cycle it",
-              dialogue_spec(talk->dialogue));
+              dialogue_spec(client->dialogue));
 }
 
 /* ---- matrig board health ---- */
@@ -206,11 +209,11 @@ void health_reset_text(int64_t cause, char *out, size_t size)
     }
 }
 
-static void faults_answer(const struct health_client *talk, struct answer *answer)
+static void faults_answer(const struct health_client *client, struct answer *answer)
 {
     answer_table(answer, "faults", "faults");
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        const struct mr_fault *fault = &talk->fault[i];
+        const struct mr_fault *fault = &client->fault[i];
         const char *which = i == MR_FAULT_SELFTEST  ? mr_self_test_text(fault->detail)
                           : i == MR_FAULT_TASK_LATE ? mr_task_text(fault->detail)
                                                     : "";
@@ -227,44 +230,44 @@ static void faults_answer(const struct health_client *talk, struct answer *answe
     answer_close(answer);
 }
 
-static void health_answer(const struct health_client *talk, struct answer *answer)
+static void health_answer(const struct health_client *client, struct answer *answer)
 {
     char text[160];
-    health_reset_text(talk->hello.reset_cause, text, sizeof text);
+    health_reset_text(client->hello.reset_cause, text, sizeof text);
     answer_words(answer, NULL, "last reset", "%s", text);
-    answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
-    answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =
+    answer_count(answer, "reset_cause", NULL, client->hello.reset_cause);
+    answer_count(answer, "restarts", "restarts", client->restarts.restarts)->end =
         " since power-on that were not requested";
-    answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end =
-        talk->restarts.in_row >= 5 ? ": the board only communicates until `reset`" : NULL;
-    answer_count(answer, "late_task", NULL, talk->restarts.late_task);
-    if (talk->restarts.late_task) {
+    answer_count(answer, "in_row", "in a row", client->restarts.in_row)->end =
+        client->restarts.in_row >= 5 ? ": the board only communicates until `reset`" : NULL;
+    answer_count(answer, "late_task", NULL, client->restarts.late_task);
+    if (client->restarts.late_task) {
         answer_words(answer, NULL, "watchdog",
                      "%s missed its deadline; the processor was at 0x%08x",
-                     mr_task_text(talk->restarts.late_task), (unsigned)talk->restarts.late_pc);
+                     mr_task_text(client->restarts.late_task), (unsigned)client->restarts.late_pc);
     }
     answer_words(answer, "brown_out", "brown-out", "%s",
-                 mr_brown_out_text(talk->restarts.brown_out));
-    answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end =
+                 mr_brown_out_text(client->restarts.brown_out));
+    answer_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->end =
         " bytes at most";
-    answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";
-    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end = " passes, idle";
-    answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end =
+    answer_count(answer, "stack_size", "stack", client->upkeep.stack_size)->end = " bytes";
+    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->end = " passes, idle";
+    answer_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->end =
         " passes, idle";
-    answer_words(answer, "can", "CAN", "%s", mr_can_state_text(talk->alarm.state));
-    answer_count(answer, "can_tec", "TEC", talk->alarm.tec);
-    answer_count(answer, NULL, "REC", talk->alarm.rec);
-    answer_count(answer, "can_outages", "CAN outages", talk->alarm.outages);
-    answer_value(answer, NULL, "the last", UNIT_TIME, (double)talk->alarm.outage_s, 2);
+    answer_words(answer, "can", "CAN", "%s", mr_can_state_text(client->alarm.state));
+    answer_count(answer, "can_tec", "TEC", client->alarm.tec);
+    answer_count(answer, NULL, "REC", client->alarm.rec);
+    answer_count(answer, "can_outages", "CAN outages", client->alarm.outages);
+    answer_value(answer, NULL, "the last", UNIT_TIME, (double)client->alarm.outage_s, 2);
     answer_open(answer, NULL, "CAN frames dropped");
-    answer_count(answer, "dropped_queue_full", "queue full", talk->drops.queue_full);
-    answer_count(answer, "dropped_bus_off", "bus-off", talk->drops.bus_off);
-    answer_count(answer, "dropped_timeout", "no frame through", talk->drops.timeout);
-    answer_count(answer, "dropped_silent", "silent", talk->drops.silent);
+    answer_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
+    answer_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
+    answer_count(answer, "dropped_timeout", "no frame through", client->drops.timeout);
+    answer_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close(answer);
-    faults_answer(talk, answer);
-    if (talk->crashed)
-        crash_answer(&talk->crash, answer);
+    faults_answer(client, answer);
+    if (client->crashed)
+        crash_answer(&client->crash, answer);
     else
         answer_none(answer, "crash", NULL, NULL);
 }
@@ -281,32 +284,32 @@ static void test_answer(const struct mr_self_test *test, struct answer *answer)
 }
 
 /* Exit code 1: the board reports a fault. */
-static int print_checks(const char *verb, const struct health_client *talk, const struct cli *cli)
+static int print_checks(const char *verb, const struct health_client *client, const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);
     bool fault = false;
     if (strcmp(verb, "health") == 0) {
-        health_answer(talk, answer);
-        fault = talk->health.faults != 0;
+        health_answer(client, answer);
+        fault = client->health.faults != 0;
     } else if (strcmp(verb, "self-test") == 0) {
-        test_answer(&talk->test, answer);
-        fault = talk->test.failed != 0;
+        test_answer(&client->test, answer);
+        fault = client->test.failed != 0;
     } else
         answer_flag(answer, "restarted", NULL, true);
     return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli)
+int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli)
 {
-    static struct health_client talk;
-    talk.dialogue = dialogue;
-    dialogue_subscribe(dialogue, take, &talk);
-    dialogue_hello(dialogue, NULL, NULL, fatal);
+    static struct health_client client;
+    client.dialogue = dialogue;
+    dialogue_subscribe(dialogue, handle_message, &client);
+    dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
     if (strcmp(verb, "health") == 0)
-        health_client_receive(&talk);
+        health_client_receive(&client);
     else if (strcmp(verb, "self-test") == 0)
-        health_client_self_test(&talk);
+        health_client_self_test(&client);
     else
-        health_client_reset(&talk);
-    return print_checks(verb, &talk, cli);
+        health_client_reset(&client);
+    return print_checks(verb, &client, cli);
 }

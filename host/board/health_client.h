@@ -22,7 +22,7 @@ struct crash_report {
 _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word");
 
 /* Adds one word. Returns true if this word completes the report. */
-bool crash_take(struct crash_report *report, const struct mr_crash *message);
+bool crash_receive(struct crash_report *report, const struct mr_crash *message);
 
 /* Causes of a reset as text, from reset_cause of hello: "pin, software"; "": no cause is known. */
 void health_reset_text(int64_t cause, char *out, size_t size);
@@ -34,7 +34,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size);
  * messages about health. */
 struct health_client {
     struct dialogue *dialogue;
-    unsigned hellos, wanted; /* number of received and of awaited hellos */
+    unsigned hellos, hellos_wanted; /* number of received and of awaited hellos */
     bool tested, crashed;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */
@@ -50,6 +50,6 @@ struct health_client {
 
 /* Runs matrig board health | self-test | reset. Returns the exit code; 1: the board found a fault
  * in itself. An error ends the program. */
-int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli);
+int health_run(struct dialogue *dialogue, const char *verb, const struct cli *cli);
 
 #endif

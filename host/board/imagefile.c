@@ -18,7 +18,7 @@ struct source {
     size_t length;
 };
 
-static enum mr_status read_all(struct source *source, struct error *error)
+static enum mr_status read_source(struct source *source, struct error *error)
 {
     FILE *file = fopen(source->path, "rb");
     if (!file)
@@ -59,12 +59,12 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
                          (unsigned long long)address, (unsigned)MR_CONFIGURATION,
                          (unsigned)(MR_CONFIGURATION + MR_CONFIGURATION_BYTES - 1), place,
                          image->path);
-    if (image->given[at] && image->bytes[at] != byte)
+    if (image->is_given[at] && image->bytes[at] != byte)
         return error_set(error, MR_MALFORMED,
                          "two values for 0x%08llx: %s of %s; build the image again",
                          (unsigned long long)address, place, image->path);
-    image->count += !image->given[at];
-    image->given[at] = 1;
+    image->count += !image->is_given[at];
+    image->is_given[at] = 1;
     image->bytes[at] = byte;
     return MR_OK;
 }
@@ -151,8 +151,8 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
     uint32_t at = (entry & ~1u) - MR_FLASH;
     bool in_ram = (stack > MR_RAM && stack <= MR_RAM + MR_RAM_BYTES) ||
                   (stack > MR_CCM && stack <= MR_CCM + MR_CCM_BYTES);
-    if (!image->given[0] || !image->given[7] || !in_ram || !(entry & 1u) || at >= IMAGEFILE_BYTES ||
-        !image->given[at])
+    if (!image->is_given[0] || !image->is_given[7] || !in_ram || !(entry & 1u) ||
+        at >= IMAGEFILE_BYTES || !image->is_given[at])
         return error_set(error, MR_MALFORMED,
                          "no valid vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give "
                          "the image of the firmware",
@@ -182,11 +182,11 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
                          "the program's CRC is %08x, but the header states %08x: %s; the image is "
                          "damaged or truncated, build or copy it again",
                          (unsigned)crc, (unsigned)image->header.program_crc, image->path);
-    image->stamped = true;
+    image->has_header = true;
     return MR_OK;
 }
 
-static bool is_named_bin(const char *path)
+static bool has_bin_extension(const char *path)
 {
     size_t length = strlen(path);
     return length > 4 && strcmp(path + length - 4, ".bin") == 0;
@@ -196,12 +196,12 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
 {
     struct source source = {.path = path};
     *image = (struct imagefile){
-        .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .given = xcalloc(IMAGEFILE_BYTES, 1)};
+        .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .is_given = xcalloc(IMAGEFILE_BYTES, 1)};
     memset(image->bytes, 0xff, IMAGEFILE_BYTES);
-    enum mr_status status = read_all(&source, error);
+    enum mr_status status = read_source(&source, error);
     if (status == MR_OK && source.length >= SELFMAG && memcmp(source.bytes, ELFMAG, SELFMAG) == 0)
         status = read_elf(image, &source, error);
-    else if (status == MR_OK && is_named_bin(path))
+    else if (status == MR_OK && has_bin_extension(path))
         status = read_bin(image, &source, error);
     else if (status == MR_OK)
         status = error_set(
@@ -216,6 +216,6 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
 void imagefile_free(struct imagefile *image)
 {
     free(image->bytes);
-    free(image->given);
-    image->bytes = image->given = NULL;
+    free(image->is_given);
+    image->bytes = image->is_given = NULL;
 }

@@ -13,7 +13,7 @@
 
 #define DIGITS (2u * MR_KEY_BYTES)
 
-static void folder(char path[KEYFILE_PATH])
+static void keyfile_folder(char path[KEYFILE_PATH_SIZE])
 {
     const char *config = getenv("XDG_CONFIG_HOME"), *home = getenv("HOME");
     if (!home || !home[0]) {
@@ -21,32 +21,33 @@ static void folder(char path[KEYFILE_PATH])
         home = user ? user->pw_dir : "";
     }
     if (config && config[0] == '/') /* the XDG specification ignores relative paths */
-        snprintf(path, KEYFILE_PATH, "%s/matrig", config);
+        snprintf(path, KEYFILE_PATH_SIZE, "%s/matrig", config);
     else
-        snprintf(path, KEYFILE_PATH, "%s/.config/matrig", home);
+        snprintf(path, KEYFILE_PATH_SIZE, "%s/.config/matrig", home);
 }
 
-static void path_of(const char *uid, const char *ending, char path[KEYFILE_PATH])
+static void keyfile_path_with_ending(const char *uid, const char *ending,
+                                     char path[KEYFILE_PATH_SIZE])
 {
-    char in[KEYFILE_PATH];
-    folder(in);
-    if (snprintf(path, KEYFILE_PATH, "%s/%s.key%s", in, uid, ending) >= (int)KEYFILE_PATH)
+    char in[KEYFILE_PATH_SIZE];
+    keyfile_folder(in);
+    if (snprintf(path, KEYFILE_PATH_SIZE, "%s/%s.key%s", in, uid, ending) >= (int)KEYFILE_PATH_SIZE)
         path[0] = '\0'; /* cannot be opened */
 }
 
-void keyfile_path(const char *uid, char path[KEYFILE_PATH])
+void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE])
 {
-    path_of(uid, "", path);
+    keyfile_path_with_ending(uid, "", path);
 }
 
-static int digit(char c)
+static int hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
 static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
 {
-    char path[KEYFILE_PATH], text[DIGITS + 2];
+    char path[KEYFILE_PATH_SIZE], text[DIGITS + 2];
     struct stat info;
     keyfile_path(uid, path);
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not block */
@@ -70,8 +71,8 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
                          path);
     bool alone = length == (ssize_t)DIGITS || (length > (ssize_t)DIGITS && text[DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
-        int high = alone ? digit(text[2 * i]) : -1;
-        int low = high >= 0 ? digit(text[2 * i + 1]) : -1;
+        int high = alone ? hex_digit(text[2 * i]) : -1;
+        int low = high >= 0 ? hex_digit(text[2 * i + 1]) : -1;
         if (low < 0)
             return error_set(error, MR_MALFORMED, "not a key of 64 hexadecimal digits: %s", path);
         key[i] = (uint8_t)(high << 4 | low);
@@ -91,7 +92,7 @@ enum mr_status keyfile_prove(const char *uid, const uint32_t words[3],
     return status;
 }
 
-static enum mr_status cannot_write(const char *path, struct error *error)
+static enum mr_status set_write_error(const char *path, struct error *error)
 {
     return error_set(error, MR_IO, "cannot write the board's key (%s): %s", strerror(errno), path);
 }
@@ -99,8 +100,8 @@ static enum mr_status cannot_write(const char *path, struct error *error)
 /* Creates the folder and its missing parents. */
 static void make_folder(void)
 {
-    char path[KEYFILE_PATH];
-    folder(path);
+    char path[KEYFILE_PATH_SIZE];
+    keyfile_folder(path);
     for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
         (void)mkdir(path, 0700); /* an error shows when the file is opened */
@@ -109,9 +110,9 @@ static void make_folder(void)
     (void)mkdir(path, 0700);
 }
 
-enum mr_status keyfile_draw(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
+enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
 {
-    char path[KEYFILE_PATH], text[DIGITS + 2];
+    char path[KEYFILE_PATH_SIZE], text[DIGITS + 2];
     if (getrandom(key, MR_KEY_BYTES, 0) != (ssize_t)MR_KEY_BYTES)
         return error_set(error, MR_IO, "this computer provides no random numbers (%s)",
                          strerror(errno));
@@ -119,27 +120,27 @@ enum mr_status keyfile_draw(const char *uid, uint8_t key[MR_KEY_BYTES], struct e
         snprintf(text + 2 * i, 3, "%02x", key[i]);
     text[DIGITS] = '\n';
     make_folder();
-    keyfile_drop(uid);
-    path_of(uid, ".new", path);
+    keyfile_discard_new(uid);
+    keyfile_path_with_ending(uid, ".new", path);
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
-        return cannot_write(path, error);
+        return set_write_error(path, error);
     bool written = write(fd, text, DIGITS + 1) == (ssize_t)DIGITS + 1 && fsync(fd) == 0;
     close(fd);
-    return written ? MR_OK : cannot_write(path, error);
+    return written ? MR_OK : set_write_error(path, error);
 }
 
-enum mr_status keyfile_keep(const char *uid, struct error *error)
+enum mr_status keyfile_activate(const char *uid, struct error *error)
 {
-    char from[KEYFILE_PATH], to[KEYFILE_PATH];
-    path_of(uid, ".new", from);
+    char from[KEYFILE_PATH_SIZE], to[KEYFILE_PATH_SIZE];
+    keyfile_path_with_ending(uid, ".new", from);
     keyfile_path(uid, to);
-    return rename(from, to) == 0 ? MR_OK : cannot_write(to, error);
+    return rename(from, to) == 0 ? MR_OK : set_write_error(to, error);
 }
 
-void keyfile_drop(const char *uid)
+void keyfile_discard_new(const char *uid)
 {
-    char path[KEYFILE_PATH];
-    path_of(uid, ".new", path);
+    char path[KEYFILE_PATH_SIZE];
+    keyfile_path_with_ending(uid, ".new", path);
     (void)unlink(path);
 }

@@ -16,16 +16,16 @@
 #include "host/board/config_text.h"
 #include "host/calibrate/jump.h"
 
-#define MB 1e6
+#define BYTES_PER_MB 1e6
 /* ALWAYS: tested on every rig. NAMED: listed by name if passed. */
 #define SELF_TESTS_ALWAYS \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
-#define SELF_TESTS_NAMED \
+#define SELF_TESTS_LISTED \
     (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
 
 /* ---- the report ---- */
 
-const char *ready_text(enum ready_verdict verdict)
+const char *ready_verdict_text(enum ready_verdict verdict)
 {
     static const char *const text[] = {
         [READY_GO] = "GO",
@@ -38,7 +38,7 @@ const char *ready_text(enum ready_verdict verdict)
 void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
                const char *limit, const char *advice, const char *format, ...)
 {
-    if (report->count == READY_CHECKS)
+    if (report->count == READY_CHECKS_MAX)
         return;
     struct ready_check *check = &report->check[report->count++];
     va_list arguments;
@@ -52,7 +52,7 @@ void ready_add(struct ready_report *report, enum ready_verdict verdict, const ch
     va_end(arguments);
 }
 
-static enum ready_verdict go_if(bool good)
+static enum ready_verdict verdict_if(bool good)
 {
     return good ? READY_GO : READY_NO_GO;
 }
@@ -71,7 +71,7 @@ static void append(char *out, size_t size, const char *format, ...)
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
 {
-    return go_if(report->count && !ready_count_checks(report, READY_NO_GO));
+    return verdict_if(report->count && !ready_count_checks(report, READY_NO_GO));
 }
 
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict)
@@ -88,37 +88,37 @@ json_t *ready_json(const struct ready_report *report)
     for (unsigned i = 0; i < report->count; i++) {
         const struct ready_check *c = &report->check[i];
         json_array_append_new(checks, json_pack("{ssssssssss}", "name", c->name, "verdict",
-                                                ready_text(c->verdict), "value", c->value, "limit",
-                                                c->limit, "advice", c->advice));
+                                                ready_verdict_text(c->verdict), "value", c->value,
+                                                "limit", c->limit, "advice", c->advice));
     }
     return checks;
 }
 
-#define VALUES        29u /* column of the found values */
-#define COLUMNS_LEAST 60u
+#define VALUE_COLUMN 29u /* column of the found values */
+#define COLUMNS_MIN  60u
 
 static void print_check(const struct ready_check *c, unsigned columns, FILE *out)
 {
-    char text[sizeof c->value + sizeof c->limit + 8], head[VALUES + 20];
+    char text[sizeof c->value + sizeof c->limit + 8], head[VALUE_COLUMN + 20];
     snprintf(text, sizeof text, "%s%s%s%s", c->value, c->limit[0] ? "  [" : "", c->limit,
              c->limit[0] ? "]" : "");
-    snprintf(head, sizeof head, "%-8s  %-17s ", ready_text(c->verdict), c->name);
+    snprintf(head, sizeof head, "%-8s  %-17s ", ready_verdict_text(c->verdict), c->name);
     fputs(head, out);
-    wrap_print(text, strlen(head), VALUES, columns, out);
+    wrap_print(text, strlen(head), VALUE_COLUMN, columns, out);
     if (!c->advice[0])
         return;
-    fprintf(out, "%*s->", (int)VALUES, "");
-    wrap_print(c->advice, VALUES + 2, VALUES + 3, columns, out);
+    fprintf(out, "%*s->", (int)VALUE_COLUMN, "");
+    wrap_print(c->advice, VALUE_COLUMN + 2, VALUE_COLUMN + 3, columns, out);
 }
 
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
 {
     unsigned no_go = ready_count_checks(report, READY_NO_GO),
              open = ready_count_checks(report, READY_NOT_DONE);
-    char text[READY_CHECKS * 24 + 120];
+    char text[READY_CHECKS_MAX * 24 + 120];
     const char *before = ": ";
-    columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;
-    snprintf(text, sizeof text, "%s%s after %.1f s", ready_text(ready_verdict(report)),
+    columns = columns < COLUMNS_MIN ? COLUMNS_MIN : columns;
+    snprintf(text, sizeof text, "%s%s after %.1f s", ready_verdict_text(ready_verdict(report)),
              !no_go && report->uncalibrated ? ", UNCALIBRATED" : "", took_s);
     for (unsigned i = 0; i < report->count; i++) {
         print_check(&report->check[i], columns, out);
@@ -145,8 +145,8 @@ static void channel_name(const struct mr_channel_config *channel, char out[20])
 static void judge_days(const struct ready_facts *f, struct ready_report *report)
 {
     static const char limit[] = "expires_day after today";
-    unsigned never = (unsigned)__builtin_popcount(config_text_undated(&f->config)), sensors = 0,
-             expired = 0;
+    unsigned never = (unsigned)__builtin_popcount(config_text_undated_channels(&f->config)),
+             sensors = 0, expired = 0;
     char text[120] = "", name[20];
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
@@ -181,9 +181,9 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
         if (!mr_channel_measures(channel) || channel->unit_per_code == 0.0f ||
             mr_gain_check(channel) == MR_RULE_NONE)
             continue;
-        jump_channel(i, input);
+        jump_channel_name(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
-        gain_mistake_hint(channel, mistake, sizeof mistake);
+        jump_mistake_hint(channel, mistake, sizeof mistake);
         ready_add(report, READY_NO_GO, name, NULL,
                   "see matrig board config get and check; calibrate the channel again",
                   "%.4g %s per code: no sensor of the rig has such a gain%s",
@@ -199,7 +199,7 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
     unsigned gages = 0, measured = 0;
     float worst_lb = 0.0f;
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_told >> i & 1u))
+        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_received >> i & 1u))
             continue;
         gages++;
         if (f->zero_measured >> i & 1u)
@@ -220,12 +220,12 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
 static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
                               struct ready_report *report)
 {
-    char name[20], text[CERTIFICATES_TEXT];
-    const struct store_certificate *certificate = &f->certificates.of[i];
+    char name[20], text[CERTIFICATES_TEXT_SIZE];
+    const struct store_certificate *certificate = &f->certificates.certificate[i];
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
     certificates_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
-    ready_add(report, go_if(state == CERTIFICATE_VALID), name, NULL,
+    ready_add(report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
               state == CERTIFICATE_OVERDUE
                   ? "have the sensor calibrated; enter its new certificate with matrig calibrate "
                     "CHANNEL --db DB --certificate ..."
@@ -243,7 +243,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
         if (!mr_channel_measures(&f->config.channel[i]))
             continue;
         sensors++;
-        jump_channel(i, name);
+        jump_channel_name(i, name);
         if (f->certificates.known[i])
             judge_certificate(f, i, name, report);
         else
@@ -261,11 +261,13 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
     const struct identity *id = &f->identity;
     char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "", limit[80] = "";
     bool whole = id->commit_known && id->commit.state == MR_IMAGE_GOOD,
-         compared = f->before && f->before_image != STORE_NONE;
-    enum ready_verdict verdict = !whole    ? READY_NO_GO
-                               : f->image  ? go_if(identity_runs(id, f->image, why, sizeof why))
-                               : !compared ? READY_NOT_DONE
-                                           : go_if(f->before_image == (int64_t)id->image_crc);
+         compared = f->has_previous && f->previous_image_crc != STORE_NONE;
+    enum ready_verdict verdict = !whole ? READY_NO_GO
+                               : f->image
+                                   ? verdict_if(identity_is_running(id, f->image, why, sizeof why))
+                               : !compared
+                                   ? READY_NOT_DONE
+                                   : verdict_if(f->previous_image_crc == (int64_t)id->image_crc);
     if (id->commit_known)
         mr_image_commit_text(id->commit.commit, id->commit.commit_more, id->commit.changed != 0,
                              runs);
@@ -273,8 +275,8 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
         snprintf(limit, sizeof limit, "image %08x, of %.50s", (unsigned)f->image->program_crc,
                  f->image_path);
     else if (compared)
-        snprintf(limit, sizeof limit, "image %08x, as in RUN %lld", (unsigned)f->before_image,
-                 (long long)f->before_run);
+        snprintf(limit, sizeof limit, "image %08x, as in RUN %lld", (unsigned)f->previous_image_crc,
+                 (long long)f->previous_run);
     ready_add(report, verdict, "firmware", limit,
               !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
               : f->image ? "not the image given with --image: flash it with matrig flash LINK IMAGE"
@@ -301,15 +303,15 @@ static uint32_t expected_crc(const struct ready_facts *f)
 static void judge_configuration(const struct ready_facts *f, struct ready_report *report)
 {
     char limit[80] = "";
-    bool compared = f->crc_expected || (f->before && f->before_config != STORE_NONE);
-    uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->before_config;
+    bool compared = f->crc_expected || (f->has_previous && f->previous_config_crc != STORE_NONE);
+    uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->previous_config_crc;
     if (f->crc_expected)
         snprintf(limit, sizeof limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
         snprintf(limit, sizeof limit, "CRC %08x, as in RUN %lld", (unsigned)wanted,
-                 (long long)f->before_run);
-    ready_add(report, compared ? go_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
-              limit,
+                 (long long)f->previous_run);
+    ready_add(report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE,
+              "configuration", limit,
               compared ? "check it with matrig board config get; send the right configuration with "
                          "config set, or confirm this one with --expect-config"
                        : "the campaign has no landing of this board to compare with; give "
@@ -325,17 +327,19 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
     char limit[20];
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time;
-    ready_add(report, go_if(source == 0), "clock", "crystal",
+    ready_add(report, verdict_if(source == 0), "clock", "crystal",
               "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal", "%s",
               mr_clock_source_text(source));
-    snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_PPM);
+    snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
     if (t->refusal == TIMEMAP_GOOD)
-        ready_add(report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
-                  "time of day", limit,
-                  "stop programs that set the clock of this computer; if the result stays, the "
-                  "crystal of the board is off frequency",
-                  "board %+.0f +- %.0f ppm, from %zu messages",
-                  unit_round_to_zero(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
+        ready_add(
+            report,
+            verdict_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_ERROR_MAX_PPM),
+            "time of day", limit,
+            "stop programs that set the clock of this computer; if the result stays, the "
+            "crystal of the board is off frequency",
+            "board %+.0f +- %.0f ppm, from %zu messages",
+            unit_round_to_zero(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
     else
         ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                   timemap_refusal_text((unsigned)t->refusal));
@@ -344,7 +348,8 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
 static void judge_orders(const struct ready_facts *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
-    ready_add(report, !who->key_known ? READY_NOT_DONE : go_if(who->key.state != MR_KEY_DAMAGED),
+    ready_add(report,
+              !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
               "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
               who->key_known ? mr_key_state_text(who->key.state) : "not told");
 }
@@ -363,8 +368,8 @@ static void judge_brown_out(const struct ready_facts *f, struct ready_report *re
 
 /* ---- channels ---- */
 
-void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
-                   unsigned c, struct ready_channel *channel)
+void ready_summarize_channel(const struct mr_config *config, const struct mr_block *blocks,
+                             unsigned count, unsigned c, struct ready_channel *channel)
 {
     double sum = 0.0, code_sum = 0.0, square = 0.0;
     *channel = (struct ready_channel){.blocks = count, .mean = NAN, .noise_codes = NAN};
@@ -394,8 +399,8 @@ void ready_measure(const struct mr_config *config, const struct mr_block *blocks
 }
 
 /* "100 +- 25 lb" */
-static const char *within_text(const struct ready_facts *f, float wanted_lb, float by_lb,
-                               char out[UNIT_TEXT])
+static const char *tolerance_text(const struct ready_facts *f, float wanted_lb, float by_lb,
+                                  char out[UNIT_TEXT])
 {
     char by[UNIT_TEXT];
     const struct unit *unit = unit_of(UNIT_TENSION, f->si);
@@ -409,7 +414,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     const struct mr_channel_config *channel = &f->config.channel[i];
     const struct ready_channel *m = &f->channel[i];
     bool transducer = channel->kind == MR_KIND_DISPLACEMENT, open = m->validity == MR_INVALID_OPEN,
-         noisy = m->noise_codes > READY_NOISE_CODES;
+         noisy = m->noise_codes > READY_NOISE_MAX_CODES;
     char name[20], is[UNIT_TEXT], most[UNIT_TEXT], limit[80] = "";
     channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
@@ -425,22 +430,22 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
-    bool off = transducer ? fabsf(m->mean) > READY_ZERO_IN
-                          : wanted_lb > 0.0f &&
-                                fabsf(m->mean - wanted_lb) > READY_GAGE_PRETENSION * wanted_lb;
+    bool off = transducer ? fabsf(m->mean) > READY_REST_MAX_IN
+                          : wanted_lb > 0.0f && fabsf(m->mean - wanted_lb) >
+                                                    READY_GAGE_PRETENSION_TOLERANCE * wanted_lb;
     if (transducer)
-        unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_ZERO_IN, 2, most);
+        unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_REST_MAX_IN, 2, most);
     else if (wanted_lb > 0.0f)
-        within_text(f, wanted_lb, READY_GAGE_PRETENSION * wanted_lb, most);
+        tolerance_text(f, wanted_lb, READY_GAGE_PRETENSION_TOLERANCE * wanted_lb, most);
     if (transducer || wanted_lb > 0.0f)
         snprintf(limit, sizeof limit, "%s, ", most);
-    append(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_CODES);
+    append(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_MAX_CODES);
     if (transducer)
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
     ready_add(
-        report, go_if(!off && !noisy), name, limit,
+        report, verdict_if(!off && !noisy), name, limit,
         !off         ? "noise: check its shield and ground"
         : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
                      : "check for a slack or uneven band; if it is good, the gage zero is off",
@@ -463,8 +468,8 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
         return;
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
-    ready_add(report, go_if(fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb), name,
-              within_text(f, wanted_lb, READY_PRETENSION * wanted_lb, limit),
+    ready_add(report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb),
+              name, tolerance_text(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
               mean < wanted_lb ? "tension the band" : "slacken the band",
               "pretension %s, mean of %u gages",
               unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
@@ -473,7 +478,7 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
 static void judge_shunts(const struct ready_facts *f, struct ready_report *report)
 {
     static const char name[] = "shunt calibration";
-    char text[READY_VALUE - 40] = "", is[UNIT_TEXT], of[UNIT_TEXT];
+    char text[READY_VALUE_SIZE - 40] = "", is[UNIT_TEXT], of[UNIT_TEXT];
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
     bool any = false;
@@ -488,10 +493,10 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     }
     for (unsigned i = 0; i < f->shunts.count; i++) {
         const struct mr_shunt_result *r = &f->shunts.result[i];
-        float before = r->gage >= 1 && r->gage <= MR_GAGES ? f->before_span_lb[r->gage - 1] : NAN;
+        float before = r->gage >= 1 && r->gage <= MR_GAGES ? f->previous_span_lb[r->gage - 1] : NAN;
         float change = r->span_lb - before;
         bool drifted = !isnan(change) &&
-                       fabsf(change) > READY_SHUNT_DRIFT * fabsf(before) + 3.0f * r->noise_lb;
+                       fabsf(change) > READY_SHUNT_DRIFT_MAX * fabsf(before) + 3.0f * r->noise_lb;
         compared += isnan(change) ? 0u : 1u;
         if (!isnan(change) && fabsf(change) > fabsf(worst))
             worst = change;
@@ -510,7 +515,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                  compared ? "change since the last one " : "no earlier one is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
-    ready_add(report, go_if(!bad), name, "1 % and three errors",
+    ready_add(report, verdict_if(!bad), name, "1 % and three errors",
               "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
@@ -535,8 +540,8 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     else
         snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
                  level > 0.0f ? "switches are open" : "lower than possible");
-    snprintf(limit, sizeof limit, "%.0f codes", (double)READY_LATCH_CODES);
-    ready_add(report, go_if(closed), "switches", limit,
+    snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
+    ready_add(report, verdict_if(closed), "switches", limit,
               level > 0.0f ? "set the switches along the runway"
                            : "check the wiring and supply of the staircase",
               "%s", text);
@@ -551,10 +556,10 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
                   "no block records were received");
         return;
     }
-    snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS / 2);
-    ready_add(report, go_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2), "readings",
-              limit, "see matrig board health", "%u blocks checked, %u lost by the board",
-              f->blocks, f->blocks_lost);
+    snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_WANTED / 2);
+    ready_add(report, verdict_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS_WANTED / 2),
+              "readings", limit, "see matrig board health",
+              "%u blocks checked, %u lost by the board", f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_measures(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -584,16 +589,16 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     else if (box->wait_s > 0.0f)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
-    ready_add(report, go_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
-              box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
-                  ? "check the memory on SPI2; without one, set site.black_box = 0"
-              : isnan(box->wait_s)
-                  ? "read the records with matrig board read N, then free them with free N"
-                  : "wait until the black box is erased",
-              "%s%s, %u sectors erased, %u bad, %u records to free",
-              box->state == MR_BOX_MISSING ? "no memory answers"
-                                           : mr_box_condition_text(box->state),
-              wait, box->ready, f->space.bad, box->records);
+    ready_add(
+        report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
+        box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
+            ? "check the memory on SPI2; without one, set site.black_box = 0"
+        : isnan(box->wait_s)
+            ? "read the records with matrig board read N, then free them with free N"
+            : "wait until the black box is erased",
+        "%s%s, %u sectors erased, %u bad, %u records to free",
+        box->state == MR_BOX_MISSING ? "no memory answers" : mr_box_condition_text(box->state),
+        wait, box->ready, f->space.bad, box->records);
 }
 
 static void judge_self_test(const struct ready_facts *f, struct ready_report *report)
@@ -601,7 +606,7 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     const unsigned lamp = (1u << MR_SELF_TEST_LAMP_ON) | (1u << MR_SELF_TEST_LAMP_OFF);
     char text[140] = "";
     unsigned failed = f->test.failed & ~lamp, undone = SELF_TESTS_ALWAYS & ~(unsigned)f->test.done;
-    unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_NAMED;
+    unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_LISTED;
     if (!f->tested) {
         ready_add(report, READY_NO_GO, "self-test", NULL,
                   "the board must be idle; try again, or reset the board",
@@ -612,14 +617,14 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
         if (named >> i & 1u)
             append(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
-    ready_add(report, go_if(!failed && !undone), "self-test", NULL,
+    ready_add(report, verdict_if(!failed && !undone), "self-test", NULL,
               "see matrig board self-test and matrig board health", "%s: %s",
               failed   ? "failed"
               : undone ? "not tested"
                        : "good",
               text);
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
-    ready_add(report, go_if(lit), "warning lamp", NULL,
+    ready_add(report, verdict_if(lit), "warning lamp", NULL,
               "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
               lit                                            ? "lights and goes out"
               : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
@@ -644,7 +649,7 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
 {
-    char text[READY_VALUE - 40] = "";
+    char text[READY_VALUE_SIZE - 40] = "";
     unsigned rising = 0, count = 0;
     bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
@@ -657,7 +662,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add(report, go_if(!rising), "faults", "no present fault", "see matrig board health",
+    ready_add(report, verdict_if(!rising), "faults", "no present fault", "see matrig board health",
               "%s%s",
               rising  ? "present: "
               : count ? "none present; since reset: "
@@ -670,7 +675,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 static void judge_can(const struct ready_facts *f, struct ready_report *report)
 {
     const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
-    char uid[IDENTITY_UID_TEXT], own[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report them";
     if (!f->can_used) {
@@ -694,8 +699,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
     ready_add(report,
-              go_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
-                    f->can_lost == 0 && f->can_dropped == 0),
+              verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
+                         f->can_lost == 0 && f->can_dropped == 0),
               "CAN", "good, none lost",
               kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
               : f->can_frames == 0 ? "check connector, terminators and bit rate"
@@ -707,12 +712,14 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
 static void judge_computer(const struct ready_facts *f, struct ready_report *report)
 {
     char limit[40];
-    double wanted = READY_LANDINGS * f->landing_bytes;
-    snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
-    ready_add(report, go_if(f->free_bytes >= wanted), "disk", limit,
+    double wanted = READY_FREE_LANDINGS_MIN * f->landing_bytes;
+    snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / BYTES_PER_MB,
+             READY_FREE_LANDINGS_MIN);
+    ready_add(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
               "free space on the disk of the campaign, or use a different disk",
-              "%.0f MB free, a landing needs %.1f MB", f->free_bytes / MB, f->landing_bytes / MB);
-    ready_add(report, go_if(!f->database[0]), "database", NULL,
+              "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
+              f->landing_bytes / BYTES_PER_MB);
+    ready_add(report, verdict_if(!f->database[0]), "database", NULL,
               "check your access rights, and whether another program is writing; otherwise begin a "
               "new campaign and keep this one as it is",
               "%s",
@@ -723,7 +730,7 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
 
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
 {
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     report->count = 0;
     identity_uid_text(&f->identity, uid);
     ready_add(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
@@ -743,7 +750,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_temperature(f, report);
     judge_faults(f, report);
     judge_can(f, report);
-    ready_add(report, go_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
+    ready_add(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
               "check the cable and the load of this computer",
               "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
               (long long)f->serial_lost, (long long)f->serial_dropped);
@@ -752,31 +759,31 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 
 /* ---- queries to the board ---- */
 
-#define ANSWER_S 1.5
-#define SHUNT_S  4.0
-#define TEST_S   5.0
-#define BLOCKS_S 5.0
-#define BOX_S    3.0
-#define REST_S   3.0 /* for the thermometer, and for faults that persist */
-#define LIVE_S   20
-#define FIRST_MS 1500u /* by then every past fault has been sent once, board time */
-#define PACE_PPM 700.0 /* a larger error: the board is emulated, or a recording */
+#define ANSWER_S       1.5
+#define SHUNT_S        4.0
+#define TEST_S         5.0
+#define BLOCKS_S       5.0
+#define BOX_S          3.0
+#define SETTLE_S       3.0 /* for the thermometer, and for faults that persist */
+#define LIVE_S         20
+#define PAST_FAULTS_MS 1500u /* by then every past fault has been sent once, board time */
+#define EMULATED_PPM   700.0 /* a larger error: the board is emulated, or a recording */
 
 /* The increase of a repeated count since its first value. */
-struct rise {
+struct counter_rise {
     bool known;
     uint16_t first;
 };
 
-struct asking {
+struct query {
     struct dialogue *dialogue;
     struct ready_facts *facts; /* the result */
     struct error *error;
     double until_s; /* deadline of the whole check, by the dialogue's clock */
 
     struct config_client config;
-    struct mr_block block[READY_BLOCKS_KEPT];
-    struct rise lost, can_dropped, serial_dropped, fault[MR_FAULT_COUNT];
+    struct mr_block block[READY_BLOCKS_MAX];
+    struct counter_rise lost, can_dropped, serial_dropped, fault[MR_FAULT_COUNT];
     bool seq_known, can_begun, clock_known;
     uint16_t last_seq;
     uint32_t can_sent, first_clock, newest_clock;
@@ -784,24 +791,24 @@ struct asking {
     struct timemap map;
 };
 
-static uint16_t rise(struct rise *rise, uint16_t now)
+static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
 {
     if (!rise->known)
-        *rise = (struct rise){true, now};
+        *rise = (struct counter_rise){true, now};
     return (uint16_t)(now - rise->first);
 }
 
-static void take_fault(struct asking *a, const struct mr_fault *fault)
+static void handle_fault(struct query *a, const struct mr_fault *fault)
 {
-    struct rise *count = &a->fault[fault->code];
-    bool early = !a->clock_known || a->newest_clock - a->first_clock < FIRST_MS;
+    struct counter_rise *count = &a->fault[fault->code];
+    bool early = !a->clock_known || a->newest_clock - a->first_clock < PAST_FAULTS_MS;
     if (!count->known && !early)
-        *count = (struct rise){.known = true};
+        *count = (struct counter_rise){.known = true};
     a->facts->fault[fault->code] = *fault;
-    a->facts->fault_rise[fault->code] = rise(count, fault->count);
+    a->facts->fault_rise[fault->code] = update_rise(count, fault->count);
 }
 
-static void take_clock(struct asking *a, const struct mr_clock *clock, uint64_t host_us)
+static void handle_clock(struct query *a, const struct mr_clock *clock, uint64_t host_us)
 {
     if (!a->clock_known)
         a->first_clock = clock->block;
@@ -810,9 +817,9 @@ static void take_clock(struct asking *a, const struct mr_clock *clock, uint64_t 
     timemap_add(&a->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
-#define GOT(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
+#define DECODED(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
 
-static void take_serial(struct asking *a, const struct dialogue_message *message)
+static void handle_serial_message(struct query *a, const struct dialogue_message *message)
 {
     struct ready_facts *f = a->facts;
     const uint8_t *bytes = message->payload;
@@ -833,60 +840,60 @@ static void take_serial(struct asking *a, const struct dialogue_message *message
     a->seq_known = true;
     switch (message->id) {
     case MR_ID_CHANNEL_ZERO:
-        if (GOT(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
-            f->zero_told |= 1u << m.zero.index;
+        if (DECODED(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
+            f->zero_received |= 1u << m.zero.index;
             f->zero_measured |= (m.zero.measured ? 1u : 0u) << m.zero.index;
         }
         break;
     case MR_ID_CLOCK:
-        if (GOT(clock, m.clock))
-            take_clock(a, &m.clock, message->host_us);
+        if (DECODED(clock, m.clock))
+            handle_clock(a, &m.clock, message->host_us);
         break;
     case MR_ID_BLOCK:
-        if (f->blocks < READY_BLOCKS_KEPT &&
+        if (f->blocks < READY_BLOCKS_MAX &&
             mr_block_get(&a->block[f->blocks], bytes, length) == MR_OK)
             f->blocks++;
         break;
     case MR_ID_HEALTH:
-        if (GOT(health, m.health))
-            f->blocks_lost = rise(&a->lost, m.health.blocks_lost);
+        if (DECODED(health, m.health))
+            f->blocks_lost = update_rise(&a->lost, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
-        if (GOT(can_health, m.can))
-            f->can_dropped = rise(&a->can_dropped, m.can.dropped);
+        if (DECODED(can_health, m.can))
+            f->can_dropped = update_rise(&a->can_dropped, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
-        if (GOT(serial_health, m.serial))
-            f->serial_dropped = rise(&a->serial_dropped, m.serial.dropped);
+        if (DECODED(serial_health, m.serial))
+            f->serial_dropped = update_rise(&a->serial_dropped, m.serial.dropped);
         break;
     case MR_ID_FAULT:
-        if (GOT(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
-            take_fault(a, &m.fault);
+        if (DECODED(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
+            handle_fault(a, &m.fault);
         break;
     case MR_ID_SELF_TEST:
-        if (GOT(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
+        if (DECODED(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
             f->test = m.test;
             f->tested = true;
         }
         break;
-    case MR_ID_BOX_STATE: f->box_known |= GOT(box_state, f->box); break;
-    case MR_ID_BOX_SPACE: (void)GOT(box_space, f->space); break;
-    case MR_ID_TEMPERATURE: f->temperature_known |= GOT(temperature, f->temperature); break;
-    case MR_ID_CAN_ALARM: f->alarm_known |= GOT(can_alarm, f->alarm); break;
-    case MR_ID_RESTARTS: f->restarts_known |= GOT(restarts, f->restarts); break;
-    default: shunts_take(&f->shunts, message->id, bytes, length); break;
+    case MR_ID_BOX_STATE: f->box_known |= DECODED(box_state, f->box); break;
+    case MR_ID_BOX_SPACE: (void)DECODED(box_space, f->space); break;
+    case MR_ID_TEMPERATURE: f->temperature_known |= DECODED(temperature, f->temperature); break;
+    case MR_ID_CAN_ALARM: f->alarm_known |= DECODED(can_alarm, f->alarm); break;
+    case MR_ID_RESTARTS: f->restarts_known |= DECODED(restarts, f->restarts); break;
+    default: shunts_receive(&f->shunts, message->id, bytes, length); break;
     }
 }
 
 /* Compares the frames received on CAN with the count that the board sent. Other nodes do not
  * count. */
-static void take_can(struct asking *a, const struct dialogue_message *message)
+static void handle_can_message(struct query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
     struct ready_facts *f = a->facts;
     if (!mr_message_find((uint16_t)message->id))
         return;
-    identity_take(&f->on_can, message->id, message->payload, message->length);
+    identity_receive(&f->on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
         int64_t lost = (int64_t)(health.sent - a->can_sent) - a->can_since;
@@ -902,24 +909,24 @@ static void take_can(struct asking *a, const struct dialogue_message *message)
     f->can_frames++;
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message,
-                           struct error *error)
+static enum mr_status handle_message(void *context, const struct dialogue_message *message,
+                                     struct error *error)
 {
     (void)error;
-    (message->kind == LINK_CAN ? take_can : take_serial)(context, message);
+    (message->kind == LINK_CAN ? handle_can_message : handle_serial_message)(context, message);
     return MR_OK;
 }
 
 /* Waits, but not beyond the deadline. The facts show what is missing. */
-static void wait_for(struct asking *a, dialogue_done *done, const void *context, double most_s)
+static void wait_for(struct query *a, dialogue_done *done, const void *context, double most_s)
 {
     if (a->error->status == MR_OK)
-        (void)dialogue_until(a->dialogue, done, context,
-                             fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
+        (void)dialogue_wait_until(a->dialogue, done, context,
+                                  fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
 }
 
 /* The status of the board's answer; MR_TIMEOUT: no answer. */
-static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, double most_s)
+static enum mr_status send_command(struct query *a, uint8_t code, int32_t argument, double most_s)
 {
     struct mr_ack ack;
     const struct dialogue_command order = {
@@ -931,68 +938,68 @@ static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, do
     return dialogue_send_command(a->dialogue, &order, &ack, a->error) ?: (enum mr_status)ack.status;
 }
 
-static bool enough_blocks(const void *facts)
+static bool has_enough_blocks(const void *facts)
 {
-    return ((const struct ready_facts *)facts)->blocks >= READY_BLOCKS;
+    return ((const struct ready_facts *)facts)->blocks >= READY_BLOCKS_WANTED;
 }
 
-static bool box_looked_through(const void *facts)
+static bool is_box_searched(const void *facts)
 {
     return ((const struct ready_facts *)facts)->box.state != MR_BOX_LOOKING;
 }
 
 /* Uses board time: an emulated board may run faster than this computer's clock. */
-static bool rested(const void *context)
+static bool has_settled(const void *context)
 {
-    const struct asking *a = context;
-    return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * REST_S);
+    const struct query *a = context;
+    return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * SETTLE_S);
 }
 
-static void ask(struct asking *a)
+static void request_facts(struct query *a)
 {
     struct ready_facts *f = a->facts;
     double begun_s = dialogue_now_s(a->dialogue);
     /* the board answers with its whole configuration, including the zeros */
-    (void)order(a, MR_COMMAND_STATE, 0, ANSWER_S);
-    if (order(a, MR_COMMAND_LIVE, LIVE_S, ANSWER_S) == MR_OK) {
-        wait_for(a, enough_blocks, f, BLOCKS_S);
-        (void)order(a, MR_COMMAND_LIVE, 0, ANSWER_S);
+    (void)send_command(a, MR_COMMAND_STATE, 0, ANSWER_S);
+    if (send_command(a, MR_COMMAND_LIVE, LIVE_S, ANSWER_S) == MR_OK) {
+        wait_for(a, has_enough_blocks, f, BLOCKS_S);
+        (void)send_command(a, MR_COMMAND_LIVE, 0, ANSWER_S);
     }
     for (unsigned c = 0; c < MR_CHANNELS; c++)
-        ready_measure(&f->config, a->block, f->blocks, c, &f->channel[c]);
+        ready_summarize_channel(&f->config, a->block, f->blocks, c, &f->channel[c]);
     /* the board answers after the results */
-    f->shunt_status = order(a, MR_COMMAND_SHUNT, 0, SHUNT_S);
+    f->shunt_status = send_command(a, MR_COMMAND_SHUNT, 0, SHUNT_S);
     f->shunt_done = f->shunt_status != MR_TIMEOUT;
-    if (order(a, MR_COMMAND_SELF_TEST, 0, ANSWER_S) == MR_OK)
-        wait_for(a, dialogue_flag, &f->tested, TEST_S);
+    if (send_command(a, MR_COMMAND_SELF_TEST, 0, ANSWER_S) == MR_OK)
+        wait_for(a, dialogue_is_flag_set, &f->tested, TEST_S);
     f->box_known = false;
-    (void)order(a, MR_COMMAND_BOX_LIST, 0, ANSWER_S);
-    wait_for(a, dialogue_flag, &f->box_known, ANSWER_S);
+    (void)send_command(a, MR_COMMAND_BOX_LIST, 0, ANSWER_S);
+    wait_for(a, dialogue_is_flag_set, &f->box_known, ANSWER_S);
     if (f->box_known) /* the state arrives once a second during the search */
-        wait_for(a, box_looked_through, f, BOX_S);
-    wait_for(a, rested, a, begun_s + REST_S - dialogue_now_s(a->dialogue));
+        wait_for(a, is_box_searched, f, BOX_S);
+    wait_for(a, has_settled, a, begun_s + SETTLE_S - dialogue_now_s(a->dialogue));
     if (f->config.site[0].thermometer)
-        wait_for(a, dialogue_flag, &f->temperature_known, ANSWER_S);
-    timemap_fit(&a->map, PACE_PPM, &f->time);
+        wait_for(a, dialogue_is_flag_set, &f->temperature_known, ANSWER_S);
+    timemap_fit(&a->map, EMULATED_PPM, &f->time);
 }
 
-enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready_facts *facts,
-                         struct error *error)
+enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
+                                   struct ready_facts *facts, struct error *error)
 {
-    static struct asking asking;
-    struct asking *a = &asking;
-    *a = (struct asking){.dialogue = dialogue,
-                         .facts = facts,
-                         .error = error,
-                         .until_s = dialogue_now_s(dialogue) + limit_s};
+    static struct query asking;
+    struct query *a = &asking;
+    *a = (struct query){.dialogue = dialogue,
+                        .facts = facts,
+                        .error = error,
+                        .until_s = dialogue_now_s(dialogue) + limit_s};
     if (dialogue->link[LINK_CAN])
         facts->can_base = link_base(dialogue->link[LINK_CAN]);
-    dialogue_subscribe(dialogue, take, a);
-    enum mr_status status = config_client_identify(&a->config, dialogue, &facts->config,
-                                                   &facts->config_crc, error);
+    dialogue_subscribe(dialogue, handle_message, a);
+    enum mr_status status = config_client_begin_idle(&a->config, dialogue, &facts->config,
+                                                     &facts->config_crc, error);
     if (status == MR_OK) {
-        wait_for(a, dialogue_flag, &dialogue->identity.key_known, ANSWER_S);
-        ask(a);
+        wait_for(a, dialogue_is_flag_set, &dialogue->identity.key_known, ANSWER_S);
+        request_facts(a);
     }
     facts->config_state = a->config.state;
     facts->identity = dialogue->identity;

@@ -18,39 +18,40 @@
 #include "host/board/gage_client.h"
 #include "host/link/timemap.h"
 
-#define READY_CHECKS          96u
+#define READY_CHECKS_MAX                96u
 /* noise limit of a block's mean; noise of 2 LSB per conversion gives 0.71 */
-#define READY_NOISE_CODES     3.0f
+#define READY_NOISE_MAX_CODES           3.0f
 /* Largest distance of a mat at rest from its zero; beyond it, the mat was not moved back after a
  * landing. */
-#define READY_ZERO_IN         0.25f
-#define READY_PRETENSION      0.10f /* relative limit, for the mean of a band */
-#define READY_GAGE_PRETENSION 0.25f /* relative limit, for each gage */
-#define READY_SHUNT_DRIFT     0.01f /* relative limit, since the last stored shunt calibration */
+#define READY_REST_MAX_IN               0.25f
+#define READY_PRETENSION_TOLERANCE      0.10f /* relative limit, for the mean of a band */
+#define READY_GAGE_PRETENSION_TOLERANCE 0.25f /* relative limit, for each gage */
+#define READY_SHUNT_DRIFT_MAX           0.01f /* relative, since the last stored calibration */
 /* Limit of the staircase's level above its zero: below the step of any switch. */
-#define READY_LATCH_CODES     8.0f
+#define READY_STAIRCASE_MAX_CODES       8.0f
 /* limit of the sum of the errors of the board's crystal and this computer's clock */
-#define READY_CLOCK_PPM       200.0
+#define READY_CLOCK_ERROR_MAX_PPM       200.0
 /* size assumed for a campaign without landings: 10 s of both links */
-#define READY_LANDING_BYTES   4.0e6
-#define READY_LANDINGS        10.0 /* number of landings for which there must be room on the disk */
-#define READY_BLOCKS          100u /* number of readings for a check of a channel, if they arrive */
-#define READY_BLOCKS_KEPT     256u
+#define READY_LANDING_BYTES             4.0e6
+#define READY_FREE_LANDINGS_MIN \
+    10.0                         /* number of landings for which there must be room on the disk */
+#define READY_BLOCKS_WANTED 100u /* number of readings for a check of a channel, if they arrive */
+#define READY_BLOCKS_MAX    256u
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
-#define READY_VALUE 500u /* bytes; a check with several faults lists all of them */
+#define READY_VALUE_SIZE 500u /* bytes; a check with several faults lists all of them */
 
 struct ready_check {
     char name[20];
     enum ready_verdict verdict;
-    char value[READY_VALUE];
+    char value[READY_VALUE_SIZE];
     char limit[80];   /* empty: no limit */
     char advice[160]; /* empty unless the verdict is no-go or not done */
 };
 
 struct ready_report {
-    struct ready_check check[READY_CHECKS];
+    struct ready_check check[READY_CHECKS_MAX];
     unsigned count;
     bool uncalibrated; /* a sensor has no calibration date: records are marked as uncalibrated */
 };
@@ -80,10 +81,10 @@ struct ready_facts {
 
     /* Campaign and computer. */
     /* the campaign has a landing of this board; the next fields are from the last one */
-    bool before;
+    bool has_previous;
     /* RUN, image CRC and configuration CRC of that landing; STORE_NONE: not known */
-    int64_t before_run, before_image, before_config;
-    float before_span_lb[MR_GAGES];   /* last stored shunt calibration; NaN: none */
+    int64_t previous_run, previous_image_crc, previous_config_crc;
+    float previous_span_lb[MR_GAGES]; /* last stored shunt calibration; NaN: none */
     struct certificates certificates; /* certificates of the board's sensors */
     char database[200];               /* fault of the database; empty: none */
     bool database_checked;            /* all pages were checked within the time limit */
@@ -95,7 +96,7 @@ struct ready_facts {
     struct mr_config config;
     struct mr_config_state config_state;
     /* bit mask of channels: zero reported; zero measured since reset */
-    uint32_t zero_told, zero_measured;
+    uint32_t zero_received, zero_measured;
     unsigned blocks;      /* number of received records; 0: no scans, or the board is not idle */
     unsigned blocks_lost; /* blocks that the board lost meanwhile */
     struct ready_channel channel[MR_CHANNELS];
@@ -126,8 +127,8 @@ struct ready_facts {
 };
 
 /* Computes the readings of channel `c` from `count` block records. */
-void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
-                   unsigned c, struct ready_channel *channel);
+void ready_summarize_channel(const struct mr_config *config, const struct mr_block *blocks,
+                             unsigned count, unsigned c, struct ready_channel *channel);
 
 void ready_judge(const struct ready_facts *facts, struct ready_report *report);
 /* Makes only the checks of the sensors' certificates. */
@@ -136,9 +137,9 @@ void ready_judge_certificates(const struct ready_facts *facts, struct ready_repo
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict);
 /* "GO", "NO-GO" or "not done". Static storage. */
-const char *ready_text(enum ready_verdict verdict);
+const char *ready_verdict_text(enum ready_verdict verdict);
 /* Adds a check; the value is formatted as by printf. `limit` and `advice` may be NULL; advice is
- * dropped if the check is go. More than READY_CHECKS checks are ignored. */
+ * dropped if the check is go. More than READY_CHECKS_MAX checks are ignored. */
 void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
                const char *limit, const char *advice, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
@@ -150,8 +151,8 @@ json_t *ready_json(const struct ready_report *report);
 /* Fills the board's part of `facts` within `limit_s`: sets a board that has finished a landing to
  * idle, reads its configuration and requests the other facts. Facts that do not arrive stay
  * unknown. Its CAN messages are read meanwhile if the dialogue has a CAN link. Statuses as
- * config_client_identify. */
-enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready_facts *facts,
-                         struct error *error);
+ * config_client_begin_idle. */
+enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
+                                   struct ready_facts *facts, struct error *error);
 
 #endif

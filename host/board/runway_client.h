@@ -9,32 +9,32 @@
 /* A client for the predictor's runway state: reads, replaces or resets it. */
 struct runway_client {
     struct dialogue *dialogue;
-    bool said_hello, stored_known, looked, whole;
+    bool hello_received, stored_known, memory_read, complete;
     struct mr_runway_store stored;   /* origin of the runway state */
     struct mr_predictor_state state; /* the runway state, once read */
     unsigned parts;
 };
 
 /* Waits until the board has sent a hello and has read its stored runway. The caller owns the
- * dialogue; `talk` subscribes to it. Statuses as dialogue_hello. */
-enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *dialogue,
+ * dialogue; `client` subscribes to it. Statuses as dialogue_wait_for_hello. */
+enum mr_status runway_client_begin(struct runway_client *client, struct dialogue *dialogue,
                                    struct error *error);
 /* Reads the complete state, checks it against the CRC that the board reports, and fills state and
  * stored. MR_CRC: it arrived damaged in every try. */
-enum mr_status runway_client_read(struct runway_client *talk, struct error *error);
+enum mr_status runway_client_read(struct runway_client *client, struct error *error);
 /* Sends a runway state. MR_OK: the board has accepted and stored it. MR_LIMIT: the board has a
  * different number of mats. MR_MALFORMED: the board refused it. MR_NOT_NOW: the board is armed or
  * in a landing. */
-enum mr_status runway_client_load(struct runway_client *talk,
+enum mr_status runway_client_load(struct runway_client *client,
                                   const struct mr_predictor_state *state, struct error *error);
 /* Resets the runway state to that of an unmeasured runway. MR_OK: the board has stored it.
  * MR_NOT_NOW: the board is armed or in a landing. */
-enum mr_status runway_client_discard(struct runway_client *talk, struct error *error);
+enum mr_status runway_client_discard(struct runway_client *client, struct error *error);
 
 /* Sending a board the chart and the plan for the next landing (common/risk.h). */
 /* Call after the board's hello. MR_NOT_NOW: the board is armed or has no predictor. MR_VERSION: the
  * number of landings in its runway history is different. */
-enum mr_status runway_client_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
-                                   struct error *error);
+enum mr_status runway_client_send_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
+                                        struct error *error);
 
 #endif

@@ -22,12 +22,12 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 /* True: no channel moved by half the limit for half a second. `mean`: means over that time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
-    if (motion->rows < WALK_ROWS)
+    if (motion->rows < WALK_REST_READINGS)
         return false;
     for (unsigned c = 0; c < motion->channels; c++) {
         float least = INFINITY, most = -INFINITY, sum = 0.0f;
         unsigned count = 0;
-        for (unsigned i = 0; i < WALK_ROWS; i++) {
+        for (unsigned i = 0; i < WALK_REST_READINGS; i++) {
             float v = motion->row[i][c];
             if (isnan(v))
                 continue;
@@ -43,13 +43,14 @@ static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS]
     return true;
 }
 
-unsigned walk_motion_take(struct walk_motion *motion, const float *value)
+unsigned walk_motion_add(struct walk_motion *motion, const float *value)
 {
     float mean[WALK_CHANNELS];
     unsigned most = 0;
-    memcpy(motion->row[motion->rows++ % WALK_ROWS], value, motion->channels * sizeof *value);
+    memcpy(motion->row[motion->rows++ % WALK_REST_READINGS], value,
+           motion->channels * sizeof *value);
     for (unsigned c = 0; motion->at_rest && c < motion->channels; c++) {
-        float moved = fabsf(value[c] - motion->rest[c]); /* NaN compares false */
+        float moved = fabsf(value[c] - motion->rest_mean[c]); /* NaN compares false */
         if (moved > motion->limit)
             motion->moving = true;
         if (moved > motion->peak[c])
@@ -62,7 +63,7 @@ unsigned walk_motion_take(struct walk_motion *motion, const float *value)
             most = c;
     }
     unsigned moved = motion->moving ? most + 1 : 0;
-    memcpy(motion->rest, mean, sizeof motion->rest);
+    memcpy(motion->rest_mean, mean, sizeof motion->rest_mean);
     memset(motion->peak, 0, sizeof motion->peak);
     motion->at_rest = true;
     motion->moving = false;
@@ -75,8 +76,8 @@ void walk_start(struct walk *walk, const struct mr_config *config)
 {
     memset(walk, 0, sizeof *walk);
     walk->config = config;
-    walk_motion_start(&walk->transducers, MR_TRANSDUCERS, WALK_PUSH_IN);
-    walk_motion_start(&walk->gages, MR_GAGES, WALK_PULL_LB);
+    walk_motion_start(&walk->transducers, MR_TRANSDUCERS, WALK_PUSH_MIN_IN);
+    walk_motion_start(&walk->gages, MR_GAGES, WALK_PULL_MIN_LB);
 }
 
 static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
@@ -92,7 +93,7 @@ static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
     return false;
 }
 
-static unsigned fitted_count(const struct walk *walk, enum walk_kind kind)
+static unsigned count_fitted(const struct walk *walk, enum walk_kind kind)
 {
     unsigned count = 0;
     for (unsigned n = 1; n <= WALK_ITEMS; n++)
@@ -100,43 +101,44 @@ static unsigned fitted_count(const struct walk *walk, enum walk_kind kind)
     return count;
 }
 
-static bool add(struct walk *walk, enum walk_kind kind, struct walk_answer answer)
+static bool add_response(struct walk *walk, enum walk_kind kind, struct walk_response answer)
 {
-    if (walk->count[kind] == WALK_ANSWERS)
+    if (walk->count[kind] == WALK_RESPONSES_MAX)
         return false;
-    walk->answer[kind][walk->count[kind]++] = answer;
+    walk->response[kind][walk->count[kind]++] = answer;
     return true;
 }
 
-bool walk_take_edge(struct walk *walk, const struct mr_edge *edge)
+bool walk_add_edge(struct walk *walk, const struct mr_edge *edge)
 {
     if (!((double)edge->step_codes >= MR_CONFIG_STEP_CODES))
         return false;
-    return add(walk, WALK_SWITCH,
-               (struct walk_answer){.number = edge->position,
-                                    .edge = (uint8_t)edge->count,
-                                    .codes = (double)edge->step_codes});
+    return add_response(walk, WALK_SWITCH,
+                        (struct walk_response){.number = edge->position,
+                                               .edge = (uint8_t)edge->count,
+                                               .codes = (double)edge->step_codes});
 }
 
-void walk_take_event(struct walk *walk, const struct mr_switch_event *event)
+void walk_add_event(struct walk *walk, const struct mr_switch_event *event)
 {
     unsigned *count = &walk->count[WALK_SWITCH];
     if (event->reason == MR_SWITCH_BOUNCE && *count &&
-        walk->answer[WALK_SWITCH][*count - 1].edge == event->count)
+        walk->response[WALK_SWITCH][*count - 1].edge == event->count)
         --*count;
-    walk->strange += event->reason == MR_SWITCH_NO_STEP || event->reason == MR_SWITCH_OTHER_STEP ||
-                     event->reason == MR_SWITCH_TOO_NEAR;
+    walk->unexpected_events += event->reason == MR_SWITCH_NO_STEP ||
+                               event->reason == MR_SWITCH_OTHER_STEP ||
+                               event->reason == MR_SWITCH_TOO_NEAR;
 }
 
-bool walk_take_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind)
+bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind)
 {
     const struct mr_channel_config *channel = walk->config->channel;
     float value[MR_TRANSDUCERS + MR_GAGES],
         ratio = mr_channels_ratio(&channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
         value[i] = mr_channel_read(&channel[i], block, i, ratio).value;
-    unsigned pushed = walk_motion_take(&walk->transducers, value),
-             pulled = walk_motion_take(&walk->gages, value + MR_TRANSDUCERS), moved = 0;
+    unsigned pushed = walk_motion_add(&walk->transducers, value),
+             pulled = walk_motion_add(&walk->gages, value + MR_TRANSDUCERS), moved = 0;
     walk->gage_disturbed |= walk->gages.moving && walk->transducers.moving;
     if (pushed)
         moved = pushed;
@@ -145,17 +147,19 @@ bool walk_take_reading(struct walk *walk, const struct mr_block *block, enum wal
     if (!walk->gages.moving && !walk->transducers.moving)
         walk->gage_disturbed = false;
     *kind = moved > MR_TRANSDUCERS ? WALK_GAGE : WALK_TRANSDUCER;
-    return moved && add(walk, *kind, (struct walk_answer){.number = channel[moved - 1].number});
+    return moved &&
+           add_response(walk, *kind, (struct walk_response){.number = channel[moved - 1].number});
 }
 
 /* ---- the table ---- */
 
 /* The fitted switches or gages in the order of their first response. */
-static unsigned in_order(const struct walk *walk, enum walk_kind kind, unsigned order[WALK_ITEMS])
+static unsigned list_in_response_order(const struct walk *walk, enum walk_kind kind,
+                                       unsigned order[WALK_ITEMS])
 {
     unsigned count = 0;
     for (unsigned i = 0; i < walk->count[kind]; i++) {
-        unsigned n = walk->answer[kind][i].number, k = 0;
+        unsigned n = walk->response[kind][i].number, k = 0;
         while (k < count && order[k] != n)
             k++;
         if (k == count && count < WALK_ITEMS && is_fitted(walk, kind, n))
@@ -164,28 +168,28 @@ static unsigned in_order(const struct walk *walk, enum walk_kind kind, unsigned 
     return count;
 }
 
-static int by_number(const void *a, const void *b)
+static int compare_numbers(const void *a, const void *b)
 {
     return (int)*(const unsigned *)a - (int)*(const unsigned *)b;
 }
 
-static int by_number_down(const void *a, const void *b)
+static int compare_numbers_descending(const void *a, const void *b)
 {
-    return by_number(b, a);
+    return compare_numbers(b, a);
 }
 
 bool walk_is_over(const struct walk *walk)
 {
     unsigned order[WALK_ITEMS];
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++) {
-        if (in_order(walk, kind, order) < fitted_count(walk, kind))
+        if (list_in_response_order(walk, kind, order) < count_fitted(walk, kind))
             return false;
     }
     return true;
 }
 
-static void judge_one(enum walk_kind kind, unsigned n, bool answered, unsigned meant,
-                      struct ready_report *report)
+static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned meant,
+                       struct ready_report *report)
 {
     char name[20];
     snprintf(name, sizeof name, "%s %u", walk_names[kind], n);
@@ -202,8 +206,9 @@ static void judge_one(enum walk_kind kind, unsigned n, bool answered, unsigned m
 
 static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
 {
-    unsigned order[WALK_ITEMS], meant[WALK_ITEMS], down = 0, count = in_order(walk, kind, order),
-                                                   fitted = fitted_count(walk, kind);
+    unsigned order[WALK_ITEMS], meant[WALK_ITEMS],
+        down = 0, count = list_in_response_order(walk, kind, order),
+        fitted = count_fitted(walk, kind);
     unsigned before = report->count;
     char name[20];
     snprintf(name, sizeof name, "%s walk", walk_names[kind]);
@@ -217,13 +222,14 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
     memcpy(meant, order, sizeof meant);
     for (unsigned i = 1; i < count; i++)
         down += order[i] < order[i - 1];
-    qsort(meant, count, sizeof *meant, 2 * down >= count && count > 1 ? by_number_down : by_number);
+    qsort(meant, count, sizeof *meant,
+          2 * down >= count && count > 1 ? compare_numbers_descending : compare_numbers);
     for (unsigned n = 1; n <= WALK_ITEMS; n++) {
         unsigned i = 0;
         while (i < count && order[i] != n)
             i++;
         if (is_fitted(walk, kind, n) && (i == count || meant[i] != n))
-            judge_one(kind, n, i < count, i < count ? meant[i] : 0, report);
+            judge_item(kind, n, i < count, i < count ? meant[i] : 0, report);
     }
     if (report->count == before)
         ready_add(report, READY_GO, name, NULL, NULL, "all %u responded, in order", fitted);
@@ -233,9 +239,9 @@ void walk_judge(const struct walk *walk, struct ready_report *report)
 {
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++)
         judge_kind(walk, kind, report);
-    if (walk->strange)
+    if (walk->unexpected_events)
         ready_add(
             report, READY_NO_GO, "edges", NULL,
             "compare the steps of the configuration with the resistors, and check the contacts",
-            "%u edges that match no switch of the table", walk->strange);
+            "%u edges that match no switch of the table", walk->unexpected_events);
 }

@@ -15,13 +15,13 @@
 #include "common/catalogue.h"
 #include "host/board/ready.h"
 
-#define WALK_ANSWERS  64u /* maximum number of stored answers of each kind */
-#define WALK_ITEMS    32u
-#define WALK_CHANNELS 16u
+#define WALK_RESPONSES_MAX 64u /* maximum number of stored answers of each kind */
+#define WALK_ITEMS         32u
+#define WALK_CHANNELS      16u
 /* Readings in half a second: after a movement, all channels must be at rest for this time. */
-#define WALK_ROWS     25u
-#define WALK_PUSH_IN  0.05f /* movement by hand; a mat at rest stays within 0.01 in */
-#define WALK_PULL_LB  5.0f
+#define WALK_REST_READINGS 25u
+#define WALK_PUSH_MIN_IN   0.05f /* movement by hand; a mat at rest stays within 0.01 in */
+#define WALK_PULL_MIN_LB   5.0f
 
 enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KINDS };
 extern const char *const walk_names[WALK_KINDS];
@@ -30,34 +30,34 @@ extern const char *const walk_names[WALK_KINDS];
 struct walk_motion {
     unsigned channels;
     float limit; /* smallest movement that counts, in or lb */
-    float row[WALK_ROWS][WALK_CHANNELS];
+    float row[WALK_REST_READINGS][WALK_CHANNELS];
     unsigned rows;
-    float rest[WALK_CHANNELS], peak[WALK_CHANNELS];
+    float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];
     bool at_rest, moving;
 };
 void walk_motion_start(struct walk_motion *motion, unsigned channels, float limit);
 /* Adds the next reading of all channels, one per 20 ms; NaN: not valid. Returns the channel,
  * counted from 1, whose movement has ended; 0: none. */
-unsigned walk_motion_take(struct walk_motion *motion, const float *value);
+unsigned walk_motion_add(struct walk_motion *motion, const float *value);
 
-struct walk_answer {
+struct walk_response {
     unsigned number; /* number as the board named it, from 1; 0: the edge has no switch */
     uint8_t edge;    /* the board's count of the edge */
     double codes;    /* voltage step of the edge, in codes */
 };
 struct walk {
     const struct mr_config *config;
-    struct walk_answer answer[WALK_KINDS][WALK_ANSWERS];
-    unsigned count[WALK_KINDS], strange;
+    struct walk_response response[WALK_KINDS][WALK_RESPONSES_MAX];
+    unsigned count[WALK_KINDS], unexpected_events;
     struct walk_motion transducers, gages;
     bool gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
 };
 void walk_start(struct walk *walk, const struct mr_config *config);
 /* The walk_take functions add data of the board. They return true if an item answered;
- * walk_take_reading sets `kind` to its kind. */
-bool walk_take_edge(struct walk *walk, const struct mr_edge *edge);
-void walk_take_event(struct walk *walk, const struct mr_switch_event *event);
-bool walk_take_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind);
+ * walk_add_reading sets `kind` to its kind. */
+bool walk_add_edge(struct walk *walk, const struct mr_edge *edge);
+void walk_add_event(struct walk *walk, const struct mr_switch_event *event);
+bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind);
 /* True if all fitted items answered. */
 bool walk_is_over(const struct walk *walk);
 void walk_judge(const struct walk *walk, struct ready_report *report);

@@ -5,11 +5,11 @@
 #include "common/block.h"
 #include "common/channels.h"
 
-#define PER_MILLION 1e-6
-#define WIDTHS      400 /* steps of the sum over a rectangular distribution */
+#define PER_MILLION       1e-6
+#define INTEGRATION_STEPS 400 /* steps of the sum over a rectangular distribution */
 
 /* Values of the reference circuits that this file uses. */
-static const struct figures {
+static const struct circuit_values {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
 } figures = {
@@ -63,7 +63,7 @@ double budget_noise_codes(void)
 }
 
 /* The stated error with a single source. A gain of 0 has no rounding error. */
-static double alone(const struct budget_case *of, enum budget_source source)
+static double single_source_error(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
     struct mr_error_case reading = of->reading;
@@ -89,7 +89,7 @@ static double alone(const struct budget_case *of, enum budget_source source)
     return (double)mr_reading_error(&channel, &reading);
 }
 
-static double input(const struct budget_case *of, enum budget_source source)
+static double input_uncertainty(const struct budget_case *of, enum budget_source source)
 {
     const struct mr_channel_config *channel = of->channel;
     switch (source) {
@@ -101,21 +101,23 @@ static double input(const struct budget_case *of, enum budget_source source)
     case BUDGET_LINEARITY:
     case BUDGET_BASELINE: return (double)channel->linearity_error;
     case BUDGET_REFERENCE: return (double)of->reading.reference_error;
-    case BUDGET_CERTIFICATE: return isnan(of->certificate) ? 0.0 : of->certificate;
+    case BUDGET_CERTIFICATE:
+        return isnan(of->certificate_expanded) ? 0.0 : of->certificate_expanded;
     case BUDGET_POSITION: return of->station_error_ft;
-    default: return of->kelvin;
+    default: return of->half_range_k;
     }
 }
 
 static double divisor(const struct budget_case *of, enum budget_source source)
 {
     if (source == BUDGET_CERTIFICATE)
-        return isnan(of->certificate) ? 1.0 : of->certificate_factor;
+        return isnan(of->certificate_expanded) ? 1.0 : of->certificate_factor;
     return source == BUDGET_ROUNDING || source == BUDGET_TEMPERATURE ? sqrt(3.0) : 1.0;
 }
 
 /* In or lb per kelvin, beyond the part that the stated error includes. */
-static double per_kelvin(const struct budget_case *of, const struct budget *budget, double kelvin)
+static double drift_per_kelvin(const struct budget_case *of, const struct budget *budget,
+                               double kelvin)
 {
     const struct mr_channel_config *channel = of->channel;
     if (channel->kind == MR_KIND_DISPLACEMENT)
@@ -138,26 +140,26 @@ static double sensitivity(const struct budget_case *of, const struct budget *bud
         return movement && of->channel->points < 2 ? budget->row[BUDGET_LINEARITY].sensitivity
                                                    : 0.0;
     case BUDGET_POSITION:
-        return of->channel->kind == MR_KIND_DISPLACEMENT ? of->steepest_in_ft : 0.0;
-    default: return per_kelvin(of, budget, budget->row[source].standard);
+        return of->channel->kind == MR_KIND_DISPLACEMENT ? of->slope_max_in_ft : 0.0;
+    default: return drift_per_kelvin(of, budget, budget->row[source].standard);
     }
 }
 
 /* Probability of an error within `k` standard uncertainties. `wide`: half width of the
  * rectangular part, `narrow`: standard deviation of the normal part, both in standard
  * uncertainties. */
-static double held(double k, double wide, double narrow)
+static double coverage_probability(double k, double wide, double narrow)
 {
     double sum = 0.0;
-    for (int i = 0; i < WIDTHS; i++) {
-        double off = wide * (2.0 * (i + 0.5) / WIDTHS - 1.0);
+    for (int i = 0; i < INTEGRATION_STEPS; i++) {
+        double off = wide * (2.0 * (i + 0.5) / INTEGRATION_STEPS - 1.0);
         sum += 0.5 *
                (erf((k - off) / (narrow * sqrt(2.0))) + erf((k + off) / (narrow * sqrt(2.0))));
     }
-    return sum / WIDTHS;
+    return sum / INTEGRATION_STEPS;
 }
 
-static double factor(const struct budget *budget, bool rectangular)
+static double coverage_factor(const struct budget *budget, bool rectangular)
 {
     double share = 0.0, low = 0.0, high = 5.0;
     if (rectangular && budget->combined > 0.0)
@@ -165,7 +167,7 @@ static double factor(const struct budget *budget, bool rectangular)
     double wide = sqrt(3.0) * share, narrow = sqrt(fmax(1.0 - share * share, 1e-4));
     for (int i = 0; i < 40; i++) {
         double middle = 0.5 * (low + high);
-        *(held(middle, wide, narrow) < BUDGET_HELD ? &low : &high) = middle;
+        *(coverage_probability(middle, wide, narrow) < BUDGET_COVERAGE ? &low : &high) = middle;
     }
     return 0.5 * (low + high);
 }
@@ -175,11 +177,11 @@ void budget_make(const struct budget_case *of, struct budget *budget)
     double variance = 0.0;
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         struct budget_row *row = &budget->row[s];
-        row->input = input(of, s);
+        row->input = input_uncertainty(of, s);
         row->divisor = divisor(of, s);
         row->standard = row->input / row->divisor;
         if (s < BUDGET_STATED) {
-            row->contribution = alone(of, s);
+            row->contribution = single_source_error(of, s);
             row->sensitivity = row->standard > 0.0 ? row->contribution / row->standard : 0.0;
         } else {
             row->sensitivity = sensitivity(of, budget, s);
@@ -190,6 +192,6 @@ void budget_make(const struct budget_case *of, struct budget *budget)
             budget->stated = sqrt(variance);
     }
     budget->combined = sqrt(variance);
-    budget->factor = factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
+    budget->factor = coverage_factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
     budget->expanded = budget->factor * budget->combined;
 }

@@ -40,16 +40,16 @@ enum budget_source {
     BUDGET_SOURCES
 };
 
-#define BUDGET_HELD 0.95
+#define BUDGET_COVERAGE 0.95
 
 struct budget_case {
     const struct mr_channel_config *channel;
     struct mr_error_case reading;
-    double certificate; /* expanded uncertainty at the reading; NaN: no certificate */
+    double certificate_expanded; /* expanded uncertainty at the reading; NaN: no certificate */
     double certificate_factor;
     double station_error_ft; /* standard uncertainty of the station */
-    double steepest_in_ft;   /* steepest change of movement along the mat */
-    double kelvin;           /* half width of the temperature range */
+    double slope_max_in_ft;  /* steepest change of movement along the mat */
+    double half_range_k;     /* half width of the temperature range */
 };
 
 struct budget_row {
@@ -64,7 +64,7 @@ struct budget {
     struct budget_row row[BUDGET_SOURCES];
     double stated;   /* root sum square of the rows of the stated error: mr_reading_error */
     double combined; /* root sum square of all rows */
-    double factor;   /* coverage factor for a probability of BUDGET_HELD */
+    double factor;   /* coverage factor for a probability of BUDGET_COVERAGE */
     double expanded;
 };
 

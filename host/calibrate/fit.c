@@ -5,17 +5,17 @@
 
 #include "host/base/statistics.h"
 
-#define FOLLOWS 3.0 /* standard errors by which the slope must differ from 0 */
+#define SLOPE_ERRORS_MIN 3.0 /* standard errors by which the slope must differ from 0 */
 
-static bool is_before(const struct calibrate_point *a, const struct calibrate_point *b)
+static bool point_is_before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
 
 /* Mean value and mean code of each known value, sorted by the reading of the straight line.
  * Returns their number. */
-static size_t distinct(const struct calibrate_point *point, size_t count,
-                       struct calibrate_point mean[CALIBRATE_POINTS_MAX])
+static size_t average_distinct(const struct calibrate_point *point, size_t count,
+                               struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
     size_t found = 0;
     for (size_t i = 0; i < count; i++) {
@@ -32,7 +32,7 @@ static size_t distinct(const struct calibrate_point *point, size_t count,
             continue;
         struct calibrate_point p = {.value = point[i].value, .code = sum / (double)same};
         size_t at = found++;
-        for (; at > 0 && is_before(&p, &mean[at - 1]); at--)
+        for (; at > 0 && point_is_before(&p, &mean[at - 1]); at--)
             mean[at] = mean[at - 1];
         mean[at] = p;
     }
@@ -43,7 +43,7 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
                                  struct mr_channel_config *channel, struct error *error)
 {
     struct calibrate_point mean[CALIBRATE_POINTS_MAX];
-    size_t values = distinct(point, count, mean);
+    size_t values = average_distinct(point, count, mean);
     if (values > MR_CONFIG_POINTS)
         return error_set(error, MR_LIMIT,
                          "too many known values: the calibration has %zu, a table holds %u; leave "
@@ -65,17 +65,17 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
     return MR_OK;
 }
 
-static void find_residuals(const struct calibrate_point *point, size_t count,
-                           const struct mr_channel_config *channel, struct calibrate_fit *fit)
+static void compute_residuals(const struct calibrate_point *point, size_t count,
+                              const struct mr_channel_config *channel, struct calibrate_fit *fit)
 {
     double squares = 0.0;
-    fit->worst = 0.0;
+    fit->worst_residual = 0.0;
     for (size_t i = 0; i < count; i++) {
         float straight = ((float)point[i].code - channel->zero_code) * channel->unit_per_code;
         fit->residual[i] = (double)mr_channel_linearise(channel, straight) - point[i].value;
         squares += fit->residual[i] * fit->residual[i];
-        if (fabs(fit->residual[i]) > fit->worst) {
-            fit->worst = fabs(fit->residual[i]);
+        if (fabs(fit->residual[i]) > fit->worst_residual) {
+            fit->worst_residual = fabs(fit->residual[i]);
             fit->worst_point = i;
         }
     }
@@ -89,7 +89,7 @@ static void find_residuals(const struct calibrate_point *point, size_t count,
         curve = fmax(curve, fabs((double)(y[i] - along)));
     }
     fit->linearity_error = hypot(fit->linearity_error, curve / 4.0);
-    fit->miss = fmax(fit->worst, curve);
+    fit->max_deviation = fmax(fit->worst_residual, curve);
 }
 
 enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
@@ -121,7 +121,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     if (status != MR_OK)
         return status;
     double span = fit->high - fit->low;
-    if (!(fabs(line.slope.value) > FOLLOWS * line.slope.error))
+    if (!(fabs(line.slope.value) > SLOPE_ERRORS_MIN * line.slope.error))
         return error_set(error, MR_NUMERICS,
                          "the readings do not follow the known values: the calibration; check the "
                          "channel number and the connection");
@@ -142,15 +142,15 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     memset(channel->point_value, 0, sizeof channel->point_value);
     if (table)
         status = make_table(point, count, channel, error);
-    find_residuals(point, count, channel, fit);
+    compute_residuals(point, count, channel, fit);
     channel->gain_error = (float)fit->gain_error;
     channel->zero_error = (float)fit->zero_error;
     channel->linearity_error = (float)fit->linearity_error;
     return status;
 }
 
-size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool table, double most,
-                         const struct mr_channel_config *channel, double *miss)
+size_t calibrate_find_outlier(const struct calibrate_point *point, size_t count, bool table,
+                              double most, const struct mr_channel_config *channel, double *miss)
 {
     size_t best = count;
     double least = (double)INFINITY, second = (double)INFINITY;
@@ -163,9 +163,9 @@ size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool
         memcpy(rest + i, point + i + 1, (count - 1 - i) * sizeof *rest);
         if (calibrate_fit(rest, count - 1, 0.0, table, &trial, &fit, &none) != MR_OK)
             continue;
-        second = fmin(second, fmax(fit.miss, least));
-        if (fit.miss < least) {
-            least = fit.miss;
+        second = fmin(second, fmax(fit.max_deviation, least));
+        if (fit.max_deviation < least) {
+            least = fit.max_deviation;
             best = i;
         }
     }

@@ -20,13 +20,13 @@ struct calibrate_fit {
     double gain_error;      /* relative */
     double zero_error;      /* in or lb, like the fields below */
     double linearity_error; /* root mean square of the deviations that the calibration leaves */
-    double worst;           /* largest residual by magnitude, and the index of its point */
+    double worst_residual;  /* largest residual by magnitude, and the index of its point */
     size_t worst_point;
     double residual[CALIBRATE_POINTS_MAX]; /* calibrated reading minus known value */
     double low, high;                      /* smallest and largest known value */
     /* Largest deviation of a reading from the fit; for a table, also of a point from the chord of
      * its neighbours. */
-    double miss;
+    double max_deviation;
 };
 
 /* Fits a channel. `known_error`: standard error that all known values share (of a set of gage
@@ -42,7 +42,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
 /* Finds an outlier: the point without which the others fit to within `most`, and at least twice as
  * well as without any other point. Returns its index, and in `miss` the largest deviation of the
  * others. Returns `count` if no single point explains the deviation. */
-size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool table, double most,
-                         const struct mr_channel_config *channel, double *miss);
+size_t calibrate_find_outlier(const struct calibrate_point *point, size_t count, bool table,
+                              double most, const struct mr_channel_config *channel, double *miss);
 
 #endif

@@ -7,35 +7,33 @@
 
 #include "common/config.h"
 
-/* Comparison of a channel's gain with an earlier gain of the same channel.
- *
- * Allowed ratio of the two gains, in either direction:
- * - JUMP_GAIN_SAME: the same sensor was calibrated again. The 0.5 % of the data sheet and the 2 %
- * of the reference are well within; the smallest mistake of a unit, pounds for kilograms, is a
- * factor of 2.2. The sign must not change.
- * - JUMP_GAIN_TRANSDUCER: first calibration of a transducer, or a different one by its serial
- * number. Cells differ, but the amplifier is the same; centimetres for inches are a factor of 2.54.
- * - JUMP_GAIN_GAGE: first calibration of a gage, or a different one. Bridges of 5.56 and 14.4 uV/lb
- * with gains of 900 and 346 (common/gain.h) are up to 2.6 times the built-in values, or less by
- * that factor; band sections differ too. */
-#define JUMP_GAIN_SAME       1.1
-#define JUMP_GAIN_TRANSDUCER 1.5
-#define JUMP_GAIN_GAGE       5.0
-#define JUMP_TEXT            160
+/* Comparison of a channel's gain with an earlier gain of the same channel.  * Allowed ratio of the
+ * two gains, in either direction: - JUMP_RATIO_SAME: the same sensor was calibrated again. The 0.5
+ * % of the data sheet and the 2 % of the reference are well within; the smallest mistake of a unit,
+ * pounds for kilograms, is a factor of 2.2. The sign must not change. - JUMP_RATIO_TRANSDUCER:
+ * first calibration of a transducer, or a different one by its serial number. Cells differ, but the
+ * amplifier is the same; centimetres for inches are a factor of 2.54. - JUMP_RATIO_GAGE: first
+ * calibration of a gage, or a different one. Bridges of 5.56 and 14.4 uV/lb with gains of 900 and
+ * 346 (common/gain.h) are up to 2.6 times the built-in values, or less by that factor; band
+ * sections differ too. */
+#define JUMP_RATIO_SAME       1.1
+#define JUMP_RATIO_TRANSDUCER 1.5
+#define JUMP_RATIO_GAGE       5.0
+#define JUMP_TEXT_SIZE        160
 
 /* Returns true if the gain jumped; `text` is then "gain 0.001611 -> 0.004093 in per code, 2.54
  * times". `old` and `new` belong to the same input. Returns false also if there is nothing to
  * compare (not fitted in one of them, or of another kind). */
 bool jump_find(const struct mr_channel_config *old, const struct mr_channel_config *new,
-               char text[JUMP_TEXT]);
+               char text[JUMP_TEXT_SIZE]);
 /* Name of a channel by its input, as in matrig calibrate: "d3", "t12". Index from 0. */
-void jump_channel(unsigned index, char out[8]);
+void jump_channel_name(unsigned index, char out[8]);
 /* Finds the index of a channel by its name of `length` characters; returns false if there is no
  * such channel. */
-bool jump_channel_read(const char *name, size_t length, unsigned *index);
+bool jump_channel_find(const char *name, size_t length, unsigned *index);
 
 /* Writes the likely mistake behind an impossible gain, "; the values may have been in mm" or "; the
  * columns may be swapped"; empty if no such mistake explains the gain of a measuring channel. */
-void gain_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
+void jump_mistake_hint(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

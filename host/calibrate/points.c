@@ -18,7 +18,7 @@ struct reader {
     const char *path;
     unsigned line;
     enum unit_kind kind;
-    bool named; /* the header line was read */
+    bool names_read; /* the header line was read */
     struct calibrate_points *points;
     struct error *error;
 };
@@ -35,7 +35,7 @@ static enum mr_status refuse_points(const struct reader *r, enum mr_status statu
     return error_set(r->error, status, "%s: %s, line %u; %s", what, r->path, r->line, advice);
 }
 
-static size_t without_blanks(const char **text, size_t length)
+static size_t trim_blanks(const char **text, size_t length)
 {
     while (length && strchr(BLANKS, **text))
         ++*text, length--;
@@ -53,13 +53,13 @@ static bool is_one_of(const char *text, size_t length, const char *const *words,
     return false;
 }
 
-struct calibrate_column calibrate_column(const char *name)
+struct calibrate_column calibrate_column_parse(const char *name)
 {
     static const char *const codes[] = {"codes", "code", "counts", "adc"};
     static const char *const values[] = {"value", "load",  "force",   "displacement",
                                          "dial",  "known", "tension", "test"};
     struct calibrate_column column = {0};
-    size_t length = without_blanks(&name, strlen(name)), open = 0;
+    size_t length = trim_blanks(&name, strlen(name)), open = 0;
     while (open < length && name[open] != '(' && name[open] != '[')
         open++;
     const char *unit = name;
@@ -68,11 +68,11 @@ struct calibrate_column calibrate_column(const char *name)
     if (bracketed) {
         unit = name + open + 1;
         unit_length = length - open - 2;
-        length = without_blanks(&name, open);
+        length = trim_blanks(&name, open);
         if (!is_one_of(name, length, values, sizeof values / sizeof values[0]))
             return column;
     }
-    unit_length = without_blanks(&unit, unit_length);
+    unit_length = trim_blanks(&unit, unit_length);
     column.unit = unit_word_find(unit, unit_length);
     column.codes = !bracketed && is_one_of(name, length, codes, sizeof codes / sizeof codes[0]);
     column.known = column.unit || column.codes ||
@@ -85,7 +85,8 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
 {
     const char *example = r->kind == UNIT_DISPLACEMENT ? "name the columns: mm,codes"
                                                        : "name the columns: N,codes";
-    struct calibrate_column first = calibrate_column(left), second = calibrate_column(right),
+    struct calibrate_column first = calibrate_column_parse(left),
+                            second = calibrate_column_parse(right),
                             value = first.codes ? second : first;
     if (!first.known || !second.known || first.codes == second.codes)
         return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
@@ -94,12 +95,12 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
                              kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->codes_first = first.codes;
-    r->named = true;
+    r->names_read = true;
     return MR_OK;
 }
 
-bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value, struct quantity_error *wrong)
+bool calibrate_value_parse(const char *text, enum unit_kind kind, const struct unit_word *plain,
+                           double *value, struct quantity_error *wrong)
 {
     return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value, wrong);
 }
@@ -121,8 +122,8 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
     if (strchr(left, ',') || strchr(right, ','))
         return refuse_points(r, MR_MALFORMED, "a comma in a number", "write points in numbers");
     bool coded = read_code(code, &point.code);
-    if (!coded ||
-        (!calibrate_value(value, r->kind, points->unit, &point.value, &wrong) && !wrong.what[0]))
+    if (!coded || (!calibrate_value_parse(value, r->kind, points->unit, &point.value, &wrong) &&
+                   !wrong.what[0]))
         return refuse_points(r, MR_MALFORMED, "not a value and a code",
                              points->codes_first
                                  ? "write CODE,VALUE, in the order of the first line"
@@ -143,7 +144,7 @@ static enum mr_status read_line(struct reader *r, char *line)
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
-    char *separator = strpbrk(line, r->named ? "," : ",;\t"), *cell[3];
+    char *separator = strpbrk(line, r->names_read ? "," : ",;\t"), *cell[3];
     if (separator && *separator != ',')
         return refuse_points(r, MR_MALFORMED,
                              *separator == ';' ? "columns separated by semicolons"
@@ -157,7 +158,7 @@ static enum mr_status read_line(struct reader *r, char *line)
     if (cells > 2 && cell[2][strspn(cell[2], BLANKS ",")] != '\0')
         return refuse_points(r, MR_MALFORMED, "more than two columns",
                              "write VALUE,CODE, with points in numbers");
-    return r->named ? read_point(r, cell[0], cell[1]) : read_names(r, cell[0], cell[1]);
+    return r->names_read ? read_point(r, cell[0], cell[1]) : read_names(r, cell[0], cell[1]);
 }
 
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,

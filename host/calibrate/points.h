@@ -29,7 +29,7 @@ struct calibrate_column {
     bool known, codes;
     const struct unit_word *unit; /* NULL: no unit */
 };
-struct calibrate_column calibrate_column(const char *name);
+struct calibrate_column calibrate_column_parse(const char *name);
 
 /* Reads a file of points. MR_IO: it cannot be read. MR_MALFORMED: invalid line or column names.
  * MR_TOO_LONG: too many points. */
@@ -37,7 +37,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                                      struct calibrate_points *points, struct error *error);
 /* Reads a number, with or without a unit of that kind. `plain`: unit of a number without a unit;
  * NULL: a unit is required. Returns false if the text is invalid; `wrong` has the reason. */
-bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value, struct quantity_error *wrong);
+bool calibrate_value_parse(const char *text, enum unit_kind kind, const struct unit_word *plain,
+                           double *value, struct quantity_error *wrong);
 
 #endif

@@ -277,7 +277,7 @@ static enum mr_status take_config_word(struct collector *collector, struct side 
                                        const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
-    if (!configwords_follow(&side->config, word, &config))
+    if (!config_words_add(&side->config, word, &config))
         return MR_OK;
     char *text = config_text_write(&config);
     /* the last word is the CRC */

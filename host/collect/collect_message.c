@@ -578,7 +578,7 @@ static enum mr_status record_crash(struct collector *collector, const struct sid
 {
     struct crash_report *report = &collector->crash[side->kind];
     enum mr_status status = MR_OK;
-    if (!crash_take(report, message) ||
+    if (!crash_receive(report, message) ||
         memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
         return MR_OK;
     collector->crashed = *report;

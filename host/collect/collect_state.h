@@ -96,7 +96,7 @@ struct side {
     unsigned others; /* hellos and identities of another board since the last one of this board */
     bool own_heard;  /* an identity of this board was received */
     uint32_t other_uid[2]; /* words 0 and 1 of the other board's identity */
-    struct configwords config;
+    struct config_words config;
 };
 
 /* Identical answers to one command within a second. A burst of them is reported once a second. */

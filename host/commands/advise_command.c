@@ -87,7 +87,7 @@ static unsigned landings_of(struct store *store, const struct advise *advise)
 static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
                        struct runway_client *talk)
 {
-    runway_client_begin(talk, dialogue_of_command(NULL, r->serial), fatal);
+    runway_client_begin(talk, dialogue_open_for_command(NULL, r->serial), fatal);
     runway_client_read(talk, fatal);
     unsigned landings = landings_of(store, advise);
     if (talk->state.landings != landings)

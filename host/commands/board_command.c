@@ -145,7 +145,7 @@ static void box_client_begin(struct box_client *talk, struct dialogue *dialogue)
     talk->dialogue = dialogue;
     talk->half_page = UINT32_MAX;
     dialogue_subscribe(dialogue, take_box, talk);
-    dialogue_hello(dialogue, NULL, NULL, fatal);
+    dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
 /* Sends an order, and repeats it while the board answers MR_WAIT. */
@@ -158,16 +158,16 @@ static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
     double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
     enum mr_status status = dialogue_send_command(dialogue, &order, &ack, fatal);
     while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s)
-        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, fatal)
+        status = dialogue_receive(dialogue, DIALOGUE_TURN_S, fatal)
                    ?: dialogue_send_command(dialogue, &order, &ack, fatal);
     if (status == MR_TIMEOUT)
-        dialogue_lost(dialogue, code, fatal);
+        dialogue_set_no_answer_error(dialogue, code, fatal);
     if (ack.status == MR_UNKNOWN)
         error_set(fatal, MR_UNKNOWN, "the black box has no such record: %s; see matrig board list",
                   dialogue_spec(dialogue));
     if (ack.status != MR_OK)
-        dialogue_refused(dialogue, &ack,
-                         "a landing is armed or in progress, or there is no black box", fatal);
+        dialogue_set_refusal_error(
+            dialogue, &ack, "a landing is armed or in progress, or there is no black box", fatal);
 }
 
 /* Reads state, free space and the list of records. Ends the program on a timeout or a refusal. */
@@ -176,8 +176,8 @@ static void box_client_list(struct box_client *talk)
     talk->count = 0;
     talk->listed = false;
     box_order(talk, MR_COMMAND_BOX_LIST, 0);
-    if (dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, DIALOGUE_ANSWER_S, fatal) ==
-        MR_TIMEOUT)
+    if (dialogue_wait_until(talk->dialogue, dialogue_is_flag_set, &talk->listed, DIALOGUE_ANSWER_S,
+                            fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the list of records timed out: %s; try again",
                   dialogue_spec(talk->dialogue));
 }
@@ -204,8 +204,8 @@ static void box_client_read(struct box_client *talk, const struct box_client_rec
         box_order(talk, MR_COMMAND_BOX_READ,
                   (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)));
         /* the next round requests pages that are still absent */
-        dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended, &talk->parts,
-                              DIALOGUE_ANSWER_S, fatal);
+        dialogue_wait_while_receiving(talk->dialogue, dialogue_is_flag_set, &talk->ended,
+                                      &talk->parts, DIALOGUE_ANSWER_S, fatal);
     }
     talk->pages = NULL;
 }
@@ -347,9 +347,9 @@ static int print_identity(const struct request *request, const struct identity *
                           const struct imagefile *image)
 {
     const struct mr_hello *hello = &identity->hello;
-    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_TEXT], version[12],
+    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_SIZE], version[12],
          why[200] = "";
-    bool same = image && identity_runs(identity, &image->header, why, sizeof why);
+    bool same = image && identity_is_running(identity, &image->header, why, sizeof why);
     unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
     int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
     if (identity->commit_known)
@@ -389,14 +389,15 @@ static int report_identity(const struct request *request, struct dialogue *dialo
     struct imagefile image = {0};
     if (request->image)
         imagefile_read(request->image, &image, fatal);
-    if (request->image && !image.stamped)
+    if (request->image && !image.has_header)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; give an image built by matrig",
                   request->image);
-    if (dialogue_who(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
-        dialogue_no_hello(dialogue, fatal);
+    if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
+        dialogue_set_no_hello_error(dialogue, fatal);
     struct error late = {0}; /* older firmware does not send the kind of board */
-    (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.key_known, KIND_S, &late);
+    (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known, KIND_S,
+                              &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);
@@ -448,8 +449,8 @@ static int gages(const struct request *request, struct dialogue *dialogue)
 {
     static struct gage_client talk;
     bool zero = strcmp(request->words[0], "zero") == 0;
-    gage_client_order(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, request->number,
-                      fatal);
+    gage_client_send(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, request->number,
+                     fatal);
     bool good = talk.ack.status == MR_OK;
     struct answer *answer = answer_new(request->cli->si);
     answer_flag(answer, "good", NULL, good);
@@ -489,8 +490,8 @@ static int arm(const struct request *request, struct dialogue *dialogue)
                  : "disarm? This ends the recording of the board."))
         error_set(fatal, MR_USAGE, "not confirmed (the answer was not yes): nothing was sent");
     enum mr_status status = arm_client_begin(&talk, dialogue, &error)
-                              ?: arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
-                                                  request->number, &error);
+                              ?: arm_client_send(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+                                                 request->number, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (request->cli->json)
         return cli_print_json(to_json(request->words[0], &talk, &error), exit_code);
@@ -685,7 +686,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
 {
     const struct identity *who = &dialogue->identity;
     bool new = request->words[1] && strcmp(request->words[1], "new") == 0;
-    char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
+    char uid[IDENTITY_UID_SIZE], path[KEYFILE_PATH_SIZE];
     uint8_t key[MR_KEY_BYTES] = {0};
     struct error error = {0};
     struct dialogue_command order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
@@ -694,14 +695,14 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
         error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
                   request->words[1] ? "'" : "");
-    dialogue_hello(dialogue, dialogue_flag, &who->key_known, fatal);
+    dialogue_wait_for_hello(dialogue, dialogue_is_flag_set, &who->key_known, fatal);
     if (who->key.state == MR_KEY_NO_MEMORY)
         error_set(fatal, MR_IO,
                   "this board has no memory for a key: %s; it accepts commands without a key",
                   dialogue_spec(dialogue));
     identity_uid_text(who, uid);
     if (new) {
-        keyfile_draw(uid, key, fatal);
+        keyfile_generate(uid, key, fatal);
         order.argument = (int32_t)mr_crc32(0, key, sizeof key);
         send_key(dialogue, key);
     }
@@ -709,19 +710,19 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     enum mr_status status; /* not MR_OK while the black box uses the memory */
     do {
         error = (struct error){0};
-        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, &error)
+        status = dialogue_receive(dialogue, DIALOGUE_TURN_S, &error)
                    ?: dialogue_execute(dialogue, &order, "a landing is armed or in progress",
                                        &error);
     } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
     if (status != MR_OK) {
-        keyfile_drop(uid);
+        keyfile_discard_new(uid);
         error_set(fatal, error.status, "%s%s", error.text,
                   new && !dialogue->answered
                       ? "; the board may have the new key, but no computer has it: repeat key new"
                       : "");
     }
     if (new)
-        keyfile_keep(uid, fatal);
+        keyfile_activate(uid, fatal);
     keyfile_path(uid, path);
     struct answer *answer = answer_new(request->cli->si);
     answer_words(answer, "board", "board", "%s", uid);
@@ -735,7 +736,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
 
 static int health(const struct request *request, struct dialogue *dialogue)
 {
-    return board_health(dialogue, request->words[0], request->cli);
+    return health_run(dialogue, request->words[0], request->cli);
 }
 
 enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
@@ -757,7 +758,7 @@ static const struct verb {
     {.name = "reset", .run = health},
     {"zero", 0, 1, "zero number", 0.0, 2.0, gages},
     {.name = "shunt", .run = gages},
-    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MOST, arm},
+    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, arm},
     {.name = "disarm", .options = CAN, .run = arm},
     {.name = "runway", .options = OUT, .words = 2, .run = runway},
     {.name = "key", .words = 1, .run = set_key},
@@ -846,7 +847,7 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     const struct verb *verb = find_verb(request.words[0]);
     check_words(&request, verb);
     check_options(&request, verb);
-    return verb->run(&request, dialogue_of_command(request.can, request.serial));
+    return verb->run(&request, dialogue_open_for_command(request.can, request.serial));
 }
 
 #define VALUES struct request

@@ -27,7 +27,7 @@ static json_t *number_or_word(const struct bringup_line *line)
                                                                      : json_real(line->number);
 }
 
-static json_t *line_json(const struct bringup_judged *j)
+static json_t *line_json(const struct bringup_result *j)
 {
     const struct bringup_limit *limit = j->limit;
     json_t *json = json_pack(
@@ -35,8 +35,8 @@ static json_t *line_json(const struct bringup_judged *j)
         j->line ? j->line->unit : NULL, "value", number_or_word(j->line), "said", j->line != NULL,
         "source", limit ? limit->source : "", "advice", limit && j->verdict ? limit->advice : "");
     if (limit && !limit->words) {
-        json_object_set_new(json, "least", cli_json_number(j->least, 15));
-        json_object_set_new(json, "most", cli_json_number(j->most, 15));
+        json_object_set_new(json, "least", cli_json_number(j->min, 15));
+        json_object_set_new(json, "most", cli_json_number(j->max, 15));
     }
     if (limit && limit->words && *limit->words)
         json_object_set_new(json, "words", json_string(limit->words));
@@ -44,27 +44,27 @@ static json_t *line_json(const struct bringup_judged *j)
 }
 
 /* Writes the limits in the format of the value (hexadecimal or decimal). */
-static void limits_text(const struct bringup_judged *j, char out[VALUE_TEXT])
+static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT])
 {
     const struct bringup_limit *limit = j->limit;
     bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
     if (!limit || (limit->words && !*limit->words) ||
-        (!limit->words && (limit->beyond == BRINGUP_OK || isnan(j->least))))
+        (!limit->words && (limit->beyond == BRINGUP_OK || isnan(j->min))))
         *out = 0;
     else if (limit->words)
         snprintf(out, VALUE_TEXT, "%s", limit->words);
-    else if (hexadecimal && j->least == j->most)
-        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)j->least);
+    else if (hexadecimal && j->min == j->max)
+        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)j->min);
     else if (hexadecimal)
-        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)j->least, (unsigned)j->most);
-    else if (j->least == j->most)
-        snprintf(out, VALUE_TEXT, "%.10g", j->least);
+        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)j->min, (unsigned)j->max);
+    else if (j->min == j->max)
+        snprintf(out, VALUE_TEXT, "%.10g", j->min);
     else
-        snprintf(out, VALUE_TEXT, "%.10g to %.10g", j->least, j->most);
+        snprintf(out, VALUE_TEXT, "%.10g to %.10g", j->min, j->max);
 }
 
 /* Number of consecutive lines of one group, from `at` on, that are all in order. */
-static size_t group_of(const struct bringup_judged *judged, size_t count, size_t at)
+static size_t group_of(const struct bringup_result *judged, size_t count, size_t at)
 {
     size_t n = 1;
     if (!judged[at].limit || !bringup_limit_is_group(judged[at].limit) || judged[at].verdict ||
@@ -76,7 +76,7 @@ static size_t group_of(const struct bringup_judged *judged, size_t count, size_t
     return n;
 }
 
-static void value_text(const struct bringup_judged *judged, size_t group, char out[VALUE_TEXT])
+static void value_text(const struct bringup_result *judged, size_t group, char out[VALUE_TEXT])
 {
     const struct bringup_line *least = judged->line, *most = judged->line;
     for (size_t i = 1; i < group; i++) {
@@ -91,7 +91,7 @@ static void value_text(const struct bringup_judged *judged, size_t group, char o
         snprintf(out, VALUE_TEXT, "%s %s", least->value, least->unit);
 }
 
-static void print_row(struct answer *answer, const struct bringup_judged *j, size_t group)
+static void print_row(struct answer *answer, const struct bringup_result *j, size_t group)
 {
     char value[VALUE_TEXT], limits[VALUE_TEXT], name[VALUE_TEXT];
     value_text(j, group, value);
@@ -107,10 +107,10 @@ static void print_row(struct answer *answer, const struct bringup_judged *j, siz
     answer_words(answer, NULL, "should be", "%s", limits);
 }
 
-static void print_advice(struct answer *answer, const struct bringup_judged *judged, size_t count)
+static void print_advice(struct answer *answer, const struct bringup_result *judged, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        const struct bringup_judged *j = &judged[i];
+        const struct bringup_result *j = &judged[i];
         if (!j->verdict)
             continue;
         const char *what = !j->limit ? "unknown line: the image may be of a different version"
@@ -125,9 +125,9 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
  * order. */
 static int judge(const struct request *request, const struct bringup *b)
 {
-    static struct bringup_judged judged[BRINGUP_JUDGED];
+    static struct bringup_result judged[BRINGUP_RESULTS_MAX];
     size_t count = bringup_judge(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
-    enum bringup_verdict worst = bringup_worst(judged, count);
+    enum bringup_verdict worst = bringup_worst_verdict(judged, count);
     const struct bringup_line *uid = bringup_find(b, "uid");
     json_t *lines = json_array();
     struct answer *answer = answer_new(request->cli->si);
@@ -157,7 +157,7 @@ static int judge(const struct request *request, const struct bringup *b)
 
 static int go_to_rom(const struct request *request, struct link *link, struct error *error)
 {
-    if (bringup_rom(link, error) != MR_OK)
+    if (bringup_start_rom(link, error) != MR_OK)
         return cli_fail(error);
     if (request->cli->json)
         return cli_print_json(json_pack("{ss}", "started", "rom"), 0);
@@ -174,7 +174,7 @@ static int run_sections(const struct request *request, const char *section)
     enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, &error);
     if (status == MR_OK && strcmp(section, "rom") == 0)
         exit_code = go_to_rom(request, link, &error);
-    else if (status == MR_OK && bringup_ask(b, link, section, &error) == MR_OK)
+    else if (status == MR_OK && bringup_request(b, link, section, &error) == MR_OK)
         exit_code = judge(request, b);
     else
         exit_code = cli_fail(&error);

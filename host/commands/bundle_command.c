@@ -35,8 +35,8 @@ static enum mr_status find_image(const struct request *r, struct store *store,
         return status;
     replay_image_find(store, r->run, path, sizeof path);
     const char *elf = r->elf ? r->elf : path;
-    bool same = imagefile_read(elf, &image, r->elf ? error : &unread) == MR_OK && image.stamped &&
-                landing.image_crc == (int64_t)image.header.program_crc;
+    bool same = imagefile_read(elf, &image, r->elf ? error : &unread) == MR_OK &&
+                image.has_header && landing.image_crc == (int64_t)image.header.program_crc;
     imagefile_free(&image);
     if (same)
         return textfile_open(elf, file, error);

@@ -174,15 +174,15 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
     char mend[200] = "no single point explains this: measure all points again";
     double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
     struct error error = {0};
-    if (fit->miss <= fmin(r->miss_percent, MISS_PERCENT) / 100.0 * span)
+    if (fit->max_deviation <= fmin(r->miss_percent, MISS_PERCENT) / 100.0 * span)
         r->accept = NULL;
-    else if (fit->miss <= most && !r->accept)
+    else if (fit->max_deviation <= most && !r->accept)
         r->accept =
             xasprintf("--miss %g: the points deviate from their fit by %.2g %% of their span",
-                      r->miss_percent, 100.0 * fit->miss / span);
-    if (fit->miss <= most || r->accept)
+                      r->miss_percent, 100.0 * fit->max_deviation / span);
+    if (fit->max_deviation <= most || r->accept)
         return;
-    size_t i = calibrate_outlier(points->point, points->count, r->table, most, channel, &rest);
+    size_t i = calibrate_find_outlier(points->point, points->count, r->table, most, channel, &rest);
     if (i < points->count)
         snprintf(mend, sizeof mend,
                  "without point %zu (%.6g %s, %.6g codes) the others fit within %.2g %s: measure "
@@ -192,7 +192,8 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
     error_set(&error, MR_LIMIT,
               "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
               "%s, or accept the deviation with --accept REASON",
-              fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
+              fit->max_deviation, unit_text(r), 100.0 * fit->max_deviation / span, r->miss_percent,
+              source(r), mend);
     r->output = NULL;
     if (r->cli->json) /* the JSON object carries the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
@@ -250,8 +251,8 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
                     struct calibrate_point *point)
 {
     *g = (struct gathering){.reference = g->reference, .channel = g->channel};
-    config_client_live(dialogue, LIVE_S, fatal);
-    dialogue_until(dialogue, is_gathered, g, POINT_S, fatal);
+    config_client_set_live(dialogue, LIVE_S, fatal);
+    dialogue_wait_until(dialogue, is_gathered, g, POINT_S, fatal);
     if (g->count < POINT_BLOCKS)
         error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
                   g->bad ? "its readings are not valid" : "no readings received within 10 s",
@@ -280,7 +281,7 @@ static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
                 line[length++] = byte;
             continue;
         }
-        (void)dialogue_turn(dialogue, DIALOGUE_TURN_S, fatal);
+        (void)dialogue_receive(dialogue, DIALOGUE_TURN_S, fatal);
     }
 }
 
@@ -308,7 +309,7 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
         }
         struct calibrate_point point;
         struct quantity_error wrong;
-        if (!calibrate_value(line, unit_kind(r), points->unit, &point.value, &wrong)) {
+        if (!calibrate_value_parse(line, unit_kind(r), points->unit, &point.value, &wrong)) {
             cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
         }
@@ -322,7 +323,7 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
             points->point[points->count++] = point;
     }
     struct error late = {0};
-    (void)config_client_live(dialogue, 0, &late);
+    (void)config_client_set_live(dialogue, 0, &late);
 }
 
 /* Reads the configuration in force, then the points. */
@@ -330,9 +331,9 @@ static void read_board(const struct request *r, struct mr_config *config,
                        struct calibrate_points *points)
 {
     static struct config_client talk;
-    struct dialogue *dialogue = dialogue_of_command(NULL, r->serial);
+    struct dialogue *dialogue = dialogue_open_for_command(NULL, r->serial);
     uint32_t crc;
-    config_client_identify(&talk, dialogue, config, &crc, fatal);
+    config_client_begin_idle(&talk, dialogue, config, &crc, fatal);
     if (!mr_channel_measures(&config->channel[r->channel]))
         error_set(fatal, MR_USAGE,
                   "%s is not fitted: the configuration of %s; see matrig board config", r->word,
@@ -412,9 +413,9 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
                       "input %u is not the same channel in %s as in RUN %lld; use a configuration "
                       "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
-        char name[8], what[JUMP_TEXT];
+        char name[8], what[JUMP_TEXT_SIZE];
         if (jump_find(&old[c], new, what)) { /* the jump is stored with the reason */
-            jump_channel(c, name);
+            jump_channel_name(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
         store_recalibrate(store, landing->id, c, &old[c], new, how, &changed, fatal);
@@ -485,8 +486,8 @@ static void read_known(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
     double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
-    if (calibrate_value(r->known_text, unit_kind(r), unit_word_find(unit_text(r), 2), &r->known,
-                        &wrong) &&
+    if (calibrate_value_parse(r->known_text, unit_kind(r), unit_word_find(unit_text(r), 2),
+                              &r->known, &wrong) &&
         r->known >= 0.0 && r->known <= most)
         return;
     if (wrong.what[0])

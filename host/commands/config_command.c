@@ -60,7 +60,8 @@ static void open_session(const struct request *request, struct session *session)
 {
     memset(session, 0, sizeof *session);
     /* with both links, CAN only serves to listen */
-    session->dialogue = dialogue_of_command(request->serial ? NULL : request->can, request->serial);
+    session->dialogue = dialogue_open_for_command(request->serial ? NULL : request->can,
+                                                  request->serial);
     config_client_begin(&session->talk, session->dialogue, fatal);
     config_client_get(&session->talk, &session->config, &session->crc, fatal);
 }
@@ -132,10 +133,10 @@ static void hold_gains(const struct request *request, const struct mr_config *ol
                        const struct mr_config *new)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        char name[8], what[JUMP_TEXT];
+        char name[8], what[JUMP_TEXT_SIZE];
         if (!jump_find(&old->channel[i], &new->channel[i], what))
             continue;
-        jump_channel(i, name);
+        jump_channel_name(i, name);
         if (!request->force)
             error_set(fatal, MR_LIMIT,
                       "%s: %s, compared with the board: %s; check the calibration of that channel; "

@@ -189,7 +189,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
 /* Finds the bytes of the image from `from` to the last one before `to`. False: none. */
 static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, struct part *part)
 {
-    while (to > from && !image->given[to - 1])
+    while (to > from && !image->is_given[to - 1])
         to--;
     part->at = from;
     part->bytes = image->bytes + from;
@@ -222,7 +222,7 @@ static void order_into_rom(struct session *session)
     struct mr_ack ack;
     const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
     if (dialogue_send_command(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
-        dialogue_lost(session->dialogue, MR_COMMAND_BOOTROM, fatal);
+        dialogue_set_no_answer_error(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
     if (answer == MR_NOT_NOW)
         error_set(fatal, MR_NOT_NOW,
@@ -249,7 +249,7 @@ static void order_into_rom(struct session *session)
 static bool receive_firmware(struct session *session, double within_s)
 {
     dialogue_reset(session->dialogue);
-    bool heard = dialogue_who(session->dialogue, within_s, fatal) != MR_TIMEOUT;
+    bool heard = dialogue_wait_for_identity(session->dialogue, within_s, fatal) != MR_TIMEOUT;
     if (!heard && link_fd(dialogue_link(session->dialogue)) < 0)
         error_set(fatal, MR_IO, "the device was disconnected: %s; plug it in again", session->spec);
     return heard;
@@ -265,9 +265,9 @@ static const char *name_of(unsigned board)
 static void check_board(struct session *session)
 {
     struct identity *identity = &session->dialogue->identity;
-    if (session->image.stamped && !session->force &&
-        dialogue_until(session->dialogue, dialogue_flag, &identity->board_known, BOARD_S, fatal) ==
-            MR_OK &&
+    if (session->image.has_header && !session->force &&
+        dialogue_wait_until(session->dialogue, dialogue_is_flag_set, &identity->board_known,
+                            BOARD_S, fatal) == MR_OK &&
         identity->board != session->image.header.board)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
@@ -285,12 +285,12 @@ static void identify_firmware(struct session *session)
         return;
     }
     check_board(session);
-    session->same = session->image.stamped &&
-                    identity_runs(&session->dialogue->identity, &session->image.header, why,
-                                  sizeof why);
+    session->same = session->image.has_header &&
+                    identity_is_running(&session->dialogue->identity, &session->image.header, why,
+                                        sizeof why);
     if (session->same && !session->force)
         return;
-    if (!session->same && session->image.stamped)
+    if (!session->same && session->image.has_header)
         cli_note(session->cli, "flash: %s", why);
     order_into_rom(session);
 }
@@ -305,8 +305,8 @@ static void compare(struct session *session)
                   "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
                   "and reset the board",
                   session->spec);
-    session->runs = identity_runs(&session->dialogue->identity, &session->image.header, why,
-                                  sizeof why);
+    session->runs = identity_is_running(&session->dialogue->identity, &session->image.header, why,
+                                        sizeof why);
     if (!session->runs)
         error_set(fatal, MR_LIMIT, "the board does not run the flashed image: %s; %s",
                   session->spec, why);
@@ -355,7 +355,7 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
     const struct mr_image *header = &image->header;
     char commit[MR_IMAGE_COMMIT_TEXT] = "";
     answer_words(answer, "image", "image", "%s", image->path);
-    if (!image->stamped) {
+    if (!image->has_header) {
         answer_none(answer, "version", "version", "no header");
         answer_none(answer, "commit", NULL, NULL);
         answer_none(answer, "program_crc", NULL, NULL);
@@ -390,16 +390,16 @@ static int flash(struct session *session)
     char tty[TTY_PATH_MAX];
     struct error error = {0};
     take_port(session, tty);
-    session->dialogue = dialogue_of_command(NULL, session->spec);
-    session->dialogue->any_layout = true;
+    session->dialogue = dialogue_open_for_command(NULL, session->spec);
+    session->dialogue->accepts_any_layout = true;
     identify_firmware(session);
     dialogue_close(session->dialogue);
     bool already = session->same && !session->force;
     if (!already && program(session, tty, &error) != MR_OK)
         return cli_fail(&error);
-    if (!already && session->image.stamped) {
-        session->dialogue = dialogue_of_command(NULL, session->spec);
-        session->dialogue->any_layout = true;
+    if (!already && session->image.has_header) {
+        session->dialogue = dialogue_open_for_command(NULL, session->spec);
+        session->dialogue->accepts_any_layout = true;
         compare(session);
         dialogue_close(session->dialogue);
     }
@@ -428,7 +428,7 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     link_check(words[0], fatal);
     session.spec = words[0];
     imagefile_read(words[1], &session.image, fatal);
-    if (!session.image.stamped && !session.force)
+    if (!session.image.has_header && !session.force)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
     session.chip = session.image.stamped ? chip_of(&session.image)

@@ -62,7 +62,7 @@ static int show(const struct cli *cli, const char *kind, const struct ready_repo
                 const struct identity *identity, int64_t made_us, double took_s)
 {
     int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     identity_uid_text(identity, uid);
     if (cli->json)
         return cli_print_json(json_pack("{sssssssIsoso}", "kind", kind, "verdict",
@@ -91,7 +91,7 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
 /* Facts of this board at its last landing and last shunt calibration, and its certificates. */
 static void check_recent(struct store *store, struct ready_facts *f)
 {
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     struct store_landing *rows = NULL;
     struct store_readiness last = {.checks = NULL};
     size_t count = 0;
@@ -102,16 +102,16 @@ static void check_recent(struct store *store, struct ready_facts *f)
     for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
             continue;
-        f->before = true;
-        f->before_run = rows[i].id;
-        f->before_image = rows[i].image_crc;
-        f->before_config = rows[i].config_crc;
+        f->has_previous = true;
+        f->previous_run = rows[i].id;
+        f->previous_image_crc = rows[i].image_crc;
+        f->previous_config_crc = rows[i].config_crc;
     }
     free(rows);
-    store_last_shunt_spans(store, uid, f->before_span_lb, &kept_us, fatal);
+    store_last_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
-        take_spans(last.checks, f->before_span_lb);
+        take_spans(last.checks, f->previous_span_lb);
     free(last.checks);
     certificates_read(store, uid, &f->certificates, fatal);
 }
@@ -121,7 +121,7 @@ static void check_recent(struct store *store, struct ready_facts *f)
 static void save(struct store *store, const struct identity *identity, const char *kind,
                  const struct ready_report *report, const struct shunts *shunts, int64_t made_us)
 {
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     json_t *spans = json_array();
     for (unsigned i = 0; i < MR_GAGES; i++)
         json_array_append_new(spans, json_null());
@@ -148,8 +148,8 @@ static int ready(const struct request *request, struct ready_facts *f)
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
     struct store *store = open_campaign(request, f);
-    struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
-    ready_ask(dialogue, LIMIT_S - (monotonic_s() - begun_s), f, fatal);
+    struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
+    ready_request_facts(dialogue, LIMIT_S - (monotonic_s() - begun_s), f, fatal);
     dialogue_close(dialogue);
     check_recent(store, f);
     ready_judge(f, &report);
@@ -177,7 +177,7 @@ struct walking {
 /* One line for each switch or gage that responds. */
 static void print_answer(const struct walking *w, enum walk_kind kind)
 {
-    const struct walk_answer *a = &w->walk.answer[kind][w->walk.count[kind] - 1];
+    const struct walk_response *a = &w->walk.response[kind][w->walk.count[kind] - 1];
     if (w->request->cli->quiet || w->request->cli->json)
         return;
     if (kind == WALK_SWITCH && a->number >= 1 && a->number <= MR_CONFIG_SWITCHES)
@@ -206,12 +206,12 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     if (message->kind == LINK_CAN)
         return MR_OK;
     if (message->id == MR_ID_EDGE && mr_edge_get(&edge, bytes, length) == MR_OK &&
-        walk_take_edge(&w->walk, &edge))
+        walk_add_edge(&w->walk, &edge))
         print_answer(w, WALK_SWITCH);
     if (message->id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, bytes, length) == MR_OK)
-        walk_take_event(&w->walk, &event);
+        walk_add_event(&w->walk, &event);
     if (message->id == MR_ID_BLOCK && mr_block_get(&block, bytes, length) == MR_OK &&
-        walk_take_reading(&w->walk, &block, &kind))
+        walk_add_reading(&w->walk, &block, &kind))
         print_answer(w, kind);
     if (message->id == MR_ID_CLOCK && mr_clock_get(&clock, bytes, length) == MR_OK)
         w->newest_clock = clock.block;
@@ -226,18 +226,18 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
     enum mr_status status = MR_OK;
     while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
-            status = config_client_live(dialogue, LIVE_S, error);
+            status = config_client_set_live(dialogue, LIVE_S, error);
             renew_s = monotonic_s() + RENEW_S;
             renew_ms = w->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
         if (status == MR_OK)
-            status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
+            status = dialogue_receive(dialogue, DIALOGUE_TURN_S, error);
     }
     if (status == MR_CLOSED) { /* answers until then count */
         *error = (struct error){0};
         return MR_OK;
     }
-    return status ?: config_client_live(dialogue, 0, error);
+    return status ?: config_client_set_live(dialogue, 0, error);
 }
 
 static int run_walk_test(const struct request *request, struct ready_facts *f)
@@ -249,8 +249,8 @@ static int run_walk_test(const struct request *request, struct ready_facts *f)
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
     struct store *store = program_campaign_or_new(request->cli, request->db);
-    struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
-    config_client_identify(&talk, dialogue, &f->config, &f->config_crc, fatal);
+    struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
+    config_client_begin_idle(&talk, dialogue, &f->config, &f->config_crc, fatal);
     walking.request = request;
     walk_start(&walking.walk, &f->config);
     dialogue_subscribe(dialogue, take, &walking);
@@ -306,7 +306,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
         expected(request.expected, facts);
     if (request.image)
         imagefile_read(request.image, &image, fatal);
-    if (request.image && !image.stamped)
+    if (request.image && !image.has_header)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; give an image built by matrig",
                   request.image);

@@ -625,7 +625,7 @@ static void read_back(struct loading *l)
     l->tolds = 0;
     for (int tries = 0; tries < TRIES; tries++) {
         order(l, MR_COMMAND_STATE, 0, 0);
-        if (dialogue_until(l->dialogue, is_every_reading_stored, l, ANSWER_S, fatal) == MR_OK)
+        if (dialogue_wait_until(l->dialogue, is_every_reading_stored, l, ANSWER_S, fatal) == MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
@@ -657,9 +657,10 @@ static void load(const struct request *request, struct store *store, const struc
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
                   (long long)survey->row.id, request->db);
-    loading.dialogue = dialogue_of_command(can ? request->load : NULL, can ? NULL : request->load);
+    loading.dialogue = dialogue_open_for_command(can ? request->load : NULL,
+                                                 can ? NULL : request->load);
     dialogue_subscribe(loading.dialogue, take_slack, &loading);
-    dialogue_hello(loading.dialogue, NULL, NULL, fatal);
+    dialogue_wait_for_hello(loading.dialogue, NULL, NULL, fatal);
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double slack_in = found->slack.segment[k].value_in;
         if (isnan(slack_in))

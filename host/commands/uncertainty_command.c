@@ -126,20 +126,20 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
     *one = (struct one){.index = index};
     if (r->channel >= 0 && r->channel != (int)index)
         return false;
-    struct budget_case of = {.kelvin = r->kelvin, .certificate = (double)NAN};
+    struct budget_case of = {.half_range_k = r->kelvin, .certificate_expanded = (double)NAN};
     of.reading = s->run ? landing_case(s, r->at_value, one) : plain_case(r, s, one);
     if (!mr_channel_measures(&one->channel))
         return false;
     of.channel = &one->channel;
     if (s->certificates.known[index]) {
-        one->certificate = &s->certificates.of[index];
+        one->certificate = &s->certificates.certificate[index];
         of.certificate_factor = one->certificate->coverage_factor;
-        of.certificate = certificates_standard(one->certificate, one->value) *
-                         of.certificate_factor;
+        of.certificate_expanded = certificates_standard_uncertainty(one->certificate, one->value) *
+                                  of.certificate_factor;
     }
     if (s->config_known && s->config.site[0].mat_length_ft > 0.0f) {
         of.station_error_ft = (double)s->config.site[0].switch_error_ft;
-        of.steepest_in_ft =
+        of.slope_max_in_ft =
             (double)(s->config.predict[0].slack_in / s->config.site[0].mat_length_ft);
     }
     budget_make(&of, &one->budget);
@@ -150,7 +150,7 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
 
 static void certificate_answer(struct answer *answer, const struct one *one)
 {
-    char text[CERTIFICATES_TEXT] = "none: its uncertainty is not included";
+    char text[CERTIFICATES_TEXT_SIZE] = "none: its uncertainty is not included";
     enum certificate_state state = CERTIFICATE_VALID;
     if (one->certificate) {
         state = certificates_state(one->certificate, &one->channel, (int64_t)time(NULL));
@@ -201,7 +201,7 @@ static void rows_answer(struct answer *answer, const struct one *one)
 static void head_answer(struct answer *answer, const struct one *one)
 {
     char channel[8];
-    jump_channel(one->index, channel);
+    jump_channel_name(one->index, channel);
     answer_words(answer, "channel", "channel", "%s", channel);
     answer_words_or_none(answer, "sensor", "sensor",
                          one->channel.serial[0] ? one->channel.serial : "", "-");
@@ -260,7 +260,7 @@ static void check(struct request *r)
     unsigned index = 0;
     r->channel = -1;
     r->at_value = (double)NAN;
-    if (r->words[1] && !jump_channel_read(r->words[1], strlen(r->words[1]), &index))
+    if (r->words[1] && !jump_channel_find(r->words[1], strlen(r->words[1]), &index))
         error_set(fatal, MR_USAGE, "not a channel: '%s'; give d1 to d%u, or t1 to t%u", r->words[1],
                   MR_TRANSDUCERS, MR_GAGES);
     if (r->words[1])
@@ -275,8 +275,9 @@ static void check(struct request *r)
     enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     struct quantity_error wrong = {"", ""};
-    if (r->at && (!calibrate_value(r->at, kind, unit_word_find(unit, 2), &r->at_value, &wrong) ||
-                  fabs(r->at_value) > 10000.0))
+    if (r->at &&
+        (!calibrate_value_parse(r->at, kind, unit_word_find(unit, 2), &r->at_value, &wrong) ||
+         fabs(r->at_value) > 10000.0))
         error_set(fatal, MR_USAGE,
                   "not a reading: '%s' for --at; give a number in %s, or with its unit", r->at,
                   unit);

@@ -64,7 +64,7 @@ struct live_hub {
     unsigned slots;
     bool other_layout; /* the board has another layout: ignore its other messages */
     bool warned, armed;
-    struct configwords config[LINK_KINDS];
+    struct config_words config[LINK_KINDS];
     bool uncalibrated; /* according to the configuration, if received */
     int64_t heard_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];

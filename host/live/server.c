@@ -191,7 +191,7 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
     enum mr_status status =
         live_hub_send_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                               (int32_t)number, json_integer_value(until), &of_board);
-    snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal(of_board));
+    snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal_text(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
                       : status == MR_LIMIT   ? "the command arrived too late: repeat it"
                       : status != MR_OK

@@ -739,7 +739,7 @@ static const char *what_is_recorded(const struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    return arm_client_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
+    return arm_client_is_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
 }
 
 static void take_command(struct logger *logger, const char *line)
@@ -754,7 +754,7 @@ static void take_command(struct logger *logger, const char *line)
     if (mr_command_parse(line, 0, &typed->command) != MR_OK ||
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
-        typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MOST) {
+        typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MAX) {
         print(logger, "not a command: '%.40s'; %s\n", line, HELP);
         return;
     }
@@ -795,7 +795,7 @@ static void take_answer(struct logger *logger)
         if (typed->answer == MR_OK)
             print(logger, "%sed\n", name);
         else
-            print(logger, "%s refused: %s\n", name, arm_client_refusal(typed->answer));
+            print(logger, "%s refused: %s\n", name, arm_client_refusal_text(typed->answer));
     } else if (monotonic_us() > typed->until_us) {
         typed->sent = false;
         print(logger,

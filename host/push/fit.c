@@ -77,7 +77,7 @@ static size_t split(char *line, char *cell[CELLS_MAX])
 
 static enum mr_status take_unit(struct table *t, enum role role, const char *name)
 {
-    struct calibrate_column column = calibrate_column(name);
+    struct calibrate_column column = calibrate_column_parse(name);
     if (!column.known || column.codes)
         return error_set(t->error, MR_MALFORMED,
                          "column name not understood: %s, line %u: '%.*s'; name the column %s with "
@@ -128,7 +128,7 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
 static enum mr_status take_value(struct table *t, enum role role, const char *text, double *value)
 {
     struct quantity_error wrong;
-    if (calibrate_value(text, roles[role].kind, t->unit[role], value, &wrong)) {
+    if (calibrate_value_parse(text, roles[role].kind, t->unit[role], value, &wrong)) {
         if (fabs(*value) <= roles[role].most && (role != LOAD || *value > 0.0))
             return MR_OK;
         return error_set(

@@ -263,8 +263,8 @@ enum mr_status replay_image_check(const char *path, const struct board_messages 
     struct imagefile image = {0};
     struct error refused = {0};
     enum mr_status status = MR_OK;
-    if (imagefile_read(path, &image, &refused) == MR_OK && image.stamped && recorded->board_told &&
-        image.header.board != recorded->board)
+    if (imagefile_read(path, &image, &refused) == MR_OK && image.has_header &&
+        recorded->board_told && image.header.board != recorded->board)
         status = error_set(error, MR_VERSION,
                            "the landing was recorded by board %s, but the image is for %s: %s; "
                            "leave --elf out, or give an image for the board that recorded it",

@@ -90,7 +90,7 @@ TEST(what_comes_of_arming)
         struct error error = {0};
         print_message("# row %zu\n", i);
         begin(arming[i].state, arming[i].board);
-        assert_int_equal(arm_client_order(&talk, MR_COMMAND_ARM, 7, &error), arming[i].status);
+        assert_int_equal(arm_client_send(&talk, MR_COMMAND_ARM, 7, &error), arming[i].status);
         assert_int_equal(board.commands, 1);
         dialogue_close(&dialogue);
         if (arming[i].text)

@@ -42,11 +42,11 @@ static int fresh(void **state)
                                           .averaged = 4.0f,
                                           .baseline_blocks = 400.0f,
                                           .reference_error = 0.0003f},
-                              .certificate = 0.004,
+                              .certificate_expanded = 0.004,
                               .certificate_factor = 2.0,
                               .station_error_ft = 0.001,
-                              .steepest_in_ft = 0.105,
-                              .kelvin = 10.0};
+                              .slope_max_in_ft = 0.105,
+                              .half_range_k = 10.0};
     return 0;
 }
 
@@ -110,7 +110,7 @@ TEST_IN(a_movement_by_hand, fresh, NULL)
 TEST_IN(a_tension_by_hand, fresh, NULL)
 {
     use_gage();
-    of.certificate = (double)NAN; /* none */
+    of.certificate_expanded = (double)NAN; /* none */
     budget_make(&of, &b);
     adds_up();
     is(BUDGET_NOISE, 0.0);
@@ -142,9 +142,9 @@ TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
     transducer.unit_per_code = 1e-12f;
     of.station_error_ft = 0.0;
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        of.certificate = sqrt(1.0 - known[i][0]);
+        of.certificate_expanded = sqrt(1.0 - known[i][0]);
         of.certificate_factor = 1.0;
-        of.kelvin = sqrt(3.0 * known[i][0]) / 724.9e-6;
+        of.half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
         budget_make(&of, &b);
         assert_near(b.combined, 1.0, 1e-6);
         assert_near(b.factor, known[i][1], 2e-3);

@@ -37,7 +37,7 @@ TEST(a_line_is_found_again)
         calibrate_fit(point, make(point, 11, 0.0, 0.0), 0.001, false, &channel, &fit, &error),
         MR_OK);
     assert_true(fabs(fit.unit_per_code / 0.0016 - 1.0) < 1e-9 && fabs(fit.zero_code - 62.5) < 1e-6);
-    assert_true(fit.worst < 2e-6 && fit.linearity_error < 2e-6); /* single precision */
+    assert_true(fit.worst_residual < 2e-6 && fit.linearity_error < 2e-6); /* single precision */
     /* the known values' own error */
     assert_true(fabs(fit.gain_error - 0.001 / 2.0) < 1e-6 && fabs(fit.zero_error - 0.001) < 1e-6);
     assert_true(channel.points == 0 && channel.station_ft == 40.0f &&
@@ -68,13 +68,13 @@ TEST(residuals_by_hand)
     /* without the last the others lie on one line; without another three miss it by as much as two
      * decide it: 0.4 / 6 at least */
     double rest;
-    assert_int_equal(calibrate_outlier(point, 4, false, 0.03, &channel, &rest), 3);
-    assert_true(rest < 1e-6 && fabs(fit.miss - 0.16) < 1e-6);
+    assert_int_equal(calibrate_find_outlier(point, 4, false, 0.03, &channel, &rest), 3);
+    assert_true(rest < 1e-6 && fabs(fit.max_deviation - 0.16) < 1e-6);
     /* of three any one explains it */
-    assert_int_equal(calibrate_outlier(point + 1, 3, false, 0.03, &channel, &rest), 3);
+    assert_int_equal(calibrate_find_outlier(point + 1, 3, false, 0.03, &channel, &rest), 3);
     /* a table goes through all points: the third is off its neighbours' chord by 0.2 */
     assert_int_equal(calibrate_fit(point, 4, 0.0, true, &channel, &fit, &error), MR_OK);
-    assert_true(fit.worst < 1e-6 && fabs(fit.miss - 0.2) < 1e-6);
+    assert_true(fit.worst_residual < 1e-6 && fabs(fit.max_deviation - 0.2) < 1e-6);
 }
 
 TEST(stated_errors_hold)
@@ -106,21 +106,21 @@ TEST(a_table_follows_a_curve)
     double worst = 0.0;
     make(point, 8, 0.0, 0.02);
     assert_int_equal(calibrate_fit(point, 8, 0.0, false, &channel, &line, &error), MR_OK);
-    assert_true(line.worst > 0.005);
+    assert_true(line.worst_residual > 0.005);
     assert_int_equal(calibrate_fit(point, 8, 0.0, true, &channel, &table, &error), MR_OK);
     assert_int_equal(channel.points, 8);
-    assert_true(table.worst < 1e-5);
+    assert_true(table.worst_residual < 1e-5);
     for (double value = 0.0; value <= 2.0; value += 0.01) { /* between the points too */
         double code = 62.5 + (value - 0.02 * value * (2.0 - value)) / 0.0016;
         float straight = ((float)code - channel.zero_code) * channel.unit_per_code;
         worst = fmax(worst, fabs((double)mr_channel_linearise(&channel, straight) - value));
     }
     assert_true(worst < 2.0 * table.linearity_error && worst > 0.3 * table.linearity_error &&
-                worst < line.worst / 5.0);
+                worst < line.worst_residual / 5.0);
     for (int i = 0; i < 8; i++) /* a bridge wired the other way round: codes fall */
         point[i].code = -point[i].code;
     assert_int_equal(calibrate_fit(point, 8, 0.0, true, &channel, &table, &error), MR_OK);
-    assert_true(channel.unit_per_code < 0.0f && table.worst < 1e-5);
+    assert_true(channel.unit_per_code < 0.0f && table.worst_residual < 1e-5);
 }
 
 TEST(what_is_no_calibration_is_refused)

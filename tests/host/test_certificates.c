@@ -43,7 +43,7 @@ TEST(a_certificate_is_of_its_sensor)
     struct mr_channel_config channel = {.serial = "ET-17"};
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "ET-18", 5);
-    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_ANOTHER);
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_OTHER_SENSOR);
     memset(channel.serial, 0, sizeof channel.serial); /* the board does not say */
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "123456789012", 12); /* fills its room, without an end */
@@ -54,9 +54,10 @@ TEST(a_certificate_is_of_its_sensor)
 TEST(an_uncertainty_is_absolute_or_relative)
 {
     struct store_certificate c = sound();
-    assert_near(certificates_standard(&c, -1.5), 0.003, 1e-12); /* 0.4 % of 1.5 over 2 */
+    assert_near(certificates_standard_uncertainty(&c, -1.5), 0.003,
+                1e-12); /* 0.4 % of 1.5 over 2 */
     c.expanded = 0.01;
-    assert_near(certificates_standard(&c, -1.5), 0.005, 1e-12);
+    assert_near(certificates_standard_uncertainty(&c, -1.5), 0.005, 1e-12);
 }
 
 /* ---- in a campaign ---- */
@@ -77,7 +78,7 @@ static const char *number_that_holds(void)
     static struct certificates now;
     certificates_read(store, "00", &now, &error);
     assert_no_error(&error);
-    return now.known[2] ? now.of[2].number : "";
+    return now.known[2] ? now.certificate[2].number : "";
 }
 
 static void enter(const char *number)
@@ -187,7 +188,7 @@ TEST(what_is_overdue_stops_ready)
     assert_int_equal(report.count, 1); /* campaigns without certificates go on */
     says(0, READY_NOT_DONE, "certificates", "no certificate for any sensor");
     f.certificates.known[2] = true;
-    f.certificates.of[2] = sound();
+    f.certificates.certificate[2] = sound();
     judge(1772409599);
     assert_int_equal(report.count, 2);
     says(0, READY_GO, "certificate d3", "valid until 2026-03-01: No. C-1, Lab");

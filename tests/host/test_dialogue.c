@@ -147,8 +147,10 @@ TEST_IN(a_lost_answer_is_read_from_the_state, begin, end)
     struct mr_ack answer = {.status = MR_LIMIT};
     struct error error = {0};
     bool armed = false;
-    struct dialogue_command arm = {
-        .code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
+    struct dialogue_command arm = {.code = MR_COMMAND_ARM,
+                                   .answer_s = ANSWER_S,
+                                   .was_executed = dialogue_is_flag_set,
+                                   .context = &armed};
     dialogue_subscribe(&dialogue, take_landing, &armed);
     /* silent: the order was lost */
     assert_int_equal(dialogue_send_command(&dialogue, &arm, &answer, &error), MR_TIMEOUT);
@@ -162,11 +164,11 @@ TEST_IN(a_silent_board_is_given_up_in_time, begin, end)
 {
     struct error error = {0};
     double begun_s = scripted_now_s;
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted; no byte received");
     assert_took(begun_s, DIALOGUE_HELLO_S);
     error = (struct error){0};
-    assert_int_equal(dialogue_lost(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_set_no_answer_error(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "the board did not answer `state`: scripted;");
 }
 
@@ -174,11 +176,12 @@ TEST_IN(a_refusal_says_why, begin, end)
 {
     struct mr_ack answer = {.code = MR_COMMAND_BOX_FREE, .status = MR_NOT_NOW};
     struct error error = {0};
-    assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_NOT_NOW);
+    assert_int_equal(dialogue_set_refusal_error(&dialogue, &answer, "it is armed", &error),
+                     MR_NOT_NOW);
     assert_error(&error, MR_NOT_NOW, "the board refused `box-free` now: scripted; it is armed");
     error = (struct error){0};
     answer.status = MR_IO;
-    assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_IO);
+    assert_int_equal(dialogue_set_refusal_error(&dialogue, &answer, "it is armed", &error), MR_IO);
     assert_error(&error, MR_IO, "the board refused `box-free`: scripted; ");
 }
 
@@ -188,13 +191,13 @@ TEST_IN(a_board_of_another_layout_is_refused, begin, end)
 {
     struct error error = {0};
     say_hello(&board, MR_LAYOUT + 1u);
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_VERSION);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_VERSION);
     assert_error(&error, MR_VERSION, "this matrig layout");
     say_hello(&board, MR_LAYOUT + 1u);
     error = (struct error){0};
-    dialogue.any_layout = true; /* to be flashed */
+    dialogue.accepts_any_layout = true; /* to be flashed */
     dialogue_reset(&dialogue);
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_OK);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_OK);
     assert_int_equal(dialogue.identity.hello.layout, MR_LAYOUT + 1u);
 }
 
@@ -203,7 +206,7 @@ TEST_IN(strangers_are_no_board, begin, end)
     struct error error = {0};
     for (unsigned i = 0; i < 3000; i++)
         board.bytes[board.end++] = (uint8_t)(i % 7);
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_IO);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_IO);
     assert_error(&error, MR_IO, "no hello from a board: scripted; ");
 }
 
@@ -216,7 +219,7 @@ TEST_IN(a_strangers_frames_on_can_are_no_board, begin_can, end)
     dialogue_subscribe(&dialogue, take_landing, &heard);
     SCRIPTED_SAY(&can_end, landing, LANDING, .state = 1);
     can_end.frames[1].id |= LINK_ID_ERROR;
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted can; ");
     assert_false(heard);
 }
@@ -231,14 +234,15 @@ static void says_who_it_is(struct scripted *s)
 TEST_IN(who_speaks_is_known_until_forgotten, begin, end)
 {
     struct error error = {0};
-    char uid[IDENTITY_UID_TEXT];
+    char uid[IDENTITY_UID_SIZE];
     says_who_it_is(&board);
-    assert_int_equal(
-        dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, dialogue_is_flag_set,
+                                             &dialogue.identity.image_known, &error),
+                     MR_OK);
     identity_uid_text(&dialogue.identity, uid);
     assert_string_equal(uid, "000000110000002200000033");
     dialogue_reset(&dialogue);
-    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
 }
 
 TEST_IN(answers_count_on_the_link_of_the_orders, begin_both, end)
@@ -366,18 +370,19 @@ TEST_IN(an_answer_of_many_messages_may_take_its_time, begin, end)
     double begun_s = scripted_now_s;
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     board.idle = tells_slowly;
-    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error),
-                     MR_TIMEOUT);
+    assert_int_equal(
+        dialogue_wait_until(&dialogue, dialogue_is_flag_set, &counted.enough, 1.0, &error),
+        MR_TIMEOUT);
     assert_took(begun_s, 1.0);
     counted.clocks = 0;
-    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough,
-                                           &counted.clocks, 1.0, &error),
+    assert_int_equal(dialogue_wait_while_receiving(&dialogue, dialogue_is_flag_set, &counted.enough,
+                                                   &counted.clocks, 1.0, &error),
                      MR_OK);
     board.idle = NULL;
     counted = (struct counted){0};
     begun_s = scripted_now_s;
-    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough,
-                                           &counted.clocks, 1.0, &error),
+    assert_int_equal(dialogue_wait_while_receiving(&dialogue, dialogue_is_flag_set, &counted.enough,
+                                                   &counted.clocks, 1.0, &error),
                      MR_TIMEOUT);
     assert_took(begun_s, 1.0);
 }
@@ -398,8 +403,9 @@ TEST_IN(a_subscriber_ends_the_wait, begin, end)
     dialogue_subscribe(&dialogue, refuse, NULL);
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     SCRIPTED_SAY(&board, clock, CLOCK, .block = 1);
-    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error),
-                     MR_LIMIT);
+    assert_int_equal(
+        dialogue_wait_until(&dialogue, dialogue_is_flag_set, &counted.enough, 1.0, &error),
+        MR_LIMIT);
     assert_int_equal(counted.clocks, 0); /* in the order in which they subscribed */
 }
 
@@ -424,8 +430,8 @@ TEST(what_repeats)
         MR_COMMAND_RUNWAY_TAKE};
     unsigned repeat = 0;
     for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
-        assert_false(dialogue_repeats(once[i]));
+        assert_false(dialogue_is_repeatable(once[i]));
     for (unsigned code = 0; code < 256; code++)
-        repeat += dialogue_repeats(code);
+        repeat += dialogue_is_repeatable(code);
     assert_int_equal(repeat, 23 - sizeof once / sizeof once[0]);
 }

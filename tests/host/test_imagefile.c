@@ -89,12 +89,12 @@ static void reads(const char *path)
     struct error error = {0};
     if (imagefile_read(path, &image, &error) != MR_OK)
         fail_msg("%s", error.text);
-    assert_true(image.stamped);
+    assert_true(image.has_header);
     assert_int_equal(image.header.commit, 0xc7a3136a);
     assert_int_equal(image.count, MR_IMAGE_HEAD + PROGRAM_BYTES);
     assert_memory_equal(image.bytes, content, sizeof content);
     for (uint32_t i = 0; i < IMAGEFILE_BYTES; i++)
-        assert_int_equal(image.given[i],
+        assert_int_equal(image.is_given[i],
                          i < MR_IMAGE_HEAD || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
     imagefile_free(&image);
 }
@@ -204,7 +204,7 @@ static void an_image_without_header_is_known_for_it(void **state)
     memset(content + MR_IMAGE_OFFSET, 0xff, MR_IMAGE_BYTES);
     scratch_write("f.bin", content, sizeof content);
     assert_int_equal(imagefile_read("f.bin", &image, &error), MR_OK);
-    assert_false(image.stamped);
+    assert_false(image.has_header);
     imagefile_free(&image);
     make_content();
     content[MR_IMAGE_OFFSET + 4] = 2;

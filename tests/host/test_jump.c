@@ -18,7 +18,7 @@ static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
                                               .serial = "SG-1",
                                               .calibrated_day = 20000};
 
-static char text[JUMP_TEXT];
+static char text[JUMP_TEXT_SIZE];
 
 static bool jumps(struct mr_channel_config old, double factor, const char *serial)
 {
@@ -69,9 +69,9 @@ TEST(what_is_said)
     char name[8];
     jumps(transducer, 2.54, "ET-17");
     assert_string_equal(text, "gain 0.0016 -> 0.004064 in per code, 2.54 times");
-    jump_channel(2, name);
+    jump_channel_name(2, name);
     assert_string_equal(name, "d3");
-    jump_channel(21, name);
+    jump_channel_name(21, name);
     assert_string_equal(name, "t14");
 }
 

@@ -23,15 +23,15 @@ static int all_well(void **state)
     f.today_day = 20000;
     f.now_s = 20000 * 86400 + 43200;
     f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
-    f.can_used = f.database_checked = f.before = true;
+    f.can_used = f.database_checked = f.has_previous = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.key_known = true;
     f.identity.commit_known = true;
     f.identity.commit.state = MR_IMAGE_GOOD;
     f.identity.image_crc = 0x1234;
-    f.before_run = 3;
-    f.before_image = 0x1234;
-    f.before_config = f.config_crc = 0xabcd;
+    f.previous_run = 3;
+    f.previous_image_crc = 0x1234;
+    f.previous_config_crc = f.config_crc = 0xabcd;
     f.config.site[0] = (struct mr_site_config){.black_box = 1, .thermometer = 1};
     f.config.channel[0] = (struct mr_channel_config){
         .kind = MR_KIND_DISPLACEMENT, .number = 1, .calibrated_day = 1, .expires_day = 20001};
@@ -43,7 +43,7 @@ static int all_well(void **state)
                                                          .calibrated_day = 1};
     for (unsigned i = 0; i < 10; i += i ? 1 : 8) /* 0, 8, 9 */ {
         f.certificates.known[i] = true;
-        f.certificates.of[i] = (struct store_certificate){
+        f.certificates.certificate[i] = (struct store_certificate){
             .index = i, .number = "C-1", .calibrated_day = 19900, .due_day = 20100};
     }
     f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE,
@@ -60,12 +60,12 @@ static int all_well(void **state)
         .refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
     f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
-        f.before_span_lb[i] = NAN;
+        f.previous_span_lb[i] = NAN;
     for (unsigned i = 0; i < 2; i++) {
         f.shunts.result[i] =
             (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
         f.shunts.check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
-        f.before_span_lb[i] = 40.1f;
+        f.previous_span_lb[i] = 40.1f;
     }
     f.test.done = 0x7f;
     f.box = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
@@ -93,7 +93,7 @@ static void only_no_go(const char *name, const char *words)
     ready_judge(&f, &report);
     const struct ready_check *c = check_named(name);
     if (c->verdict != READY_NO_GO || !strstr(c->value, words) || !c->advice[0])
-        fail_msg("%s: %s: %s -> %s", name, ready_text(c->verdict), c->value, c->advice);
+        fail_msg("%s: %s: %s -> %s", name, ready_verdict_text(c->verdict), c->value, c->advice);
     assert_int_equal(ready_count_checks(&report, READY_NO_GO), 1);
     assert_int_equal(ready_verdict(&report), READY_NO_GO);
     all_well(NULL);
@@ -104,7 +104,7 @@ static void no_go_advises(const char *name, const char *words)
     ready_judge(&f, &report);
     const struct ready_check *c = check_named(name);
     if (c->verdict != READY_NO_GO || !strstr(c->advice, words))
-        fail_msg("%s: %s -> %s", name, ready_text(c->verdict), c->advice);
+        fail_msg("%s: %s -> %s", name, ready_verdict_text(c->verdict), c->advice);
     all_well(NULL);
 }
 
@@ -233,7 +233,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
 
 TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
-    f.before = f.can_used = false;
+    f.has_previous = f.can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
     f.time.refusal = TIMEMAP_OTHER_PACE;
     f.config.channel[0].calibrated_day = 0;
@@ -263,15 +263,15 @@ TEST_IN(mean_and_noise, all_well, NULL)
         blocks[i].sum[0] = (uint16_t)(8u * (i % 2 ? 100u : 104u));
         blocks[i].sum[MR_ADC1_REFERENCE] = 8u * 3103u;
     }
-    ready_measure(&config, blocks, 50, 8, &channel);
+    ready_summarize_channel(&config, blocks, 50, 8, &channel);
     assert_near(channel.mean, 10.0, 1e-5);
     assert_near(channel.noise_codes, 2.0 * sqrt(50.0 / 49.0), 1e-4);
     assert_int_equal(channel.invalid, 0);
     blocks[7].sum[MR_ADC1_REFERENCE] = 0;
-    ready_measure(&config, blocks, 50, 8, &channel);
+    ready_summarize_channel(&config, blocks, 50, 8, &channel);
     assert_int_equal(channel.invalid, 1);
     assert_int_equal(channel.validity, MR_INVALID_REFERENCE);
-    ready_measure(&config, blocks, 0, 8, &channel);
+    ready_summarize_channel(&config, blocks, 0, 8, &channel);
     assert_true(isnan(channel.mean));
 }
 
@@ -287,8 +287,8 @@ static void walked(unsigned fitted, const char *answers)
         config.gate[i].step_codes = (uint16_t)(64 + 8 * i);
     walk_start(&walk, &config);
     for (const char *p = answers; *p; p++)
-        walk_take_edge(&walk,
-                       &(struct mr_edge){.position = (uint8_t)(*p - 'a' + 1), .step_codes = 70.0f});
+        walk_add_edge(&walk,
+                      &(struct mr_edge){.position = (uint8_t)(*p - 'a' + 1), .step_codes = 70.0f});
     memset(&report, 0, sizeof report);
     walk_judge(&walk, &report);
 }
@@ -330,18 +330,18 @@ TEST_IN(a_bounce_is_no_answer, all_well, NULL)
     walk_start(&walk, &f.config);
     for (unsigned n = 1; n <= 2; n++) {
         for (unsigned i = 0; i < 4; i++)
-            walk_take_edge(&walk, &(struct mr_edge){.count = (uint8_t)n,
-                                                    .position = (uint8_t)n,
-                                                    .step_codes = i == 1 ? 0.5f
-                                                                : i == 2 ? NAN
-                                                                         : 64.0f});
-        walk_take_event(&walk,
-                        &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE, .count = (uint8_t)n});
-        walk_take_event(&walk, &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE,
-                                                         .count = (uint8_t)(n - 1)});
+            walk_add_edge(&walk, &(struct mr_edge){.count = (uint8_t)n,
+                                                   .position = (uint8_t)n,
+                                                   .step_codes = i == 1 ? 0.5f
+                                                               : i == 2 ? NAN
+                                                                        : 64.0f});
+        walk_add_event(&walk,
+                       &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE, .count = (uint8_t)n});
+        walk_add_event(&walk, &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE,
+                                                        .count = (uint8_t)(n - 1)});
     }
     assert_int_equal(walk.count[WALK_SWITCH], 2);
-    assert_int_equal(walk.strange, 0);
+    assert_int_equal(walk.unexpected_events, 0);
 }
 
 /* ---- movements ---- */
@@ -357,7 +357,7 @@ static unsigned feed(const float v[3], unsigned rows)
         float row[3];
         for (unsigned c = 0; c < 3; c++)
             row[c] = v[c] + ((i + c) % 2 ? 0.005f : -0.005f);
-        unsigned now = walk_motion_take(&motion, row);
+        unsigned now = walk_motion_add(&motion, row);
         assert_false(now && named);
         named = now ? now : named;
     }

@@ -272,12 +272,13 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
     draw(study->kind, &study->setting, seed, &drawn);
     bool certificate = !without || strcmp(without, "certificate") != 0,
          temperature = !without || strcmp(without, "temperature") != 0;
-    const struct budget_case of = {
-        .channel = &drawn.channel,
-        .reading = drawn.reading,
-        .certificate = certificate ? study->certificate_rel * fabs(drawn.value) : (double)NAN,
-        .certificate_factor = study->factor,
-        .kelvin = temperature ? study->setting.kelvin : 0.0};
+    const struct budget_case of = {.channel = &drawn.channel,
+                                   .reading = drawn.reading,
+                                   .certificate_expanded = certificate ? study->certificate_rel *
+                                                                             fabs(drawn.value)
+                                                                       : (double)NAN,
+                                   .certificate_factor = study->factor,
+                                   .half_range_k = temperature ? study->setting.kelvin : 0.0};
     budget_make(&of, &budget);
     double off = drawn.value - drawn.truth;
     t->stated += fabs(off) <= NORMAL * budget.stated;
