@@ -30,15 +30,15 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-#define ACCOUNT_GAPS   32u
+#define ACCOUNT_GAPS_MAX 32u
 /* number of causes: the kernel's queue, and the queue to the campaign (four causes) */
-#define ACCOUNT_QUEUES 5u
+#define ACCOUNT_QUEUES   5u
 
 struct account {
     enum link_kind kind;
     struct store_link_counts counts;
-    struct store_gap gap[ACCOUNT_GAPS];
-    size_t gaps; /* number of gaps that were found and not taken yet */
+    struct store_gap gap[ACCOUNT_GAPS_MAX];
+    size_t gaps; /* number of gaps found that the caller has not stored yet */
 
     bool seq_known;
     uint16_t seq_next;
@@ -48,20 +48,22 @@ struct account {
     bool sent_known;
     uint32_t sent; /* count of the last accepted can_health */
     int64_t sent_block;
-    int64_t received_since; /* frames received since that can_health, including it */
+    int64_t received_since_health; /* frames received since that can_health, including it */
     /* An implausible can_health, kept until a second one continues from it. */
     bool doubt_known;
     uint32_t doubt_sent;
-    int64_t doubt_block, doubt_since; /* frames received since that can_health, including it */
+    int64_t doubt_block,
+        received_since_doubt; /* frames received since that can_health, including it */
     /* CAN frames that the board sent before logging began; -1: not known yet */
     int64_t before_first;
-    struct store_gap suspect[MR_SERIES_PACKS];
-    size_t suspects;
+    struct store_gap suspected_gap[MR_SERIES_PACKS];
+    size_t suspected_gaps;
     /* Frames since the last can_health that are missing according to the steps of the series. */
-    int64_t suspect_count;
+    int64_t suspected_frames;
     int64_t step_block[MR_SERIES_PACKS]; /* last block of each series; -1: none */
 
-    bool whole; /* all frames that the board sent since its start were sent while logging */
+    /* all frames that the board sent since its start were sent while logging */
+    bool complete_from_start;
     /* Frames of each message received since the board started, or since logging began. */
     int64_t received_of[MR_MESSAGES];
     bool count_known[MR_MESSAGES];
@@ -76,29 +78,29 @@ struct account {
     int64_t repeated_of[MR_MESSAGES]; /* frames received more often than they were sent */
 
     /* Frames that queues of this computer lost since the last can_health, by cause. */
-    int64_t queue_lost[ACCOUNT_QUEUES];
+    int64_t queue_lost_frames[ACCOUNT_QUEUES];
     /* serial: bytes received; bytes lost by the full queue since the last frame */
     int64_t bytes, bytes_lost;
-    const char *other_cause; /* cause of losses since then, as detected by the link; NULL: none */
+    const char *link_cause; /* cause of losses since then, as detected by the link; NULL: none */
 
     bool dropped_known;
     uint16_t dropped;
     int64_t dropped_block;
     bool block_known;
     uint32_t block_next;
-    bool doubtful; /* frames were lost, so the board may have restarted */
+    bool time_unconfirmed; /* frames were lost, so the board may have restarted */
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* The board restarted, and its counters with it. `whole`: logging continues from the board's first
- * frame, so no frame of this start is missed. */
+/* The board restarted, and its counters with it. `whole`: logging continues from the board's
+ * first frame, so no frame of this start is missed. */
 void account_restart(struct account *account, bool whole);
 /* Call after account_restart if the first serial frames of this start, from number 0 on, may be
  * lost: they are then counted. */
-void account_complete_from_start(struct account *account);
+void account_expect_first_frame(struct account *account);
 /* Call when a landing begins or ends on this link: steps and block numbers are not compared across
  * this moment. */
-void account_break(struct account *account);
+void account_reset_steps(struct account *account);
 
 /* account_message adds a received message, already counted as a frame; account_message_count
  * applies the board's count of one message. Returns false if the count was ignored because the
@@ -107,23 +109,24 @@ void account_break(struct account *account);
 void account_message(struct account *account, unsigned place); /* enum mr_message_index */
 bool account_message_count(struct account *account, const struct mr_message_count *count);
 /* A board time arrived that continues from the previous ones: the board has not restarted. */
-void account_settle(struct account *account);
+void account_confirm_time(struct account *account);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
  * none. Call it before the content of the frame is accounted. */
-void account_serial_frame(struct account *account, uint16_t seq, int64_t block);
-void account_can_frame(struct account *account);
+void account_add_serial_frame(struct account *account, uint16_t seq, int64_t block);
+void account_add_can_frame(struct account *account);
 /* Applies the content of the frame that was just added: a can_health on CAN; the count of dropped
- * frames of a serial_health; during a landing, a message of a series (account_step) or a block
- * record (account_block). */
-void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block);
-void account_dropped(struct account *account, uint16_t dropped, int64_t block);
+ * frames of a serial_health; during a landing, a message of a series (account_add_series_message)
+ * or a block record (account_add_block). */
+void account_apply_can_health(struct account *account, const struct mr_can_health *health,
+                              int64_t block);
+void account_apply_dropped(struct account *account, uint16_t dropped, int64_t block);
 /* enum mr_series_pack_number */
-void account_step(struct account *account, unsigned pack, int64_t block);
-void account_block(struct account *account, uint32_t index);
+void account_add_series_message(struct account *account, unsigned pack, int64_t block);
+void account_add_block(struct account *account, uint32_t index);
 
 /* The link reported an error `count` times. */
-void account_trouble(struct account *account, enum link_event trouble, int64_t count);
+void account_add_trouble(struct account *account, enum link_event trouble, int64_t count);
 
 /* The link ended or has become silent: suspected losses are counted as losses. */
 void account_end(struct account *account);

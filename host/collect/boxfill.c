@@ -13,11 +13,11 @@
 #include "host/base/xmalloc.h"
 
 /* A third kind of link, beside CAN and serial. */
-#define THE_BOX ((enum link_kind)STORE_LINK_BOX)
+#define BOX_LINK ((enum link_kind)STORE_LINK_BOX)
 _Static_assert(1 << STORE_LINK_BOX == BOXFILL_LINK, "as its rows are marked");
 
 /* Receives the record's messages: a collector for this landing alone. */
-struct messages {
+struct box_collector {
     struct collector collector;
     struct side side;
     struct slot slot;
@@ -39,9 +39,9 @@ static enum mr_status find_landing(struct store *store, const struct mr_boxpage_
     return status;
 }
 
-static enum mr_status make_landing(struct store *store, int64_t session,
-                                   const struct mr_boxpage_start_page *start, const char *uid,
-                                   int64_t *run, struct error *error)
+static enum mr_status create_landing(struct store *store, int64_t session,
+                                     const struct mr_boxpage_start_page *start, const char *uid,
+                                     int64_t *run, struct error *error)
 {
     struct store_landing landing = {
         .session = session,
@@ -65,20 +65,21 @@ static enum mr_status make_landing(struct store *store, int64_t session,
 
 /* Messages of the box are handled like those of a link, in the session and boot of the landing:
  * rows that the log already has are marked, not duplicated. */
-static void begin_messages(struct messages *m, struct store *store,
-                           const struct store_landing *landing)
+static void begin_box_collector(struct box_collector *m, struct store *store,
+                                const struct store_landing *landing)
 {
-    *m = (struct messages){.collector = {.store = store,
-                                         .session = landing->session,
-                                         .told = {.hello = true, .identity = *landing}},
-                           .side = {.kind = THE_BOX, .boot = landing->boot},
-                           .slot = {.row = *landing}};
+    *m = (struct box_collector){
+        .collector = {.store = store,
+                      .session = landing->session,
+                      .reported = {.hello_known = true, .identity = *landing}},
+        .side = {.kind = BOX_LINK, .boot = landing->boot},
+        .slot = {.row = *landing}};
     m->side.current = &m->slot;
 }
 
 /* Takes the newest state of the record, but a landing whose end was logged stays ended. */
-static enum mr_status take_state(struct messages *m, const struct mr_record *record, bool made,
-                                 struct error *error)
+static enum mr_status apply_state(struct box_collector *m, const struct mr_record *record,
+                                  bool made, struct error *error)
 {
     struct store_landing *row = &m->slot.row;
     struct mr_landing landing;
@@ -89,16 +90,16 @@ static enum mr_status take_state(struct messages *m, const struct mr_record *rec
         row->state = landing.state;
     enum mr_status status = store_landing_put(m->collector.store, row, error);
     return status == MR_OK && landing.cause
-             ? collect_state_event(&m->collector, &m->side, &landing, link_now_us(), error)
+             ? collect_put_state_event(&m->collector, &m->side, &landing, link_now_us(), error)
              : status;
 }
 
-static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made,
-                                   struct error *error)
+static enum mr_status handle_message(struct box_collector *m, const struct mr_record *record,
+                                     bool made, struct error *error)
 {
     struct mr_message message;
     if (record->id == MR_ID_LANDING)
-        return take_state(m, record, made, error);
+        return apply_state(m, record, made, error);
     if (mr_message_read(&message, record->id, record->payload, record->length) != MR_OK)
         return MR_OK;
     const struct collector_event event = {.link = m->side.kind,
@@ -134,26 +135,26 @@ static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edg
     return status;
 }
 
-static enum mr_status fill(struct store *store, int64_t session, struct mr_boxread *reader,
-                           struct boxfill *result, struct error *error)
+static enum mr_status fill_landing(struct store *store, int64_t session, struct mr_boxread *reader,
+                                   struct boxfill *result, struct error *error)
 {
     struct mr_record record;
-    struct messages *messages = xmalloc(sizeof *messages);
+    struct box_collector *messages = xmalloc(sizeof *messages);
     struct store_landing landing;
     int64_t first = 0, newest = 0, edges = 0, more = 0;
     enum mr_status status = store_landing_get(store, result->run, &landing, error);
     if (status == MR_OK)
         status = count_edges(store, result->run, &edges, error);
     if (status == MR_OK)
-        begin_messages(messages, store, &landing);
+        begin_box_collector(messages, store, &landing);
     while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
         if (record.kind != MR_RECORD_BLOCK) {
-            status = take_message(messages, &record, result->made, error);
+            status = handle_message(messages, &record, result->created, error);
             continue;
         }
         newest = record.block.index;
         first = result->blocks ? first : newest;
-        timebase_clock(&messages->side.time, record.block.index, record.block.tick);
+        timebase_apply_clock(&messages->side.time, record.block.index, record.block.tick);
         status = fill_block(store, session, &record.block, result, error);
     }
     free(messages);
@@ -161,13 +162,13 @@ static enum mr_status fill(struct store *store, int64_t session, struct mr_boxre
         status = count_edges(store, result->run, &more, error);
     result->filled_edges = more - edges;
     if (result->blocks)
-        result->absent_blocks = newest - first + 1 - result->blocks;
+        result->missing_blocks = newest - first + 1 - result->blocks;
     return status;
 }
 
-enum mr_status boxfill(struct store *store, const char *link, int64_t run,
-                       const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present, size_t count,
-                       struct boxfill *result, struct error *error)
+enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
+                                    const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present,
+                                    size_t count, struct boxfill *result, struct error *error)
 {
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start_page start;
@@ -193,12 +194,12 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
         status = store_begin(store, error);
     if (status == MR_OK)
         status = store_session_add(store, &session, error);
-    result->made = status == MR_OK && !result->run;
-    if (result->made)
-        status = make_landing(store, session.id, &start, uid, &result->run, error);
+    result->created = status == MR_OK && !result->run;
+    if (result->created)
+        status = create_landing(store, session.id, &start, uid, &result->run, error);
     mr_boxread_begin(&reader, pages[0], present, count);
     if (status == MR_OK)
-        status = fill(store, session.id, &reader, result, error);
+        status = fill_landing(store, session.id, &reader, result, error);
     if (status == MR_OK)
         status =
             store_event_put(store,
@@ -209,7 +210,7 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
                                                   .host_us = (int64_t)link_now_us(),
                                                   .code = header.record,
                                                   .detail = result->filled_blocks,
-                                                  .value = result->absent_blocks,
+                                                  .value = result->missing_blocks,
                                                   .links = BOXFILL_LINK},
                             error);
     if (status == MR_OK)

@@ -11,12 +11,12 @@
 
 struct boxfill {
     int64_t run;
-    bool made;      /* no landing of the database matched, so a new one was made */
+    bool created;   /* no landing of the database matched, so a new one was made */
     int64_t blocks; /* number of blocks in the record */
     int64_t filled_blocks, filled_edges;
     /* Blocks missing between the first and the last one: lost by the board, or on pages that could
      * not be read. */
-    int64_t absent_blocks;
+    int64_t missing_blocks;
 };
 
 /* Adds a record. `run` 0: the landing with the same board, number and arming time; a new one is
@@ -25,8 +25,8 @@ struct boxfill {
  * detail: blocks filled, value: blocks absent). Configuration, calibration, results, bands, quality
  * and events are stored as a log stores them. MR_MALFORMED: the start page of the record is missing
  * or has another layout. */
-enum mr_status boxfill(struct store *store, const char *link, int64_t run,
-                       const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present, size_t count,
-                       struct boxfill *result, struct error *error);
+enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
+                                    const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present,
+                                    size_t count, struct boxfill *result, struct error *error);
 
 #endif

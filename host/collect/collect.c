@@ -24,11 +24,11 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
         account_start(&side->account, side->kind);
         mr_deframer_init(&side->deframer);
     }
-    made->told.identity.image_crc = STORE_NONE;
-    made->told.identity.config_crc = STORE_NONE;
-    made->told.identity.clock_source = STORE_NONE;
-    made->told.identity.touchdown_ft = (double)NAN;
-    made->told.identity.switch_error_ft = (double)NAN;
+    made->reported.identity.image_crc = STORE_NONE;
+    made->reported.identity.config_crc = STORE_NONE;
+    made->reported.identity.clock_source = STORE_NONE;
+    made->reported.identity.touchdown_ft = (double)NAN;
+    made->reported.identity.switch_error_ft = (double)NAN;
 
     struct store_session session = {.started_us = (int64_t)link_now_us(),
                                     .can_link = can_spec,
@@ -56,45 +56,45 @@ int64_t collector_session(const struct collector *collector)
     return collector->session;
 }
 
-void collector_listen(struct collector *collector, const struct collector_listener *listener)
+void collector_set_listener(struct collector *collector, const struct collector_listener *listener)
 {
     collector->listener = listener;
 }
 
-const struct crash_report *collector_take_crash(struct collector *collector)
+const struct crash_report *collector_pop_crash(struct collector *collector)
 {
-    bool news = collector->crash_news;
-    collector->crash_news = false;
-    return news ? &collector->crashed : NULL;
+    bool news = collector->crash_unread;
+    collector->crash_unread = false;
+    return news ? &collector->stored_crash : NULL;
 }
 
-const struct mr_can_alarm *collector_take_alarm(struct collector *collector)
+const struct mr_can_alarm *collector_pop_alarm(struct collector *collector)
 {
-    bool news = collector->alarm_news;
-    collector->alarm_news = false;
+    bool news = collector->alarm_unread;
+    collector->alarm_unread = false;
     return news ? &collector->alarm : NULL;
 }
 
-void collector_own_put(struct collector_own *own, const struct mr_command *command)
+void collector_add_own_command(struct collector_own_commands *own, const struct mr_command *command)
 {
-    unsigned i = own->next++ % COLLECTOR_OWN;
-    own->order[i].code = command->code;
-    own->order[i].tag = command->tag;
-    own->order[i].block = -1;
+    unsigned i = own->next++ % COLLECTOR_OWN_COMMANDS;
+    own->command[i].code = command->code;
+    own->command[i].tag = command->tag;
+    own->command[i].block = -1;
 }
 
-void collector_set_own(struct collector *collector, struct collector_own *own)
+void collector_set_own_commands(struct collector *collector, struct collector_own_commands *own)
 {
-    collector->own = own;
+    collector->own_commands = own;
 }
 
-bool collector_take_order(struct collector *collector, struct collector_order *order)
+bool collector_pop_answer(struct collector *collector, struct collector_answer *order)
 {
-    if (collector->orders_taken == collector->orders)
+    if (collector->answers_read == collector->answers)
         return false;
-    if (collector->orders - collector->orders_taken > COLLECT_ORDERS)
-        collector->orders_taken = collector->orders - COLLECT_ORDERS;
-    *order = collector->order[collector->orders_taken++ % COLLECT_ORDERS];
+    if (collector->answers - collector->answers_read > COLLECT_ANSWERS_MAX)
+        collector->answers_read = collector->answers - COLLECT_ANSWERS_MAX;
+    *order = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
     return true;
 }
 
@@ -103,7 +103,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    if (!side->any_pending)
+    if (!side->has_pending)
         return MR_OK;
     for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
         struct store_event event = {.session = collector->session,
@@ -114,13 +114,13 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
                                     .kind = store_trouble_kind((int)side->kind),
                                     .code = i,
                                     .detail = (int64_t)side->pending[i],
-                                    .value = (int64_t)side->told[i],
+                                    .value = (int64_t)side->counted_troubles[i],
                                     .links = 1 << side->kind};
         if (side->pending[i] > 0)
             status = store_event_put(collector->store, &event, error);
         side->pending[i] = 0;
     }
-    side->any_pending = false;
+    side->has_pending = false;
     return status;
 }
 
@@ -132,36 +132,36 @@ static void discard_torn_frame(struct side *side)
     mr_deframer_init(&side->deframer);
 }
 
-enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
-                                  const struct link_counters *counters, struct error *error)
+enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
+                                          const struct link_counters *counters, struct error *error)
 {
     struct side *side = &collector->side[kind];
     int64_t run = side->current ? side->current->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
     if (kind == LINK_CAN)
         side->account.counts.bad = (int64_t)counters->bad_lines;
-    if (side->any_pending && side->pending_run != run)
+    if (side->has_pending && side->pending_run != run)
         status = record_troubles(collector, side, error);
     for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
-        uint64_t more = counters->trouble[i] - side->told[i];
+        uint64_t more = counters->trouble[i] - side->counted_troubles[i];
         if (more == 0)
             continue;
-        if (!side->any_pending) {
-            side->any_pending = true;
+        if (!side->has_pending) {
+            side->has_pending = true;
             side->pending_run = run;
             side->pending_us = side->time.known ? timebase_now_us(&side->time) : STORE_NONE;
         }
-        side->told[i] = counters->trouble[i];
+        side->counted_troubles[i] = counters->trouble[i];
         side->pending[i] += more;
         if (i == LINK_BACK)
             discard_torn_frame(side);
-        account_trouble(&side->account, (enum link_event)i, (int64_t)more);
+        account_add_trouble(&side->account, (enum link_event)i, (int64_t)more);
     }
     return status;
 }
 
-enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
-                                   struct error *error)
+enum mr_status collector_handle_clock_set(struct collector *collector, int64_t jump_us,
+                                          struct error *error)
 {
     struct store_event event = {.session = collector->session,
                                 .run = STORE_NONE,
@@ -178,19 +178,19 @@ enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
     return store_event_put(collector->store, &event, error);
 }
 
-enum mr_status collector_link_end(struct collector *collector, enum link_kind kind,
+enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error)
 {
     struct side *side = &collector->side[kind];
     if (side->ended)
         return MR_OK;
-    enum mr_status status = collect_release(collector, side, error);
+    enum mr_status status = collect_release_held(collector, side, error);
     side->ended = true;
     account_end(&side->account);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
-        status = collect_finish_what_is_over(collector, error);
+        status = collect_finish_ended(collector, error);
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
         side->account.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
@@ -206,7 +206,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct side *side = &collector->side[kind];
         if (!side->ended) {
-            status = collect_release(collector, side, error);
+            status = collect_release_held(collector, side, error);
             side->ended = true;
             account_end(&side->account);
             if (status == MR_OK)
@@ -248,7 +248,7 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
     return status;
 }
 
-enum link_kind collector_behind(const struct collector *collector)
+enum link_kind collector_lagging_link(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
     bool can_behind = can->boot == serial->boot
@@ -257,7 +257,7 @@ enum link_kind collector_behind(const struct collector *collector)
     return can_behind ? LINK_CAN : LINK_SERIAL;
 }
 
-int64_t collector_take_finished(struct collector *collector)
+int64_t collector_pop_finished(struct collector *collector)
 {
     if (collector->finished_count == 0)
         return 0;
@@ -268,36 +268,37 @@ int64_t collector_take_finished(struct collector *collector)
     return run;
 }
 
-static void report_other_on_can(const struct collector *collector,
-                                struct collector_progress *progress)
+static void report_other_board_on_can(const struct collector *collector,
+                                      struct collector_progress *progress)
 {
     const struct side *can = &collector->side[LINK_CAN];
-    progress->other_on_can = collector->told.uid_vouched && !can->own_heard &&
-                             can->others >= COLLECT_OTHERS_IN_ROW;
+    progress->other_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
+                             can->other_board_messages >= COLLECT_OTHER_BOARD_MESSAGES;
     snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
              (unsigned)can->other_uid[1]);
     snprintf(progress->serial_uid, sizeof progress->serial_uid, "%08X%08X",
-             (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1]);
+             (unsigned)collector->reported.uid[0], (unsigned)collector->reported.uid[1]);
 }
 
 void collector_get_progress(const struct collector *collector, struct collector_progress *progress)
 {
-    const struct told *told = &collector->told;
+    const struct board_report *reported = &collector->reported;
     *progress =
-        (struct collector_progress){.hello = told->hello,
+        (struct collector_progress){.hello = reported->hello_known,
                                     .block = -1,
-                                    .board_uid = told->identity.board_uid,
-                                    .firmware = told->identity.firmware,
-                                    .landing = told->landing_known ? &told->landing : NULL,
-                                    .key = told->key_known ? &told->key : NULL,
-                                    .nonce = told->nonce_known ? told->nonce : NULL,
-                                    .uid = told->uid,
+                                    .board_uid = reported->identity.board_uid,
+                                    .firmware = reported->identity.firmware,
+                                    .landing = reported->landing_known ? &reported->landing : NULL,
+                                    .key = reported->key_known ? &reported->key : NULL,
+                                    .nonce = reported->nonce_known ? reported->nonce : NULL,
+                                    .uid = reported->uid,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
-    report_other_on_can(collector, progress);
+    report_other_board_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
-        memcpy(progress->missing[kind], side->account.missing_of, sizeof progress->missing[kind]);
+        memcpy(progress->missing[kind], side->account.missing_count,
+               sizeof progress->missing[kind]);
         if (collect_newest_block(side) > progress->block)
             progress->block = collect_newest_block(side);
         if (side->current && side->current->row.id > progress->run) {
@@ -313,7 +314,7 @@ void collector_get_progress(const struct collector *collector, struct collector_
  * All state of the collector is one object. Its pointers refer to itself or to objects that
  * outlive it, so a copy of its bytes is valid. */
 
-enum mr_status collector_mark(struct collector *collector, struct error *error)
+enum mr_status collector_save_mark(struct collector *collector, struct error *error)
 {
     if (!collector->mark)
         collector->mark = malloc(sizeof *collector->mark);
@@ -331,25 +332,25 @@ void collector_restore_mark(struct collector *collector)
         *collector = *mark;
 }
 
-void collector_discard_time(struct collector *collector, enum link_kind kind)
+void collector_discard_clock_offset(struct collector *collector, enum link_kind kind)
 {
     collect_discard_time(&collector->side[kind]);
 }
 
-void collector_move(struct collector *collector, struct store *store)
+void collector_set_store(struct collector *collector, struct store *store)
 {
     collector->store = store;
 }
 
-enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
-                               bool goes_on, struct collector **collector, struct error *error)
+enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
+                                bool goes_on, struct collector **collector, struct error *error)
 {
     enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
                                            before->side[LINK_SERIAL].spec, collector, error);
     if (status == MR_OK)
-        (*collector)->own = before->own;
+        (*collector)->own_commands = before->own_commands;
     if (status == MR_OK && !whole)
-        (*collector)->told = before->told;
+        (*collector)->reported = before->reported;
     for (int kind = 0; status == MR_OK && goes_on && kind < LINK_KINDS; kind++)
         (*collector)->side[kind].deframer = before->side[kind].deframer;
     return status;

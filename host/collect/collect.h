@@ -39,38 +39,40 @@ void collector_close(struct collector *collector); /* NULL is allowed; does not 
 /* Process frames as received. MR_VERSION: a board with another layout. MR_IO: a board other than
  * before, either on serial, or on CAN without the known board. Both statuses require a new log.
  * Damaged frames and frames of other nodes are counted and are not errors. */
-enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
-                               struct error *error);
-enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
-                               uint64_t host_us, struct error *error);
+enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
+                                       struct error *error);
+enum mr_status collector_receive_bytes(struct collector *collector, const uint8_t *bytes,
+                                       size_t length, uint64_t host_us, struct error *error);
 /* Accounts the errors that a link has counted so far; new ones are recorded at the next
  * collector_put_counts. Call it before passing in data that was received after the errors. */
-enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
-                                  const struct link_counters *counters, struct error *error);
+enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
+                                          const struct link_counters *counters,
+                                          struct error *error);
 /* This computer's clock was set by `jump_us`: records an event `clock-set` and starts a new
  * estimate of the offset between the board's clock and this computer's. */
-enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
-                                   struct error *error);
+enum mr_status collector_handle_clock_set(struct collector *collector, int64_t jump_us,
+                                          struct error *error);
 /* A link ended. MR_TRUNCATED: it ended inside a serial frame. */
-enum mr_status collector_link_end(struct collector *collector, enum link_kind kind,
+enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error);
 /* Discards the estimated clock offset of one link between board and computer; it is estimated again
  * from later data. */
-void collector_discard_time(struct collector *collector, enum link_kind kind);
+void collector_discard_clock_offset(struct collector *collector, enum link_kind kind);
 
-/* collector_mark saves the state at the start of a transaction. collector_restore_mark restores it
- * after the store has rolled the transaction back, so that the same data can be passed in again. */
-enum mr_status collector_mark(struct collector *collector, struct error *error);
+/* collector_save_mark saves the state at the start of a transaction. collector_restore_mark
+ * restores it after the store has rolled the transaction back, so that the same data can be passed
+ * in again. */
+enum mr_status collector_save_mark(struct collector *collector, struct error *error);
 void collector_restore_mark(struct collector *collector);
 /* Continues with this store, which contains everything that was committed to the previous one. Call
  * it between two transactions. */
-void collector_move(struct collector *collector, struct store *store);
+void collector_set_store(struct collector *collector, struct store *store);
 /* Opens a new session of the same links in another store. `whole`: all data since the beginning is
  * passed in again; otherwise the session starts with what the board has reported about itself so
  * far. `goes_on`: no data is passed in again, and the session starts within the frame in which the
  * previous one ended. */
-enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
-                               bool goes_on, struct collector **collector, struct error *error);
+enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
+                                bool goes_on, struct collector **collector, struct error *error);
 /* Ends the session: open landings are closed in their current state, and losses are settled.
  * `ended_by`: "end", "time", "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by,
@@ -81,43 +83,44 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
 
 /* True if the configuration that the board reports is not in the database and may be requested
  * now. */
-bool collector_lacks_configuration(const struct collector *collector);
+bool collector_needs_configuration(const struct collector *collector);
 
 /* RUN of a landing that has ended since the last call; 0: none. Call until it returns 0. */
-int64_t collector_take_finished(struct collector *collector);
+int64_t collector_pop_finished(struct collector *collector);
 /* A processor fault that the board reported since the last call; NULL: none. */
-const struct crash_report *collector_take_crash(struct collector *collector);
+const struct crash_report *collector_pop_crash(struct collector *collector);
 /* The board's CAN state if it has changed since the last call; NULL: it has not. */
-const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
+const struct mr_can_alarm *collector_pop_alarm(struct collector *collector);
 /* Commands that this program sent, which distinguish answers to them from answers to other
  * programs. The caller owns this list, because the collector may return to a mark. */
-#define COLLECTOR_OWN 16u
-struct collector_own {
+#define COLLECTOR_OWN_COMMANDS 16u
+struct collector_own_commands {
     struct {
         uint8_t code;
         uint16_t tag;
         /* block of the answer; -1: none yet. A later answer belongs to another program's
          * repetition */
         int64_t block;
-    } order[COLLECTOR_OWN];
+    } command[COLLECTOR_OWN_COMMANDS];
     unsigned next;
 };
-void collector_own_put(struct collector_own *own, const struct mr_command *command);
+void collector_add_own_command(struct collector_own_commands *own,
+                               const struct mr_command *command);
 /* Sets the list of this program's commands. Without it, for example for a recording, the sender of
  * a command is not known: commands are not reported, and their events have no value. */
-void collector_set_own(struct collector *collector, struct collector_own *own);
+void collector_set_own_commands(struct collector *collector, struct collector_own_commands *own);
 
 /* The board's answer to a command that does more than read: executed, or refused with ack.status.
  * Each answer is stored as an event `order`, with value 1 for this program's command and 0 for
  * another's. Identical answers within a second are only counted. */
-struct collector_order {
+struct collector_answer {
     struct mr_ack ack;
-    bool own;
-    unsigned more; /* number of identical answers before it that were only counted */
+    bool is_own;
+    unsigned repeats; /* number of identical answers before it that were only counted */
 };
-/* Takes the oldest answer that was not taken yet, of the newest eight; returns false if there is
+/* Removes the oldest of the newest eight answers and returns it; returns false if there is
  * none. */
-bool collector_take_order(struct collector *collector, struct collector_order *order);
+bool collector_pop_answer(struct collector *collector, struct collector_answer *order);
 
 struct collector_progress {
     bool hello;     /* a board with the right layout has sent a hello */
@@ -155,11 +158,11 @@ struct collector_listener {
     void (*record)(void *context, const struct mr_block *block, uint64_t host_us);
     void *context;
 };
-void collector_listen(struct collector *collector, const struct collector_listener *listener);
+void collector_set_listener(struct collector *collector, const struct collector_listener *listener);
 
 /* The link that is behind the other one in board time, with the board's starts taken into
  * account. */
-enum link_kind collector_behind(const struct collector *collector);
+enum link_kind collector_lagging_link(const struct collector *collector);
 int64_t collector_session(const struct collector *collector);
 
 #endif

@@ -15,8 +15,9 @@ static enum mr_status reject_other_board(struct collector *collector, struct sid
                                          enum mr_status why, const char *now, struct error *error)
 {
     if (side->kind == LINK_CAN) {
-        side->others++;
-        if (!collector->side[LINK_SERIAL].ended || side->others < COLLECT_OTHERS_IN_ROW)
+        side->other_board_messages++;
+        if (!collector->side[LINK_SERIAL].ended ||
+            side->other_board_messages < COLLECT_OTHER_BOARD_MESSAGES)
             return MR_OK;
     }
     return error_set(
@@ -25,12 +26,12 @@ static enum mr_status reject_other_board(struct collector *collector, struct sid
         side->spec);
 }
 
-static enum mr_status take_hello(struct collector *collector, struct side *side,
-                                 const struct mr_hello *message, struct error *error)
+static enum mr_status handle_hello(struct collector *collector, struct side *side,
+                                   const struct mr_hello *message, struct error *error)
 {
     bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended &&
-                           side->others + 1 < COLLECT_OTHERS_IN_ROW;
-    if (message->layout != MR_LAYOUT && (collector->told.hello || serial_will_say)) {
+                           side->other_board_messages + 1 < COLLECT_OTHER_BOARD_MESSAGES;
+    if (message->layout != MR_LAYOUT && (collector->reported.hello_known || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
         return reject_other_board(collector, side, MR_VERSION, now, error);
@@ -40,28 +41,29 @@ static enum mr_status take_hello(struct collector *collector, struct side *side,
                          "the board uses layout %u, this matrig layout %u: %s; use firmware and "
                          "matrig of one version",
                          message->layout, MR_LAYOUT, side->spec);
-    collector->told.hello = true;
-    collector->told.identity.clock_source = message->clock_source;
-    snprintf(collector->told.identity.firmware, sizeof collector->told.identity.firmware,
+    collector->reported.hello_known = true;
+    collector->reported.identity.clock_source = message->clock_source;
+    snprintf(collector->reported.identity.firmware, sizeof collector->reported.identity.firmware,
              "%u.%u.%u", message->major, message->minor, message->patch);
     return MR_OK;
 }
 
 /* Takes words `part` of the chip's unique id. False: they belong to another board; `error` is
  * set if the log cannot continue. */
-static bool take_uid(struct collector *collector, struct side *side, unsigned part,
-                     const uint32_t *words, size_t count, struct error *error)
+static bool handle_uid(struct collector *collector, struct side *side, unsigned part,
+                       const uint32_t *words, size_t count, struct error *error)
 {
-    uint32_t *known = &collector->told.uid[part == 1 ? 0 : 2];
+    uint32_t *known = &collector->reported.uid[part == 1 ? 0 : 2];
     bool vouched = side->kind == LINK_SERIAL;
     bool same = memcmp(known, words, count * sizeof *words) == 0;
-    if (!(collector->told.uid_parts & part) || same || (vouched && !collector->told.uid_vouched)) {
+    if (!(collector->reported.uid_parts & part) || same ||
+        (vouched && !collector->reported.uid_from_serial)) {
         if (vouched && !same) /* the CAN data so far came from another board */
-            collector->side[LINK_CAN].own_heard = false;
+            collector->side[LINK_CAN].own_board_seen = false;
         memcpy(known, words, count * sizeof *words);
-        collector->told.uid_parts |= part;
-        side->others = part == 1 ? 0 : side->others;
-        side->own_heard |= part == 1;
+        collector->reported.uid_parts |= part;
+        side->other_board_messages = part == 1 ? 0 : side->other_board_messages;
+        side->own_board_seen |= part == 1;
         return true;
     }
     char now[60];
@@ -74,13 +76,13 @@ static bool take_uid(struct collector *collector, struct side *side, unsigned pa
 }
 
 /* Updates the row of an open landing with the identity learned since. */
-static enum mr_status refresh_landing(struct collector *collector, struct side *side,
-                                      struct error *error)
+static enum mr_status update_landing(struct collector *collector, struct side *side,
+                                     struct error *error)
 {
     struct slot *slot = side->current;
     if (!slot)
         return MR_OK;
-    struct store_landing row = collector->told.identity, *was = &slot->row;
+    struct store_landing row = collector->reported.identity, *was = &slot->row;
     row.id = was->id;
     row.session = was->session;
     row.boot = was->boot;
@@ -97,19 +99,20 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
 static enum mr_status put_channel(struct collector *collector, const struct slot *slot,
                                   unsigned index, struct error *error)
 {
-    if (!slot || !collector->told.channel_known[index] || !collector->told.zero_known[index])
+    if (!slot || !collector->reported.channel_known[index] ||
+        !collector->reported.zero_known[index])
         return MR_OK;
-    return store_channel_put(collector->store, slot->row.id, index, &collector->told.channel[index],
-                             error);
+    return store_channel_put(collector->store, slot->row.id, index,
+                             &collector->reported.channel[index], error);
 }
 
-static enum mr_status take_channel(struct collector *collector, const struct side *side,
-                                   const struct mr_channel *message, struct error *error)
+static enum mr_status handle_channel(struct collector *collector, const struct side *side,
+                                     const struct mr_channel *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->told.channel[message->index];
-    if (collector->told.channel_known[message->index] && known->kind == message->kind &&
+    struct mr_channel_config *known = &collector->reported.channel[message->index];
+    if (collector->reported.channel_known[message->index] && known->kind == message->kind &&
         known->unit_per_code == message->unit_per_code &&
         (known->station_ft == message->station_ft ||
          (isnan(known->station_ft) && isnan(message->station_ft))))
@@ -117,86 +120,88 @@ static enum mr_status take_channel(struct collector *collector, const struct sid
     known->kind = message->kind;
     known->station_ft = message->station_ft;
     known->unit_per_code = message->unit_per_code;
-    collector->told.channel_known[message->index] = true;
+    collector->reported.channel_known[message->index] = true;
     return put_channel(collector, side->current, message->index, error);
 }
 
-static enum mr_status take_channel_zero(struct collector *collector, const struct side *side,
-                                        const struct mr_channel_zero *message, struct error *error)
+static enum mr_status handle_channel_zero(struct collector *collector, const struct side *side,
+                                          const struct mr_channel_zero *message,
+                                          struct error *error)
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->told.channel[message->index];
-    if (collector->told.zero_known[message->index] && known->number == message->number &&
+    struct mr_channel_config *known = &collector->reported.channel[message->index];
+    if (collector->reported.zero_known[message->index] && known->number == message->number &&
         known->band == message->band && known->zero_code == message->zero_code)
         return MR_OK;
     known->number = message->number;
     known->band = message->band;
     known->zero_code = message->zero_code;
-    collector->told.zero_known[message->index] = true;
+    collector->reported.zero_known[message->index] = true;
     return put_channel(collector, side->current, message->index, error);
 }
 
 static enum mr_status put_calibration(struct collector *collector, const struct slot *slot,
                                       unsigned index, unsigned item, struct error *error)
 {
-    if (!slot || !(collector->told.items_known[index] >> item & 1u))
+    if (!slot || !(collector->reported.items_known[index] >> item & 1u))
         return MR_OK;
     return store_calibration_put(
         collector->store, slot->row.id,
-        &(struct store_calibration){index, item,
-                                    (double)mr_channel_item(&collector->told.channel[index], item)},
+        &(struct store_calibration){
+            index, item, (double)mr_channel_item(&collector->reported.channel[index], item)},
         error);
 }
 
-static enum mr_status take_calibration(struct collector *collector, const struct side *side,
-                                       const struct mr_calibration *message, struct error *error)
+static enum mr_status handle_calibration(struct collector *collector, const struct side *side,
+                                         const struct mr_calibration *message, struct error *error)
 {
     if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->told.channel[message->index];
+    struct mr_channel_config *known = &collector->reported.channel[message->index];
     uint32_t bit = 1u << message->item;
-    if (collector->told.items_known[message->index] & bit &&
+    if (collector->reported.items_known[message->index] & bit &&
         mr_channel_item(known, message->item) == message->value)
         return MR_OK;
     mr_channel_item_set(known, message->item, message->value);
-    collector->told.items_known[message->index] |= bit;
+    collector->reported.items_known[message->index] |= bit;
     return put_calibration(collector, side->current, message->index, message->item, error);
 }
 
-static enum mr_status take_switch_place(struct collector *collector, const struct side *side,
-                                        const struct mr_switch_place *message, struct error *error)
+static enum mr_status handle_switch_place(struct collector *collector, const struct side *side,
+                                          const struct mr_switch_place *message,
+                                          struct error *error)
 {
     if (message->position == 0 || message->position > STORE_SWITCHES_MAX)
         return MR_OK;
     struct store_switch place = {message->position, message->step_codes,
                                  (double)message->station_ft};
-    struct store_switch *known = &collector->told.place[message->position - 1];
-    if (collector->told.switch_known[message->position - 1] &&
+    struct store_switch *known = &collector->reported.switch_place[message->position - 1];
+    if (collector->reported.switch_known[message->position - 1] &&
         known->step_codes == place.step_codes && known->station_ft == place.station_ft)
         return MR_OK;
     *known = place;
-    collector->told.switch_known[message->position - 1] = true;
+    collector->reported.switch_known[message->position - 1] = true;
     return side->current ? COLLECT_PUT(switch, &place) : MR_OK;
 }
 
-static enum mr_status take_slack(struct collector *collector, const struct side *side,
-                                 const struct mr_slack *message, struct error *error)
+static enum mr_status handle_slack(struct collector *collector, const struct side *side,
+                                   const struct mr_slack *message, struct error *error)
 {
     if (message->segment >= MR_SEGMENTS)
         return MR_OK;
     struct store_segment segment = {message->segment, message->joints, (double)message->slack_in,
                                     (double)message->start_ft, (double)message->end_ft};
-    struct store_segment *known = &collector->told.segment[message->segment];
-    if (collector->told.segment_known[message->segment] &&
+    struct store_segment *known = &collector->reported.segment[message->segment];
+    if (collector->reported.segment_known[message->segment] &&
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
     /* a board that restarted during a landing lost its survey; the landing keeps it */
-    bool forgotten = collector->told.segment_known[message->segment] && !isnan(known->slack_in) &&
-                     isnan(segment.slack_in);
+    bool forgotten = collector->reported.segment_known[message->segment] &&
+                     !isnan(known->slack_in) && isnan(segment.slack_in);
     *known = segment;
-    collector->told.segment_known[message->segment] = true;
+    collector->reported.segment_known[message->segment] = true;
     return side->current && !forgotten ? COLLECT_PUT(segment, &segment) : MR_OK;
 }
 
@@ -210,71 +215,71 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
         status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS,
                                  i % MR_CALIBRATION_ITEMS, error);
     for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
-        if (collector->told.switch_known[i])
-            status = store_switch_put(collector->store, slot->row.id, &collector->told.place[i],
-                                      error);
+        if (collector->reported.switch_known[i])
+            status = store_switch_put(collector->store, slot->row.id,
+                                      &collector->reported.switch_place[i], error);
     }
     for (unsigned i = 0; i < MR_SEGMENTS && status == MR_OK; i++) {
-        if (collector->told.segment_known[i])
-            status = store_segment_put(collector->store, slot->row.id, &collector->told.segment[i],
-                                       error);
+        if (collector->reported.segment_known[i])
+            status = store_segment_put(collector->store, slot->row.id,
+                                       &collector->reported.segment[i], error);
     }
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
-static enum mr_status take_site(struct collector *collector, struct side *side,
-                                const struct mr_site *message, struct error *error)
+static enum mr_status handle_site(struct collector *collector, struct side *side,
+                                  const struct mr_site *message, struct error *error)
 {
-    collector->told.identity.touchdown_ft = (double)message->touchdown_ft;
-    collector->told.identity.switch_error_ft = (double)message->switch_error_ft;
-    return refresh_landing(collector, side, error);
+    collector->reported.identity.touchdown_ft = (double)message->touchdown_ft;
+    collector->reported.identity.switch_error_ft = (double)message->switch_error_ft;
+    return update_landing(collector, side, error);
 }
 
-static enum mr_status take_board_uid(struct collector *collector, struct side *side,
-                                     const struct mr_board_uid *message, struct error *error)
+static enum mr_status handle_board_uid(struct collector *collector, struct side *side,
+                                       const struct mr_board_uid *message, struct error *error)
 {
     const uint32_t words[2] = {message->uid0, message->uid1};
-    take_uid(collector, side, 1, words, 2, error);
+    handle_uid(collector, side, 1, words, 2, error);
     return error->status;
 }
 
-static enum mr_status take_board_image(struct collector *collector, struct side *side,
-                                       const struct mr_board_image *message, struct error *error)
+static enum mr_status handle_board_image(struct collector *collector, struct side *side,
+                                         const struct mr_board_image *message, struct error *error)
 {
-    if (!take_uid(collector, side, 2, &message->uid2, 1, error))
+    if (!handle_uid(collector, side, 2, &message->uid2, 1, error))
         return error->status;
-    collector->told.uid_vouched |= side->kind == LINK_SERIAL;
-    collector->told.identity.image_crc = message->image_crc;
-    snprintf(collector->told.identity.board_uid, sizeof collector->told.identity.board_uid,
-             "%08X%08X%08X", (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1],
-             (unsigned)collector->told.uid[2]);
+    collector->reported.uid_from_serial |= side->kind == LINK_SERIAL;
+    collector->reported.identity.image_crc = message->image_crc;
+    snprintf(collector->reported.identity.board_uid, sizeof collector->reported.identity.board_uid,
+             "%08X%08X%08X", (unsigned)collector->reported.uid[0],
+             (unsigned)collector->reported.uid[1], (unsigned)collector->reported.uid[2]);
     return MR_OK;
 }
 
 /* Stores an event when the state changes. */
-static enum mr_status take_bus_key(struct collector *collector, struct side *side,
-                                   const struct mr_bus_key *message, uint64_t host_us,
-                                   struct error *error)
+static enum mr_status handle_bus_key(struct collector *collector, struct side *side,
+                                     const struct mr_bus_key *message, uint64_t host_us,
+                                     struct error *error)
 {
-    bool same = collector->told.key_known && collector->told.key.state == message->state;
+    bool same = collector->reported.key_known && collector->reported.key.state == message->state;
     int64_t block = collect_newest_block(side);
-    collector->told.key = *message;
-    collector->told.key_known = true;
+    collector->reported.key = *message;
+    collector->reported.key_known = true;
     return same ? MR_OK
                 : collect_put_event(collector, side, "key", block < 0 ? 0 : block, message->state,
                                     message->changes, STORE_NONE, host_us, error);
 }
 
-static void take_nonce(struct collector *collector, const struct mr_nonce *message)
+static void handle_nonce(struct collector *collector, const struct mr_nonce *message)
 {
-    mr_nonce_put(message, collector->told.nonce);
-    collector->told.nonce_known = true;
+    mr_nonce_put(message, collector->reported.nonce);
+    collector->reported.nonce_known = true;
 }
 
 /* ---- config: the configuration, which the board sends word by word ---- */
 
-static enum mr_status take_config_word(struct collector *collector, struct side *side,
-                                       const struct mr_config_image *word, struct error *error)
+static enum mr_status handle_config_word(struct collector *collector, struct side *side,
+                                         const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
     if (!config_words_add(&side->config, word, &config))
@@ -284,21 +289,23 @@ static enum mr_status take_config_word(struct collector *collector, struct side 
     enum mr_status status = store_configuration_put(collector->store, word->value, text, error);
     free(text);
     if (status == MR_OK) {
-        collector->config_kept = true;
-        collector->config_kept_crc = word->value;
+        collector->config_stored = true;
+        collector->config_stored_crc = word->value;
     }
     return status;
 }
 
-bool collector_lacks_configuration(const struct collector *collector)
+bool collector_needs_configuration(const struct collector *collector)
 {
-    bool known = collector->told.hello && collector->told.identity.config_crc != STORE_NONE;
+    bool known = collector->reported.hello_known &&
+                 collector->reported.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (collector->side[kind].current)
             return false; /* the board does not send it from arming to the end */
     }
-    return known && !(collector->config_kept &&
-                      collector->config_kept_crc == (uint32_t)collector->told.identity.config_crc);
+    return known &&
+           !(collector->config_stored &&
+             collector->config_stored_crc == (uint32_t)collector->reported.identity.config_crc);
 }
 
 enum mr_status collect_identity_message(struct collector *collector, struct side *side,
@@ -312,7 +319,7 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     case MR_INDEX_IMAGE_COMMIT:
         mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
                              m->as.image_commit.changed != 0,
-                             collector->told.identity.image_commit);
+                             collector->reported.identity.image_commit);
         return MR_OK;
     case MR_INDEX_BUS_KEY:
         return take_bus_key(collector, side, &m->as.bus_key, event->host_us, error);

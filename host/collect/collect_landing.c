@@ -11,14 +11,14 @@
 
 /* A link is silent if its newest block is this far behind the other link's: clocks are sent
  * every 100 blocks. */
-#define SILENT_BLOCKS 300
+#define SILENT_BLOCKS        300
 /* Once one link has the end of the landing, a silent link is waited for only this long: its
  * cable was probably unplugged. Links are read in step, so no data of that link is waiting. */
-#define GONE_BLOCKS   5000
+#define UNPLUGGED_BLOCKS     5000
 /* CAN fills in this far around a loss on serial, because a message may describe an earlier
  * moment. */
-#define AROUND_BLOCKS 1000
-#define AHEAD_BLOCKS  1000 /* the newest known block may be this old */
+#define FILL_MARGIN_BLOCKS   1000
+#define CLOCK_AGE_MAX_BLOCKS 1000 /* the newest known block may be this old */
 
 /* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
@@ -44,7 +44,7 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
 }
 
 /* After a landing, CAN data fills in the losses of serial. */
-struct filling {
+struct gap_filler {
     struct collector *collector;
     struct side can; /* state of the CAN side at that time */
     struct store_gap *gaps;
@@ -53,13 +53,14 @@ struct filling {
 };
 
 /* True: serial lost data near that block. */
-static bool is_lost_on_serial(const struct filling *filling, int64_t block)
+static bool is_lost_on_serial(const struct gap_filler *filler, int64_t block)
 {
-    for (size_t i = 0; i < filling->count; i++) {
-        const struct store_gap *gap = &filling->gaps[i];
+    for (size_t i = 0; i < filler->count; i++) {
+        const struct store_gap *gap = &filler->gaps[i];
         int64_t from = gap->from_block, to = gap->to_block;
-        if (gap->link == LINK_SERIAL && (from == STORE_NONE || block + AROUND_BLOCKS >= from) &&
-            (to == STORE_NONE || block - AROUND_BLOCKS <= to))
+        if (gap->link == LINK_SERIAL &&
+            (from == STORE_NONE || block + FILL_MARGIN_BLOCKS >= from) &&
+            (to == STORE_NONE || block - FILL_MARGIN_BLOCKS <= to))
             return true;
     }
     return false;
@@ -68,35 +69,35 @@ static bool is_lost_on_serial(const struct filling *filling, int64_t block)
 /* Handles a stored frame of gear, predictor or bands as if received now. Existing rows stay. */
 static enum mr_status fill_frame(void *context, const struct store_frame *frame)
 {
-    struct filling *filling = context;
+    struct gap_filler *filler = context;
     struct mr_message message;
     if (frame->board_us == STORE_NONE || frame->direction != 0 || frame->id > UINT16_MAX ||
-        !is_lost_on_serial(filling, frame->board_us / 1000) ||
+        !is_lost_on_serial(filler, frame->board_us / 1000) ||
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
         message.info->direction == MR_DIRECTION_HOST)
         return MR_OK;
-    filling->can.time.block = frame->board_us / 1000;
+    filler->can.time.block = frame->board_us / 1000;
     const struct collector_event event = {.link = LINK_CAN,
                                           .message = &message,
                                           .host_us = (uint64_t)frame->host_us,
                                           .board_us = frame->board_us};
-    return collect_message_again(filling->collector, &filling->can, &event, filling->error);
+    return collect_reprocess_message(filler->collector, &filler->can, &event, filler->error);
 }
 
-static enum mr_status fill(struct collector *collector, struct slot *slot, struct error *error)
+static enum mr_status fill_gaps(struct collector *collector, struct slot *slot, struct error *error)
 {
-    struct filling filling = {
+    struct gap_filler filler = {
         .collector = collector, .can = collector->side[LINK_CAN], .error = error};
     bool lost = false;
-    filling.can.current = slot;
-    enum mr_status status = store_gaps(collector->store, slot->row.id, &filling.gaps,
-                                       &filling.count, error);
-    for (size_t i = 0; i < filling.count; i++)
-        lost |= filling.gaps[i].link == LINK_SERIAL;
+    filler.can.current = slot;
+    enum mr_status status = store_gaps(collector->store, slot->row.id, &filler.gaps, &filler.count,
+                                       error);
+    for (size_t i = 0; i < filler.count; i++)
+        lost |= filler.gaps[i].link == LINK_SERIAL;
     if (status == MR_OK && lost && slot->entered[LINK_CAN] && slot->entered[LINK_SERIAL])
-        status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filling,
+        status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filler,
                                    error);
-    free(filling.gaps);
+    free(filler.gaps);
     return status;
 }
 
@@ -113,23 +114,23 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
-    bool ended = slot->left[LINK_SERIAL] && !slot->broken_off;
+    bool ended = slot->left[LINK_SERIAL] && !slot->interrupted;
     if (status == MR_OK && slot->entered[LINK_SERIAL])
         status = store_frames_place(collector->store, collector->session, slot->row.id,
-                                    slot->begun_mark,
-                                    ended               ? STORE_NONE
-                                    : slot->broken_mark ? slot->broken_mark
-                                                        : INT64_MAX,
+                                    slot->begin_mark,
+                                    ended                    ? STORE_NONE
+                                    : slot->interrupted_mark ? slot->interrupted_mark
+                                                             : INT64_MAX,
                                     error);
     if (status == MR_OK)
-        status = fill(collector, slot, error);
+        status = fill_gaps(collector, slot, error);
     if (collector->finished_count < SLOTS)
         collector->finished[collector->finished_count++] = slot->row.id;
     return status;
 }
 
 /* Finishes a landing when every link has left it, has ended, or is known to have missed it. */
-enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error)
+enum mr_status collect_finish_ended(struct collector *collector, struct error *error)
 {
     for (size_t i = 0; i < SLOTS; i++) {
         struct slot *slot = &collector->slot[i];
@@ -142,7 +143,7 @@ enum mr_status collect_finish_what_is_over(struct collector *collector, struct e
             bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
             bool gone = slot->left[1 - kind] &&
-                        collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
+                        collect_newest_block(other) > slot->end_block + UNPLUGGED_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
             over = over &&
                    (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
@@ -174,9 +175,9 @@ static struct slot *find_slot(struct collector *collector, const struct side *si
     return found;
 }
 
-static enum mr_status make_slot(struct collector *collector, const struct side *side,
-                                const struct mr_landing *landing, int64_t armed_block,
-                                uint64_t host_us, struct slot **slot, struct error *error)
+static enum mr_status create_slot(struct collector *collector, const struct side *side,
+                                  const struct mr_landing *landing, int64_t armed_block,
+                                  uint64_t host_us, struct slot **slot, struct error *error)
 {
     struct slot *oldest = &collector->slot[0];
     for (size_t i = 1; i < SLOTS; i++) {
@@ -193,20 +194,20 @@ static enum mr_status make_slot(struct collector *collector, const struct side *
         each->current = each->current == oldest ? NULL : each->current;
         each->last = each->last == oldest ? NULL : each->last;
     }
-    *oldest = (struct slot){.row = collector->told.identity, .end_block = -1};
+    *oldest = (struct slot){.row = collector->reported.identity, .end_block = -1};
     oldest->row.session = collector->session;
     oldest->row.boot = side->boot;
     oldest->row.board_landing = landing->landing;
     oldest->row.armed_block = armed_block;
     oldest->row.armed_us = (int64_t)host_us;
     oldest->row.state = landing->state;
-    oldest->begun_mark = collector->side[LINK_CAN].mark[0];
+    oldest->begin_mark = collector->side[LINK_CAN].mark[0];
     *slot = oldest;
     enum mr_status status = store_landing_add(collector->store, &oldest->row, error);
     return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
 }
 
-void collect_leave(struct side *side)
+void collect_leave_landing(struct side *side)
 {
     struct slot *slot = side->current;
     if (!slot)
@@ -216,20 +217,21 @@ void collect_leave(struct side *side)
         slot->end_block = collect_newest_block(side);
     side->last = slot;
     side->current = NULL;
-    account_break(&side->account);
+    account_reset_steps(&side->account);
 }
 
-static enum mr_status enter(struct collector *collector, struct side *side,
-                            const struct mr_landing *landing, uint64_t host_us, struct error *error)
+static enum mr_status enter_landing(struct collector *collector, struct side *side,
+                                    const struct mr_landing *landing, uint64_t host_us,
+                                    struct error *error)
 {
     int64_t armed_block = landing->state == MR_LANDING_ARMED ? (int64_t)landing->block : STORE_NONE;
     struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
     if (slot && slot == side->current)
         return MR_OK;
     enum mr_status status = MR_OK;
-    collect_leave(side);
+    collect_leave_landing(side);
     if (!slot)
-        status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
+        status = create_slot(collector, side, landing, armed_block, host_us, &slot, error);
     else /* this link reported the configuration before the landing */
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
@@ -239,18 +241,18 @@ static enum mr_status enter(struct collector *collector, struct side *side,
         slot->row.armed_us = (int64_t)host_us;
     slot->entered[side->kind] = true;
     side->current = slot;
-    account_break(&side->account);
+    account_reset_steps(&side->account);
     return MR_OK;
 }
 
-static enum mr_status follow(struct collector *collector, struct side *side,
-                             const struct mr_landing *landing, uint64_t host_us,
-                             struct error *error)
+static enum mr_status follow_landing(struct collector *collector, struct side *side,
+                                     const struct mr_landing *landing, uint64_t host_us,
+                                     struct error *error)
 {
     enum mr_status status = MR_OK;
     bool going_on = landing->state >= MR_LANDING_ARMED && landing->state <= MR_LANDING_SETTLING;
     if (going_on)
-        status = enter(collector, side, landing, host_us, error);
+        status = enter_landing(collector, side, landing, host_us, error);
     struct slot *slot = side->current;
     if (status != MR_OK || !slot)
         return status;
@@ -262,22 +264,22 @@ static enum mr_status follow(struct collector *collector, struct side *side,
         status = store_landing_put(collector->store, &slot->row, error);
     }
     if (!going_on)
-        collect_leave(side);
+        collect_leave_landing(side);
     return status;
 }
 
-enum mr_status collect_landing(struct collector *collector, struct side *side,
-                               const struct mr_landing *landing, uint64_t host_us, bool *believed,
-                               struct error *error)
+enum mr_status collect_handle_landing(struct collector *collector, struct side *side,
+                                      const struct mr_landing *landing, uint64_t host_us,
+                                      bool *believed, struct error *error)
 {
     int64_t newest = collect_newest_block(side);
     /* on CAN: rejects an invalid state, a future one, and one delayed in a controller */
     *believed = side->kind != LINK_CAN ||
                 (landing->state <= MR_LANDING_DONE && landing->cause <= MR_LANDING_BY_LIMIT &&
                  landing->block >= side->state_block &&
-                 (newest < 0 || (int64_t)landing->block <= newest + AHEAD_BLOCKS));
+                 (newest < 0 || (int64_t)landing->block <= newest + CLOCK_AGE_MAX_BLOCKS));
     if (!*believed)
         return MR_OK;
     side->state_block = landing->block;
-    return follow(collector, side, landing, host_us, error);
+    return follow_landing(collector, side, landing, host_us, error);
 }

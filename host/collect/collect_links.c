@@ -1,8 +1,7 @@
 /* Frames of the two links: time, losses, board and raw row; collect_message.c handles the content.
- *
- * Serial connects to one board; on CAN any node may send. Serial is therefore the record while
- * it is connected: messages sent on both links are taken from serial alone. CAN frames are
- * stored raw and shown; after a landing they fill in the losses of serial (collect_landing.c). */
+ * * Serial connects to one board; on CAN any node may send. Serial is therefore the record while it
+ * is connected: messages sent on both links are taken from serial alone. CAN frames are stored raw
+ * and shown; after a landing they fill in the losses of serial (collect_handle_landing.c). */
 #include <math.h>
 #include <string.h>
 
@@ -12,14 +11,14 @@
 
 /* Messages of a link are in order. A prediction may describe an earlier moment, readings are
  * current, and clocks are sent every 100 blocks. */
-#define BEHIND_BLOCKS         2000
-#define READING_BEHIND_BLOCKS 200
-#define AHEAD_BLOCKS          1000
+#define MESSAGE_AGE_MAX_BLOCKS 2000
+#define READING_AGE_MAX_BLOCKS 200
+#define CLOCK_AGE_MAX_BLOCKS   1000
 
-#define RECORD_BLOCKS \
+#define SERIAL_SILENT_BLOCKS \
     1000 /* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
-#define MARK_BLOCKS   5000
-#define STARTS_BLOCKS 10000
+#define MARK_PERIOD_BLOCKS 5000
+#define SAME_START_BLOCKS  10000
 
 /* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
  * received. */
@@ -31,15 +30,15 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
         struct slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
-            (slot->end_block >= 0 && !slot->broken_off))
+            (slot->end_block >= 0 && !slot->interrupted))
             continue;
-        slot->broken_off = true;
+        slot->interrupted = true;
         if (side->kind == LINK_CAN)
-            status = store_frames_mark(collector->store, &slot->broken_mark, error);
+            status = store_frames_mark(collector->store, &slot->interrupted_mark, error);
     }
     if (status != MR_OK)
         return status;
-    collect_leave(side);
+    collect_leave_landing(side);
     side->state_block = 0;
     side->time_doubt = (struct timebase_doubt){0};
     side->boot++;
@@ -62,7 +61,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
 }
 
 /* True: the message has a full block index and its tick. */
-static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t *tick)
+static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
     bool sync = message->index == MR_INDEX_SYNC;
     *block = sync ? message->as.sync.block : message->as.clock.block;
@@ -72,19 +71,20 @@ static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t
 
 /* Takes the time of a message. A clock with tick 0 means that scanning is stopped, so its block
  * is not a time. On CAN any node may have sent it. */
-static enum timebase_verdict take_time(struct side *side, const struct mr_message *message)
+static enum timebase_verdict update_time(struct side *side, const struct mr_message *message)
 {
     uint32_t block, tick;
-    if (clock_of(message, &block, &tick)) {
+    if (get_clock(message, &block, &tick)) {
         if (tick == 0)
-            return TIMEBASE_GOES_ON;
+            return TIMEBASE_CONTINUES;
         if (side->kind == LINK_CAN)
-            return timebase_clock_doubting(&side->time, &side->time_doubt, block, tick, false);
-        return timebase_clock(&side->time, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
+            return timebase_check_clock(&side->time, &side->time_doubt, block, tick, false);
+        return timebase_apply_clock(&side->time, block, tick) ? TIMEBASE_RESTARTED
+                                                              : TIMEBASE_CONTINUES;
     }
     if (message->block16 >= 0)
         timebase_unwrap(&side->time, (uint16_t)message->block16);
-    return TIMEBASE_GOES_ON;
+    return TIMEBASE_CONTINUES;
 }
 
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
@@ -115,41 +115,42 @@ static enum mr_status store_raw(struct collector *collector, const struct side *
 
 /* True, only for CAN: the board cannot send a message with this time now. Allows for the pause
  * since the last message and for delays in queues. */
-static bool is_out_of_time(const struct side *side, const struct mr_message *message,
-                           uint64_t host_us)
+static bool is_impossible_time(const struct side *side, const struct mr_message *message,
+                               uint64_t host_us)
 {
     int64_t newest = collect_newest_block(side);
     int64_t board_us = collect_board_time(side, message);
-    int64_t paused = host_us > side->heard_us ? (int64_t)(host_us - side->heard_us) / 1000 : 0;
+    int64_t paused = host_us > side->received_us ? (int64_t)(host_us - side->received_us) / 1000
+                                                 : 0;
     if (side->kind != LINK_CAN || newest < 0)
         return false;
-    int64_t behind = message->info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS
-                                                                  : BEHIND_BLOCKS;
+    int64_t behind = message->info->direction == MR_DIRECTION_CAN ? READING_AGE_MAX_BLOCKS
+                                                                  : MESSAGE_AGE_MAX_BLOCKS;
     return board_us == STORE_NONE || board_us / 1000 < newest - behind ||
-           board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
+           board_us / 1000 > newest + CLOCK_AGE_MAX_BLOCKS + 2 * paused;
 }
 
 /* ---- serial is the record ---- */
 
-static bool is_serial_record(const struct collector *collector)
+static bool serial_is_record(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
     /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
-    return !serial->ended &&
-           (behind || (serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS));
+    return !serial->ended && (behind || (serial->boot == can->boot &&
+                                         can->clock_block - spoke <= SERIAL_SILENT_BLOCKS));
 }
 
 /* Each link counts restarts on its own. CAN may miss a short restart, or mistake a stranger's
  * message for a restart. CAN adopts serial's count when both links had the same time for longer
  * than CAN can lag. */
-static void count_same_starts(const struct collector *collector, struct side *can)
+static void adopt_serial_boot(const struct collector *collector, struct side *can)
 {
     const struct side *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
-    if (!serial->ended && !can->current && apart <= RECORD_BLOCKS && apart >= -RECORD_BLOCKS &&
-        block > STARTS_BLOCKS)
+    if (!serial->ended && !can->current && apart <= SERIAL_SILENT_BLOCKS &&
+        apart >= -SERIAL_SILENT_BLOCKS && block > SAME_START_BLOCKS)
         can->boot = serial->boot;
 }
 
@@ -177,7 +178,7 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
                                   struct error *error)
 {
     int64_t block = collect_newest_block(can);
-    if (block >= can->mark_block && block < can->mark_block + MARK_BLOCKS)
+    if (block >= can->mark_block && block < can->mark_block + MARK_PERIOD_BLOCKS)
         return MR_OK;
     can->mark_block = block;
     can->mark[0] = can->mark[1];
@@ -185,7 +186,7 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
 }
 
 /* True: the board sends the same message on both links. */
-static bool is_of_both(const struct mr_message *message)
+static bool is_sent_on_both_links(const struct mr_message *message)
 {
     switch (message->index) {
     case MR_INDEX_CLOCK:
@@ -198,12 +199,12 @@ static bool is_of_both(const struct mr_message *message)
 }
 
 /* Puts CAN into serial's landing, from its first block to its last. */
-static void follow_serial(struct collector *collector, struct side *can)
+static void adopt_serial_landing(struct collector *collector, struct side *can)
 {
     int64_t block = collect_newest_block(can);
     struct slot *slot = can->current;
     if (slot && slot->left[LINK_SERIAL] && block > slot->end_block)
-        collect_leave(can);
+        collect_leave_landing(can);
     for (size_t i = 0; i < SLOTS && !can->current; i++) {
         slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != can->boot || slot->left[LINK_CAN] ||
@@ -212,28 +213,28 @@ static void follow_serial(struct collector *collector, struct side *can)
             continue;
         slot->entered[LINK_CAN] = true;
         can->current = slot;
-        account_break(&can->account);
+        account_reset_steps(&can->account);
     }
 }
 
 /* Notes which board sends on CAN. If serial's board never does, the two links belong to two
  * boards. */
-static void note_identity(struct collector *collector, struct side *can,
-                          const struct mr_message *message)
+static void compare_can_identity(struct collector *collector, struct side *can,
+                                 const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
     if (message->index != MR_INDEX_BOARD_UID || !collector->told.uid_vouched)
         return;
-    bool own = memcmp(words, collector->told.uid, sizeof words) == 0;
-    can->own_heard |= own;
-    can->others = own ? 0 : can->others + 1;
+    bool own = memcmp(words, collector->reported.uid, sizeof words) == 0;
+    can->own_board_seen |= own;
+    can->other_board_messages = own ? 0 : can->other_board_messages + 1;
     if (!own)
         memcpy(can->other_uid, words, sizeof words);
 }
 
 /* Passes the message to the listener, then handles it. */
-static enum mr_status receive(struct collector *collector, struct side *side,
-                              const struct collector_event *event, struct error *error)
+static enum mr_status deliver_message(struct collector *collector, struct side *side,
+                                      const struct collector_event *event, struct error *error)
 {
     if (collector->listener)
         collector->listener->message(collector->listener->context, event);
@@ -243,13 +244,13 @@ static enum mr_status receive(struct collector *collector, struct side *side,
         collector->told.landing = event->message->as.landing;
         collector->told.landing_known = true;
     }
-    if (side->kind == LINK_CAN && is_serial_record(collector)) {
-        follow_serial(collector, side);
+    if (side->kind == LINK_CAN && serial_is_record(collector)) {
+        adopt_serial_landing(collector, side);
         if (mark_frames(collector, side, error) != MR_OK ||
             stamp_landing(collector, side, event, error) != MR_OK)
             return error->status;
-        if (collector->told.hello && is_of_both(event->message)) {
-            note_identity(collector, side, event->message);
+        if (collector->reported.hello_known && is_sent_on_both_links(event->message)) {
+            compare_can_identity(collector, side, event->message);
             side->state_block = 0; /* the order of states starts anew when serial falls silent */
             return MR_OK;
         }
@@ -258,21 +259,21 @@ static enum mr_status receive(struct collector *collector, struct side *side,
 }
 
 /* Handles a message of the board from either link: time, losses, content, storage. */
-static enum mr_status take_message(struct collector *collector, struct side *side,
-                                   const struct mr_message *message, int64_t seq, uint64_t host_us,
-                                   struct error *error)
+static enum mr_status handle_message(struct collector *collector, struct side *side,
+                                     const struct mr_message *message, int64_t seq,
+                                     uint64_t host_us, struct error *error)
 {
     const struct mr_message_info *info = message->info;
-    bool lost_in_time = is_out_of_time(side, message, host_us);
-    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : take_time(side, message);
+    bool lost_in_time = is_impossible_time(side, message, host_us);
+    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : update_time(side, message);
     enum mr_status status = MR_OK;
-    side->heard_us = host_us;
-    if (time == TIMEBASE_BEGAN_AGAIN) {
+    side->received_us = host_us;
+    if (time == TIMEBASE_RESTARTED) {
         status = restart(collector, side, host_us, NULL, error);
-        take_time(side, message);
+        update_time(side, message);
     }
     if (side->kind == LINK_CAN)
-        account_can_frame(&side->account);
+        account_add_can_frame(&side->account);
     else
         account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
     if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
@@ -280,8 +281,8 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
         if (side->kind == LINK_CAN)
-            count_same_starts(collector, side);
-        account_settle(&side->account);
+            adopt_serial_boot(collector, side);
+        account_confirm_time(&side->account);
     }
     account_message(&side->account, message->index);
 
@@ -298,7 +299,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
-        meaning = receive(collector, side, &event, error);
+        meaning = deliver_message(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side,
                            lost_in_time    ? NULL
@@ -309,7 +310,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
         status = meaning;
-    return status == MR_OK ? collect_finish_what_is_over(collector, error) : status;
+    return status == MR_OK ? collect_finish_ended(collector, error) : status;
 }
 
 /* True: the message comes from the board, or from another node with the same identifiers. */
@@ -322,15 +323,15 @@ static bool read_frame(const struct collector *collector, const struct link_fram
            message->info->direction != MR_DIRECTION_HOST;
 }
 
-static enum mr_status take_frame(struct collector *collector, struct side *side,
-                                 const struct link_frame *frame, struct error *error)
+static enum mr_status handle_can_frame(struct collector *collector, struct side *side,
+                                       const struct link_frame *frame, struct error *error)
 {
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
     if (read_frame(collector, frame, &message))
-        return take_message(collector, side, &message, side->account.counts.received,
-                            frame->host_us, error);
+        return handle_message(collector, side, &message, side->account.counts.received,
+                              frame->host_us, error);
 
     /* From another node: stored raw, not interpreted. */
     const struct mr_message_info *info = standard ? mr_message_find((uint16_t)id) : NULL;
@@ -347,9 +348,9 @@ static enum mr_status take_frame(struct collector *collector, struct side *side,
     return store_raw(collector, side, side->current, &raw, error);
 }
 
-static enum mr_status take_block(struct collector *collector, struct side *side,
-                                 const struct mr_frame *frame, uint64_t host_us,
-                                 struct error *error)
+static enum mr_status handle_block(struct collector *collector, struct side *side,
+                                   const struct mr_frame *frame, uint64_t host_us,
+                                   struct error *error)
 {
     struct mr_block block;
     enum mr_status status = MR_OK;
@@ -357,15 +358,15 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         side->account.counts.bad++;
         return MR_OK;
     }
-    if (timebase_clock(&side->time, block.index, block.tick)) {
+    if (timebase_apply_clock(&side->time, block.index, block.tick)) {
         status = restart(collector, side, host_us, NULL, error);
-        timebase_clock(&side->time, block.index, block.tick);
+        timebase_apply_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     account_settle(&side->account);
     account_message(&side->account, MR_INDEX_BLOCK);
     if (side->current)
-        account_block(&side->account, block.index);
+        account_add_block(&side->account, block.index);
     if (collector->listener)
         collector->listener->record(collector->listener->context, &block, host_us);
     if (status == MR_OK)
@@ -378,16 +379,16 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
     return status;
 }
 
-static enum mr_status take_serial_frame(struct collector *collector, struct side *side,
-                                        const struct mr_frame *frame, uint64_t host_us,
-                                        struct error *error)
+static enum mr_status process_serial_frame(struct collector *collector, struct side *side,
+                                           const struct mr_frame *frame, uint64_t host_us,
+                                           struct error *error)
 {
     if (frame->type == MR_ID_BLOCK)
-        return take_block(collector, side, frame, host_us, error);
+        return handle_block(collector, side, frame, host_us, error);
     struct mr_message message;
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
-        return take_message(collector, side, &message, frame->seq, host_us, error);
-    account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+        return handle_message(collector, side, &message, frame->seq, host_us, error);
+    account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     /* a page of the black box, or unknown */
     account_message(&side->account, mr_message_index(frame->type));
     side->account.counts.foreign++;
@@ -407,48 +408,48 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
  * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
  * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define HELD_US     1000000u /* limit for a board that sends no time */
-#define FIRST_FRAME 64u      /* sequence numbers below: just after a start */
+#define HOLD_MAX_US  1000000u /* limit for a board that sends no time */
+#define FIRST_FRAMES 64u      /* sequence numbers below: just after a start */
 
 enum start { START_UNKNOWN, START_SAME, START_NEW };
 
-static enum start start_of(struct side *side, const struct mr_message *message)
+static enum start classify_start(struct side *side, const struct mr_message *message)
 {
     struct timebase copy = side->time;
     uint32_t block, tick;
-    if (clock_of(message, &block, &tick)) {
+    if (get_clock(message, &block, &tick)) {
         if (tick != 0 && side->kind == LINK_SERIAL)
-            return timebase_is_back(&copy, block) ? START_NEW : START_SAME;
-        enum timebase_verdict verdict =
-            tick == 0 ? TIMEBASE_GOES_ON
-                      : timebase_clock_doubting(&copy, &side->time_doubt, block, tick, true);
-        return verdict == TIMEBASE_DOUBTED     ? START_UNKNOWN
-             : verdict == TIMEBASE_BEGAN_AGAIN ? START_NEW
-                                               : START_SAME;
+            return timebase_is_restart(&copy, block) ? START_NEW : START_SAME;
+        enum timebase_verdict verdict = tick == 0 ? TIMEBASE_CONTINUES
+                                                  : timebase_check_clock(&copy, &side->time_doubt,
+                                                                         block, tick, true);
+        return verdict == TIMEBASE_DOUBTED   ? START_UNKNOWN
+             : verdict == TIMEBASE_RESTARTED ? START_NEW
+                                             : START_SAME;
     }
     if (message->block16 < 0 || message->info->direction != MR_DIRECTION_CAN)
         return START_UNKNOWN;
     int64_t ahead = timebase_unwrap(&copy, (uint16_t)message->block16) - side->time.block;
-    return ahead >= 0 && ahead <= READING_BEHIND_BLOCKS ? START_SAME : START_UNKNOWN;
+    return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? START_SAME : START_UNKNOWN;
 }
 
-static enum mr_status take_held(struct collector *collector, struct side *side,
-                                const struct held *held, struct error *error)
+static enum mr_status process_held(struct collector *collector, struct side *side,
+                                   const struct held_frame *held, struct error *error)
 {
     const struct mr_frame frame = {.seq = held->seq,
                                    .type = (uint16_t)held->frame.id,
                                    .length = held->frame.length,
                                    .payload = held->frame.data};
     return side->kind == LINK_CAN
-             ? take_frame(collector, side, &held->frame, error)
-             : take_serial_frame(collector, side, &frame, held->frame.host_us, error);
+             ? handle_can_frame(collector, side, &held->frame, error)
+             : process_serial_frame(collector, side, &frame, held->frame.host_us, error);
 }
 
 /* Handles the held frames. START_NEW: the first of them is the first known frame of a new start. */
-static enum mr_status release(struct collector *collector, struct side *side, enum start start,
-                              uint64_t host_us, struct error *error)
+static enum mr_status release_held(struct collector *collector, struct side *side, enum start start,
+                                   uint64_t host_us, struct error *error)
 {
-    const struct held *first = side->held;
+    const struct held_frame *first = side->held;
     size_t count = side->held_count;
     struct mr_message hello;
     enum mr_status status = MR_OK;
@@ -458,55 +459,57 @@ static enum mr_status release(struct collector *collector, struct side *side, en
                      read_frame(collector, &first->frame, &hello);
         status = restart(collector, side, count ? first->frame.host_us : host_us,
                          heard ? &hello.as.hello : NULL, error);
-        if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAME)
-            account_complete_from_start(&side->account);
+        if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAMES)
+            account_expect_first_frame(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
-        status = take_held(collector, side, &side->held[i], error);
+        status = process_held(collector, side, &side->held[i], error);
     return status;
 }
 
 /* True: the frame is held. False: the held frames were handled, or `error` is set. */
-static bool hold(struct collector *collector, struct side *side, enum start start,
-                 const struct held *held, struct error *error)
+static bool hold_frame(struct collector *collector, struct side *side, enum start start,
+                       const struct held_frame *held, struct error *error)
 {
     uint64_t host_us = held->frame.host_us;
-    bool room = side->held_count < COLLECT_HELD &&
-                (side->held_count == 0 || host_us < side->held[0].frame.host_us + HELD_US);
+    bool room = side->held_count < COLLECT_HELD_MAX &&
+                (side->held_count == 0 || host_us < side->held[0].frame.host_us + HOLD_MAX_US);
     if (start == START_UNKNOWN && room) {
         side->held[side->held_count++] = *held;
         return true;
     }
-    release(collector, side, start, host_us, error);
+    release_held(collector, side, start, host_us, error);
     return false;
 }
 
-enum mr_status collect_release(struct collector *collector, struct side *side, struct error *error)
+enum mr_status collect_release_held(struct collector *collector, struct side *side,
+                                    struct error *error)
 {
     const struct timebase_doubt *doubt = &side->time_doubt;
-    bool back = side->held_count && doubt->waits && (int64_t)doubt->block < side->time.clock;
-    return release(collector, side, back ? START_NEW : START_SAME, 0, error);
+    bool back = side->held_count && doubt->pending && (int64_t)doubt->block < side->time.clock;
+    return release_held(collector, side, back ? START_NEW : START_SAME, 0, error);
 }
 
-enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
-                               struct error *error)
+enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
+                                       struct error *error)
 {
     struct side *side = &collector->side[LINK_CAN];
-    const struct held held = {.frame = *frame};
+    const struct held_frame held = {.frame = *frame};
     struct mr_message message;
     bool ours = read_frame(collector, frame, &message);
     bool hello = ours && message.index == MR_INDEX_HELLO && side->time.known;
     if ((hello || side->held_count) &&
-        hold(collector, side, ours ? start_of(side, &message) : START_UNKNOWN, &held, error))
+        hold_frame(collector, side, ours ? classify_start(side, &message) : START_UNKNOWN, &held,
+                   error))
         return MR_OK;
-    return error->status == MR_OK ? take_frame(collector, side, frame, error) : error->status;
+    return error->status == MR_OK ? handle_can_frame(collector, side, frame, error) : error->status;
 }
 
 static enum mr_status handle_serial_frame(struct collector *collector, struct side *side,
                                           const struct mr_frame *frame, uint64_t host_us,
                                           struct error *error)
 {
-    struct held held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
+    struct held_frame held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
     struct mr_message message;
     struct mr_block block;
     bool jump = side->account.seq_known && frame->seq != side->account.seq_next;
@@ -518,22 +521,22 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
     } else if (side->held_count || (jump && side->time.known)) {
         enum start start = START_SAME;
         if (ours) {
-            start = start_of(side, &message);
+            start = classify_start(side, &message);
             held.frame.length = (uint8_t)frame->length;
             memcpy(held.frame.data, frame->payload, frame->length);
         } else if (frame->type == MR_ID_BLOCK &&
                    mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
-            start = timebase_is_back(&side->time, block.index) ? START_NEW : START_SAME;
+            start = timebase_is_restart(&side->time, block.index) ? START_NEW : START_SAME;
         }
-        if (hold(collector, side, start, &held, error))
+        if (hold_frame(collector, side, start, &held, error))
             return MR_OK;
     }
-    return error->status == MR_OK ? take_serial_frame(collector, side, frame, host_us, error)
+    return error->status == MR_OK ? process_serial_frame(collector, side, frame, host_us, error)
                                   : error->status;
 }
 
-enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
-                               uint64_t host_us, struct error *error)
+enum mr_status collector_receive_bytes(struct collector *collector, const uint8_t *bytes,
+                                       size_t length, uint64_t host_us, struct error *error)
 {
     struct side *side = &collector->side[LINK_SERIAL];
     side->account.bytes += (int64_t)length;
@@ -555,16 +558,16 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
 
 /* Largest drift between two clocks: 200 ppm for crystals, 1 % plus drift for the board's
  * internal oscillator. A computer clock that is being slewed drifts more and is rejected. */
-#define CRYSTAL_PPM  200.0
-#define INTERNAL_PPM 20000.0
+#define CRYSTAL_DRIFT_PPM  200.0
+#define INTERNAL_DRIFT_PPM 20000.0
 
-void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us)
+void collect_handle_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us)
 {
     side->sync = *sync;
     side->sync_host_us = host_us;
 }
 
-void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at)
+void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at)
 {
     bool this_one = side->sync_host_us != 0 && (uint16_t)side->sync.block == sync_at->block16;
     if (this_one && sync_at->sent) {
@@ -575,7 +578,7 @@ void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at)
     side->sync_host_us = 0;
 }
 
-void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us)
+void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
         timemap_add(&side->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
@@ -592,10 +595,10 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
                                     const struct slot *slot, struct error *error)
 {
     struct timemap_fit fit;
-    bool crystal = collector->told.identity.clock_source == 0;
+    bool crystal = collector->reported.identity.clock_source == 0;
     if (side->map.count == 0)
         return MR_OK;
-    timemap_fit(&side->map, crystal ? CRYSTAL_PPM : INTERNAL_PPM, &fit);
+    timemap_fit(&side->map, crystal ? CRYSTAL_DRIFT_PPM : INTERNAL_DRIFT_PPM, &fit);
     struct store_time_map row = {.session = collector->session,
                                  .boot = side->boot,
                                  .link = side->kind,
@@ -624,8 +627,8 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
     return store_time_map_put(collector->store, &row, error);
 }
 
-enum mr_status collect_film_frame(struct collector *collector, struct side *side,
-                                  const struct mr_film_frame *frame, struct error *error)
+enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
+                                         const struct mr_film_frame *frame, struct error *error)
 {
     struct slot *slot = side->current;
     if (!slot)
@@ -661,7 +664,7 @@ int64_t collect_board_time(const struct side *side, const struct mr_message *mes
     return timebase_now_us(&side->time);
 }
 
-int64_t collect_block(struct side *side, const struct mr_message *message)
+int64_t collect_event_block(struct side *side, const struct mr_message *message)
 {
     return message->block16 >= 0 ? timebase_unwrap(&side->time, (uint16_t)message->block16)
                                  : message->block;

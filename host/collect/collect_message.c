@@ -18,9 +18,9 @@
     }
 #include "common/catalogue.def"
 
-enum mr_status collect_state_event(struct collector *collector, const struct side *side,
-                                   const struct mr_landing *message, uint64_t host_us,
-                                   struct error *error)
+enum mr_status collect_put_state_event(struct collector *collector, const struct side *side,
+                                       const struct mr_landing *message, uint64_t host_us,
+                                       struct error *error)
 {
     return collect_put_event(collector, side, "state", message->block, message->state,
                              message->cause, message->landing, host_us, error);
@@ -32,12 +32,13 @@ static enum mr_status record_landing(struct collector *collector, struct side *s
 {
     struct slot *before = side->current;
     bool believed;
-    enum mr_status status = collect_landing(collector, side, message, host_us, &believed, error);
+    enum mr_status status = collect_handle_landing(collector, side, message, host_us, &believed,
+                                                   error);
     if (status != MR_OK || !believed || message->cause == MR_LANDING_BY_NOTHING)
         return status;
     struct slot *after = side->current;
     side->current = after ? after : before; /* the message that ends a landing belongs to it */
-    status = collect_state_event(collector, side, message, host_us, error);
+    status = collect_put_state_event(collector, side, message, host_us, error);
     side->current = after;
     return status;
 }
@@ -63,7 +64,7 @@ static enum mr_status count_message(struct collector *collector, struct side *si
 }
 
 /* Makes the event of a message, as defined by the EVENT rows of the catalogue. */
-static bool event_of(const struct mr_message *message, struct store_event *event)
+static bool make_event(const struct mr_message *message, struct store_event *event)
 {
     switch (message->index) {
 /* clang-format off */
@@ -81,25 +82,25 @@ static bool event_of(const struct mr_message *message, struct store_event *event
     return true;
 }
 
-static enum mr_status keep_event(struct collector *collector, struct side *side,
-                                 const struct collector_event *heard, struct error *error)
+static enum mr_status put_event(struct collector *collector, struct side *side,
+                                const struct collector_event *event_message, struct error *error)
 {
     struct store_event event;
-    if (!event_of(heard->message, &event))
+    if (!make_event(event_message->message, &event))
         return MR_OK;
-    int64_t block = collect_block(side, heard->message);
+    int64_t block = collect_event_block(side, event_message->message);
     return collect_put_event(collector, side, event.kind, block < 0 ? 0 : block, event.code,
-                             event.detail, event.value, heard->host_us, error);
+                             event.detail, event.value, event_message->host_us, error);
 }
 
 #define REPEATED_BLOCKS 1000u
 
-static bool is_own(struct collector_own *own, const struct mr_ack *ack)
+static bool is_own_answer(struct collector_own_commands *own, const struct mr_ack *ack)
 {
-    for (unsigned i = 0; own && i < COLLECTOR_OWN && i < own->next; i++) {
-        bool answered = own->order[i].block >= 0 && own->order[i].block != (int64_t)ack->block;
-        if (own->order[i].code == ack->code && own->order[i].tag == ack->tag && !answered) {
-            own->order[i].block = ack->block;
+    for (unsigned i = 0; own && i < COLLECTOR_OWN_COMMANDS && i < own->next; i++) {
+        bool answered = own->command[i].block >= 0 && own->command[i].block != (int64_t)ack->block;
+        if (own->command[i].code == ack->code && own->command[i].tag == ack->tag && !answered) {
+            own->command[i].block = ack->block;
             return true;
         }
     }
@@ -107,37 +108,40 @@ static bool is_own(struct collector_own *own, const struct mr_ack *ack)
 }
 
 /* Records which program gave an order and the board's answer. */
-static enum mr_status record_order(struct collector *collector, struct side *side,
-                                   const struct mr_ack *ack, uint64_t host_us, struct error *error)
+static enum mr_status record_answer(struct collector *collector, struct side *side,
+                                    const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
     struct slot *current = side->current;
-    struct repeated *last = &collector->repeated[ack->code % REPEATED];
+    struct repeated *last = &collector->repeated[ack->code % REPEATED_MAX];
     if (mr_command_privilege(ack->code) == MR_PRIVILEGE_READ)
         return MR_OK;
-    bool own = is_own(collector->own, ack);
-    if (last->known && !own && !last->own && last->code == ack->code &&
+    bool own = is_own_answer(collector->own_commands, ack);
+    if (last->known && !own && !last->is_own && last->code == ack->code &&
         last->status == ack->status && ack->block - last->block < REPEATED_BLOCKS) {
-        last->more++;
+        last->count++;
         return MR_OK;
     }
-    if (collector->own)
-        collector->order[collector->orders++ % COLLECT_ORDERS] =
-            (struct collector_order){.ack = *ack, .own = own, .more = last->more};
-    *last = (struct repeated){
-        .known = true, .own = own, .status = ack->status, .code = ack->code, .block = ack->block};
+    if (collector->own_commands)
+        collector->answer[collector->answers++ % COLLECT_ANSWERS_MAX] =
+            (struct collector_answer){.ack = *ack, .is_own = own, .repeats = last->count};
+    *last = (struct repeated){.known = true,
+                              .is_own = own,
+                              .status = ack->status,
+                              .code = ack->code,
+                              .block = ack->block};
     /* the answer to a disarm arrives after the end of its landing */
     if (ack->code == MR_COMMAND_DISARM && !current && ack->block == side->state_block)
         side->current = side->last;
-    enum mr_status status = collect_put_event(collector, side, "order", ack->block, ack->code,
-                                              ack->status, collector->own ? own : STORE_NONE,
-                                              host_us, error);
+    enum mr_status status =
+        collect_put_event(collector, side, "order", ack->block, ack->code, ack->status,
+                          collector->own_commands ? own : STORE_NONE, host_us, error);
     side->current = current;
     return status;
 }
 
 /* Landing state, film frames, answers to commands, and board time. */
-static enum mr_status state_message(struct collector *collector, struct side *side,
-                                    const struct collector_event *event, struct error *error)
+static enum mr_status handle_state_message(struct collector *collector, struct side *side,
+                                           const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     uint64_t host_us = event->host_us;
@@ -158,14 +162,14 @@ static collect_topic collect_gear_message, collect_predict_message, collect_band
 /* Each topic handles its own messages, in addition to their events. A message of no topic is
  * stored only as a frame. */
 static collect_topic *const topics[] = {
-    count_message,        state_message,           collect_identity_message, collect_health_message,
+    count_message,        handle_state_message,    collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
 enum { TOPICS = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
 
 static enum mr_status record_message(unsigned first, struct collector *collector, struct side *side,
                                      const struct collector_event *event, struct error *error)
 {
-    enum mr_status status = keep_event(collector, side, event, error);
+    enum mr_status status = put_event(collector, side, event, error);
     for (unsigned i = first; i < TOPICS && status == MR_OK; i++)
         status = topics[i](collector, side, event, error);
     return status;
@@ -177,8 +181,8 @@ enum mr_status collect_message(struct collector *collector, struct side *side,
     return record_message(0, collector, side, event, error);
 }
 
-enum mr_status collect_message_again(struct collector *collector, struct side *side,
-                                     const struct collector_event *event, struct error *error)
+enum mr_status collect_reprocess_message(struct collector *collector, struct side *side,
+                                         const struct collector_event *event, struct error *error)
 {
     return record_message(FIRST_OF_LANDING, collector, side, event, error);
 }
@@ -217,7 +221,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 
 /* Motion and its errors are two messages with the same block: the first is stored at once, the
  * second completes the row. Zone and zone lead likewise. */
-#define TWO_HALVES(name, NAME, second)                                                     \
+#define RECORD_TWO_PARTS(name, NAME, second)                                               \
     static enum mr_status name(struct collector *collector, struct side *side,             \
                                const struct mr_message *m, struct error *error)            \
     {                                                                                      \
@@ -231,14 +235,14 @@ static enum mr_status record_switch_event(struct collector *collector, const str
         } else {                                                                           \
             return MR_OK;                                                                  \
         }                                                                                  \
-        row->block = collect_block(side, m);                                               \
+        row->block = collect_event_block(side, m);                                         \
         row->links = collect_link_bit(side);                                               \
         return side->current && row->block >= 0                                            \
                  ? store_##name##_put(collector->store, side->current->row.id, row, error) \
                  : MR_OK;                                                                  \
     }
-TWO_HALVES(motion, MOTION, motion_error)
-TWO_HALVES(zone, ZONE, zone_lead)
+RECORD_TWO_PARTS(motion, MOTION, motion_error)
+RECORD_TWO_PARTS(zone, ZONE, zone_lead)
 
 /* Touchdown and stop share a row and arrive in any order. */
 static enum mr_status record_result(struct collector *collector, const struct side *side,
@@ -256,7 +260,7 @@ static enum mr_status record_result(struct collector *collector, const struct si
 static enum mr_status record_temperature(struct collector *collector, struct side *side,
                                          const struct mr_message *message, struct error *error)
 {
-    struct store_mat_temperature row = {.block = collect_block(side, message),
+    struct store_mat_temperature row = {.block = collect_event_block(side, message),
                                         .links = collect_link_bit(side)};
     collect_temperature_row(&row, &message->as.temperature);
     return side->current && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
@@ -283,7 +287,7 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
 
 /* ---- predict: output of the predictor, and the runway and parameters of an armed landing ---- */
 
-static bool is_same(float a, float b)
+static bool is_same_value(float a, float b)
 {
     return memcmp(&a, &b, sizeof a) == 0;
 }
@@ -291,7 +295,8 @@ static bool is_same(float a, float b)
 static enum mr_status record_trust(struct collector *collector, struct side *side,
                                    const struct mr_message *m, struct error *error)
 {
-    struct store_trust row = {.block = collect_block(side, m), .links = collect_link_bit(side)};
+    struct store_trust row = {.block = collect_event_block(side, m),
+                              .links = collect_link_bit(side)};
     collect_trust_row(&row, &m->as.trust);
     return side->current && row.block >= 0 ? COLLECT_PUT(trust, &row) : MR_OK;
 }
@@ -326,9 +331,9 @@ static void record_runway_state(struct collector *collector, struct side *side,
 {
     const struct mr_runway_store *known = &collector->stored;
     side->runway_store = *m;
-    collector->stored_news |= !collector->stored_known || known->state != m->state ||
-                              known->source != m->source || known->copy_a != m->copy_a ||
-                              known->copy_b != m->copy_b;
+    collector->stored_changed |= !collector->stored_known || known->state != m->state ||
+                                 known->source != m->source || known->copy_a != m->copy_a ||
+                                 known->copy_b != m->copy_b;
     collector->stored = *m;
     collector->stored_known = true;
 }
@@ -336,11 +341,12 @@ static void record_runway_state(struct collector *collector, struct side *side,
 static enum mr_status record_item(struct collector *collector, const struct side *side,
                                   const struct mr_predict_item *m, struct error *error)
 {
-    if (m->index >= MR_PREDICT_ITEMS || (collector->told.predict_known[m->index] &&
-                                         is_same(collector->told.predict_item[m->index], m->value)))
+    if (m->index >= MR_PREDICT_ITEMS ||
+        (collector->reported.predict_known[m->index] &&
+         is_same_value(collector->reported.predict_item[m->index], m->value)))
         return MR_OK;
-    collector->told.predict_known[m->index] = true;
-    collector->told.predict_item[m->index] = m->value;
+    collector->reported.predict_known[m->index] = true;
+    collector->reported.predict_item[m->index] = m->value;
     return side->current
              ? COLLECT_PUT(predict_item, (&(struct store_predict_item){m->index, (double)m->value}))
              : MR_OK;
@@ -351,16 +357,17 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
-        if (collector->told.predict_known[i])
+        if (collector->reported.predict_known[i])
             status = store_predict_item_put(
                 collector->store, slot->row.id,
-                &(struct store_predict_item){i, (double)collector->told.predict_item[i]}, error);
+                &(struct store_predict_item){i, (double)collector->reported.predict_item[i]},
+                error);
     }
     for (unsigned i = 0; i < MR_RISK_REPORT_ITEMS && status == MR_OK; i++) {
         if (collector->told.risk_known[i])
             status = store_risk_item_put(
                 collector->store, slot->row.id,
-                &(struct store_risk_item){i, (double)collector->told.risk_item[i]}, error);
+                &(struct store_risk_item){i, (double)collector->reported.risk_item[i]}, error);
     }
     return status;
 }
@@ -372,9 +379,9 @@ static enum mr_status record_risk_parameter(struct collector *collector, const s
     if (m->index >= MR_RISK_REPORT_ITEMS)
         return MR_OK;
     if (m->index == 0)
-        memset(collector->told.risk_known, 0, sizeof collector->told.risk_known);
-    collector->told.risk_known[m->index] = true;
-    collector->told.risk_item[m->index] = m->value;
+        memset(collector->reported.risk_known, 0, sizeof collector->reported.risk_known);
+    collector->reported.risk_known[m->index] = true;
+    collector->reported.risk_item[m->index] = m->value;
     return side->current
              ? COLLECT_PUT(risk_item, (&(struct store_risk_item){m->index, (double)m->value}))
              : MR_OK;
@@ -389,7 +396,7 @@ static enum mr_status record_risk(struct collector *collector, struct side *side
         collect_risk_row(&part, &m->as.risk);
     else
         collect_risk_lead_row(&part, &m->as.risk_lead);
-    part.block = collect_block(side, m);
+    part.block = collect_event_block(side, m);
     return side->current && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
 }
 
@@ -406,7 +413,7 @@ static enum mr_status record_statement(struct collector *collector, struct side 
     case MR_INDEX_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
     default: return MR_OK;
     }
-    part.block = collect_block(side, m);
+    part.block = collect_event_block(side, m);
     return side->current && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
 }
 
@@ -433,7 +440,7 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 /* ---- bands: events, tensions, and shunt calibration of the gages ---- */
 
 /* Full index of a recent block; does not advance the time. */
-static int64_t block_of(const struct side *side, uint16_t at_block16)
+static int64_t unwrap_block(const struct side *side, uint16_t at_block16)
 {
     struct timebase copy = side->time;
     int64_t block = timebase_unwrap(&copy, at_block16);
@@ -443,7 +450,7 @@ static int64_t block_of(const struct side *side, uint16_t at_block16)
 static enum mr_status record_band_message(struct collector *collector, const struct side *side,
                                           const struct mr_band_event *m, struct error *error)
 {
-    int64_t block = block_of(side, m->at_block16);
+    int64_t block = unwrap_block(side, m->at_block16);
     struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
                                    .links = collect_link_bit(side)};
     collect_band_event_row(&row, m);
@@ -492,11 +499,11 @@ static enum mr_status record_band(struct collector *collector, const struct side
         row.band = m->index == MR_INDEX_BAND_LEAST ? least->band : most->band;
     if (m->index == MR_INDEX_BAND_LEAST && least->gage) {
         collect_band_least_row(&row, least);
-        row.least_block = block_of(side, least->at_block16);
+        row.least_block = unwrap_block(side, least->at_block16);
     }
     if (m->index == MR_INDEX_BAND_MOST && most->gage) {
         collect_band_most_row(&row, most);
-        row.most_block = block_of(side, most->at_block16);
+        row.most_block = unwrap_block(side, most->at_block16);
     }
     return side->current ? COLLECT_PUT(band, &row) : MR_OK;
 }
@@ -563,10 +570,10 @@ static enum mr_status record_slow_tension(struct collector *collector, struct si
         return MR_OK;
     for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
         side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
-    if (side->slow_gages < MR_GAGES || !collector->told.identity.board_uid[0])
+    if (side->slow_gages < MR_GAGES || !collector->reported.identity.board_uid[0])
         return MR_OK;
     snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
-             collector->told.identity.board_uid);
+             collector->reported.identity.board_uid);
     return store_slow_put(collector->store, &side->slow, error);
 }
 
@@ -579,10 +586,10 @@ static enum mr_status record_crash(struct collector *collector, const struct sid
     struct crash_report *report = &collector->crash[side->kind];
     enum mr_status status = MR_OK;
     if (!crash_receive(report, message) ||
-        memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
+        memcmp(report->word, collector->stored_crash.word, sizeof report->word) == 0)
         return MR_OK;
-    collector->crashed = *report;
-    collector->crash_news = true;
+    collector->stored_crash = *report;
+    collector->crash_unread = true;
     for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
         status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i],
                                    host_us, error);
@@ -602,7 +609,7 @@ static enum mr_status record_can_alarm(struct collector *collector, const struct
     if (same || older)
         return MR_OK;
     *newest = *message;
-    collector->alarm_news = true;
+    collector->alarm_unread = true;
     return collect_put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state,
                              message->tec, message->outages, host_us, error);
 }

@@ -1,5 +1,5 @@
-/* Internal data of the collector. collect_links.c handles links and frames, collect_landing.c
- * landings, collect_message.c the content of messages, by topic. */
+/* Internal data of the collector. collect_links.c handles links and frames,
+ * collect_handle_landing.c landings, collect_message.c the content of messages, by topic. */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
@@ -24,11 +24,11 @@ struct slot {
     bool entered[LINK_KINDS];
     bool left[LINK_KINDS];
     bool finished;
-    int64_t state_block; /* block of the newest reported change of state */
-    int64_t end_block;   /* block at which the first link left the landing; -1: in progress */
-    int64_t begun_mark;  /* row of a frame some seconds before the landing began */
-    bool broken_off;     /* the board restarted during the landing */
-    int64_t broken_mark; /* row of the newest CAN frame before the restart; 0: none yet */
+    int64_t state_block;      /* block of the newest reported change of state */
+    int64_t end_block;        /* block at which the first link left the landing; -1: in progress */
+    int64_t begin_mark;       /* row of a frame some seconds before the landing began */
+    bool interrupted;         /* the board restarted during the landing */
+    int64_t interrupted_mark; /* row of the newest CAN frame before the restart; 0: none yet */
     unsigned edges;
     double first_edge_us; /* board time; 0: no edge yet */
     int64_t film_frames;  /* number of the newest frame, unwrapped */
@@ -37,15 +37,15 @@ struct slot {
 
 /* Number of hellos and identities of another board, without one of this board, that show a change
  * of board. A board sends each about once a second. */
-#define COLLECT_OTHERS_IN_ROW 3u
+#define COLLECT_OTHER_BOARD_MESSAGES 3u
 
 /* A frame that waits until its boot is known: a CAN frame, or a serial frame with its type as
  * identifier. After a start the second clock arrives within 0.1 s, at 9 frames/ms. */
-struct held {
+struct held_frame {
     struct link_frame frame;
     uint16_t seq;
 };
-#define COLLECT_HELD 2048u
+#define COLLECT_HELD_MAX 2048u
 
 /* State of one link. */
 struct side {
@@ -66,7 +66,8 @@ struct side {
     struct mr_sync sync;
     uint64_t sync_host_us;
     int64_t boot;
-    struct held held[COLLECT_HELD]; /* frames held since a hello on CAN, since a loss on serial */
+    struct held_frame
+        held[COLLECT_HELD_MAX]; /* frames held since a hello on CAN, since a loss on serial */
     size_t held_count;
     struct slot *current;
     struct slot *last; /* the landing left most recently */
@@ -81,44 +82,45 @@ struct side {
     /* slow row being assembled: its number, and the number of its gages received */
     struct store_slow slow;
     unsigned slow_number, slow_gages;
-    struct mr_predictor_state runway;    /* runway being assembled */
-    unsigned runway_parts;               /* number of the runway's parts received in order */
-    struct mr_runway_store runway_store; /* newest */
-    uint64_t told[LINK_TROUBLES];        /* errors that the link has counted */
+    struct mr_predictor_state runway;         /* runway being assembled */
+    unsigned runway_parts;                    /* number of the runway's parts received in order */
+    struct mr_runway_store runway_store;      /* newest */
+    uint64_t counted_troubles[LINK_TROUBLES]; /* errors that the link has counted */
     /* Errors that are counted but not recorded yet: they belong to landing pending_run and began at
      * pending_us. */
     uint64_t pending[LINK_TROUBLES];
     int64_t pending_run;
     int64_t pending_us; /* board time */
-    bool any_pending;
-    uint64_t heard_us;    /* time of reception of the newest message */
+    bool has_pending;
+    uint64_t received_us; /* time of reception of the newest message */
     uint32_t state_block; /* block of the newest accepted landing state */
-    unsigned others; /* hellos and identities of another board since the last one of this board */
-    bool own_heard;  /* an identity of this board was received */
+    /* hellos and identities of another board since the last one of this board */
+    unsigned other_board_messages;
+    bool own_board_seen;   /* an identity of this board was received */
     uint32_t other_uid[2]; /* words 0 and 1 of the other board's identity */
     struct config_words config;
 };
 
 /* Identical answers to one command within a second. A burst of them is reported once a second. */
-#define COLLECT_ORDERS 8u
-#define REPEATED       32u
+#define COLLECT_ANSWERS_MAX 8u
+#define REPEATED_MAX        32u
 struct repeated {
-    bool known, own;
+    bool known, is_own;
     int8_t status;
     uint8_t code;
     uint32_t block; /* block of the last answer reported */
-    unsigned more;
+    unsigned count;
 };
 
 /* What the board last reported about itself, by itself or on request. */
-struct told {
-    bool hello;
+struct board_report {
+    bool hello_known;
     bool landing_known;
     struct mr_landing landing;     /* newest landing state on either link */
     struct store_landing identity; /* facts about the board: uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
-    uint32_t uid_parts; /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
-    bool uid_vouched;   /* the identity was received on serial */
+    uint32_t uid_parts;   /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
+    bool uid_from_serial; /* the identity was received on serial */
     bool key_known, nonce_known;
     struct mr_bus_key key;         /* whether commands need a proof */
     uint8_t nonce[MR_PROOF_BYTES]; /* nonce for the next proof */
@@ -127,7 +129,7 @@ struct told {
     struct mr_channel_config channel[MR_CHANNELS];
     uint32_t items_known[MR_CHANNELS]; /* bit mask by enum mr_calibration_item */
     bool switch_known[STORE_SWITCHES_MAX];
-    struct store_switch place[STORE_SWITCHES_MAX];
+    struct store_switch switch_place[STORE_SWITCHES_MAX];
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
     bool predict_known[MR_PREDICT_ITEMS];
@@ -138,30 +140,30 @@ struct told {
 
 struct collector {
     struct store *store;
-    struct collector *mark; /* state saved by collector_mark; NULL: not saved */
+    struct collector *mark; /* state saved by collector_save_mark; NULL: not saved */
     int64_t session;
     struct side side[LINK_KINDS];
     uint16_t can_base;
     const struct collector_listener *listener; /* NULL: no listener */
-    struct told told;
+    struct board_report reported;
     struct slot slot[SLOTS];
-    int64_t finished[SLOTS]; /* RUNs not taken yet */
+    int64_t finished[SLOTS]; /* RUNs not read yet */
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;  /* newest, from either link */
-    bool stored_known, stored_news; /* stored_news: changed, and not taken yet */
-    bool config_kept; /* the database has the configuration with CRC config_kept_crc */
-    uint32_t config_kept_crc;
+    struct mr_runway_store stored;     /* newest, from either link */
+    bool stored_known, stored_changed; /* stored_changed: the caller has not read it yet */
+    bool config_stored; /* the database has the configuration with CRC config_stored_crc */
+    uint32_t config_stored_crc;
     struct crash_report crash[LINK_KINDS]; /* being assembled */
-    struct crash_report crashed;           /* the newest stored processor fault */
-    bool crash_news;                       /* not taken yet */
+    struct crash_report stored_crash;      /* the newest stored processor fault */
+    bool crash_unread;                     /* not read yet */
     struct mr_can_alarm alarm;             /* newest, from either link */
-    bool alarm_news;
-    struct collector_own *own; /* NULL: not known */
-    struct collector_order order[COLLECT_ORDERS];
-    unsigned orders, orders_taken;      /* total numbers */
-    struct repeated repeated[REPEATED]; /* indexed by code modulo REPEATED */
+    bool alarm_unread;
+    struct collector_own_commands *own_commands; /* NULL: not known */
+    struct collector_answer answer[COLLECT_ANSWERS_MAX];
+    unsigned answers, answers_read;         /* total numbers */
+    struct repeated repeated[REPEATED_MAX]; /* indexed by code modulo REPEATED_MAX */
 };
 
 /* Adds a row to the landing that the side is in. */
@@ -175,7 +177,7 @@ int64_t collect_newest_block(const struct side *side);
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
 /* Block of the event that a message reports, if it is recent; -1: not known, or the message has no
  * block. */
-int64_t collect_block(struct side *side, const struct mr_message *message);
+int64_t collect_event_block(struct side *side, const struct mr_message *message);
 /* Bit of the side's link in `links` of a row. */
 int64_t collect_link_bit(const struct side *side);
 /* Adds an event, to the landing that the side is in if there is one. */
@@ -186,7 +188,8 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
 /* ---- collect_links.c ---- */
 
 /* The link ended: the held frames are processed with the most likely boot. */
-enum mr_status collect_release(struct collector *collector, struct side *side, struct error *error);
+enum mr_status collect_release_held(struct collector *collector, struct side *side,
+                                    struct error *error);
 /* Stores the gaps that the account has found, with the landing in which they occurred. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
                                   struct error *error);
@@ -195,13 +198,13 @@ enum mr_status collect_store_gaps(struct collector *collector, struct side *side
 typedef enum mr_status collect_topic(struct collector *collector, struct side *side,
                                      const struct collector_event *event, struct error *error);
 collect_topic collect_message;
-/* collect_message_again processes a message a second time, for the landing to which it turns out to
- * belong: events, gear, predictor and bands. */
-collect_topic collect_message_again, collect_identity_message;
+/* collect_reprocess_message processes a message a second time, for the landing to which it turns
+ * out to belong: events, gear, predictor and bands. */
+collect_topic collect_reprocess_message, collect_identity_message;
 /* Adds a change of a landing's state as an event of the landing that the side is in. */
-enum mr_status collect_state_event(struct collector *collector, const struct side *side,
-                                   const struct mr_landing *message, uint64_t host_us,
-                                   struct error *error);
+enum mr_status collect_put_state_event(struct collector *collector, const struct side *side,
+                                       const struct mr_landing *message, uint64_t host_us,
+                                       struct error *error);
 /* Writes the known parameters of the predictor for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
                                         struct error *error);
@@ -211,27 +214,27 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
 
 /* Pairs of board and host time, and film frames. collect_put_time_map writes the resulting clock of
  * a landing that is over (`slot` NULL: of the boot that is over). */
-void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
-void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
-void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
+void collect_handle_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
+void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at);
+void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
 /* Discards the pairs, because this computer's clock was set. */
 void collect_discard_time(struct side *side);
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
                                     const struct slot *slot, struct error *error);
-enum mr_status collect_film_frame(struct collector *collector, struct side *side,
-                                  const struct mr_film_frame *frame, struct error *error);
+enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
+                                         const struct mr_film_frame *frame, struct error *error);
 
 /* The side reports a state of a landing: enters, follows or leaves it. `*believed` false: the state
  * cannot be current, and nothing was done. */
-enum mr_status collect_landing(struct collector *collector, struct side *side,
-                               const struct mr_landing *landing, uint64_t host_us, bool *believed,
-                               struct error *error);
+enum mr_status collect_handle_landing(struct collector *collector, struct side *side,
+                                      const struct mr_landing *landing, uint64_t host_us,
+                                      bool *believed, struct error *error);
 /* Ends the side's landing, if there is one. */
-void collect_leave(struct side *side);
+void collect_leave_landing(struct side *side);
 /* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
 /* Calls collect_finish for each landing that every link has left, during which it ended, or that it
  * is known to have missed. */
-enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
+enum mr_status collect_finish_ended(struct collector *collector, struct error *error);
 
 #endif

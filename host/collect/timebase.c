@@ -4,15 +4,15 @@
 
 #include "common/block.h"
 
-#define RESTART_BLOCKS 1000
+#define RESTART_BLOCKS         1000
 /* Clocks are sent every 100 blocks. Must be below RESTART_BLOCKS: otherwise a stranger's block
  * looks like a restart. */
-#define FOLLOW_BLOCKS  500
+#define CONTINUE_BLOCKS        500
 /* Block records and messages overtake each other in the board's serial queues. */
-#define QUEUED_BLOCKS  100
-#define ORIGIN_TICKS   8400 /* 0.1 ms tolerance; the origin of a boot is constant */
+#define OVERTAKE_BLOCKS        100
+#define ORIGIN_TOLERANCE_TICKS 8400 /* 0.1 ms tolerance; the origin of a boot is constant */
 
-bool timebase_block(struct timebase *timebase, uint32_t block)
+bool timebase_apply_block(struct timebase *timebase, uint32_t block)
 {
     if (timebase->known && (int64_t)block + RESTART_BLOCKS < timebase->block)
         return true;
@@ -22,9 +22,9 @@ bool timebase_block(struct timebase *timebase, uint32_t block)
     return false;
 }
 
-bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
+bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
 {
-    if (timebase_block(timebase, block))
+    if (timebase_apply_block(timebase, block))
         return true;
     timebase->tick_known = true;
     timebase->clock = block;
@@ -32,34 +32,35 @@ bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
     return false;
 }
 
-bool timebase_is_back(const struct timebase *timebase, uint32_t block)
+bool timebase_is_restart(const struct timebase *timebase, uint32_t block)
 {
-    return timebase->known && (int64_t)block + QUEUED_BLOCKS < timebase->block;
+    return timebase->known && (int64_t)block + OVERTAKE_BLOCKS < timebase->block;
 }
 
 static bool has_same_origin(uint32_t a, uint32_t b)
 {
     int32_t apart = (int32_t)(a - b);
-    return apart > -ORIGIN_TICKS && apart < ORIGIN_TICKS;
+    return apart > -ORIGIN_TOLERANCE_TICKS && apart < ORIGIN_TOLERANCE_TICKS;
 }
 
-enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
-                                              struct timebase_doubt *doubt, uint32_t block,
-                                              uint32_t tick, bool hello)
+enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
+                                           uint32_t block, uint32_t tick, bool hello)
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->known || !timebase->tick_known;
     int64_t least = hello ? timebase->clock : timebase->block - RESTART_BLOCKS;
     bool goes_on = has_same_origin(origin, timebase->origin) && (int64_t)block >= least;
-    bool confirms = doubt->waits && has_same_origin(origin, doubt->origin) && block > doubt->block;
+    bool confirms = doubt->pending && has_same_origin(origin, doubt->origin) &&
+                    block > doubt->block;
     if (first || goes_on || confirms) {
         bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->clock;
-        doubt->waits = false;
+        doubt->pending = false;
         if (back)
-            return TIMEBASE_BEGAN_AGAIN;
-        return timebase_clock(timebase, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
+            return TIMEBASE_RESTARTED;
+        return timebase_apply_clock(timebase, block, tick) ? TIMEBASE_RESTARTED
+                                                           : TIMEBASE_CONTINUES;
     }
-    doubt->waits = true;
+    doubt->pending = true;
     doubt->block = block;
     doubt->origin = origin;
     return TIMEBASE_DOUBTED;
@@ -72,7 +73,7 @@ int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)
     int64_t block = timebase->block + (int16_t)(uint16_t)(block16 - (uint16_t)timebase->block);
     if (block < 0)
         return -1;
-    if (block > timebase->block && block - timebase->block < FOLLOW_BLOCKS)
+    if (block > timebase->block && block - timebase->block < CONTINUE_BLOCKS)
         timebase->block = block;
     return block;
 }

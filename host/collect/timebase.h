@@ -16,25 +16,24 @@ struct timebase {
 
 /* Applies a whole block index. Returns true if it is a second or more before the newest one: the
  * board restarted. */
-bool timebase_block(struct timebase *timebase, uint32_t block);
-/* As timebase_block, with the value of TIM2 at the first trigger of the block. */
-bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
+bool timebase_apply_block(struct timebase *timebase, uint32_t block);
+/* As timebase_apply_block, with the value of TIM2 at the first trigger of the block. */
+bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
-enum timebase_verdict { TIMEBASE_GOES_ON, TIMEBASE_BEGAN_AGAIN, TIMEBASE_DOUBTED };
+enum timebase_verdict { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTED };
 /* A board time that does not continue from the known one, kept until a second one confirms it. */
 struct timebase_doubt {
-    bool waits;
+    bool pending;
     uint32_t block, origin;
 };
-/* As timebase_clock, on a link on which other nodes may send. A time that does not continue from
- * the known one is doubted and changes nothing until the next one continues from it. `hello`: a
- * hello was received since the last clock, so a clock that goes back by any amount is doubted. */
-enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
-                                              struct timebase_doubt *doubt, uint32_t block,
-                                              uint32_t tick, bool hello);
+/* As timebase_apply_clock, on a link on which other nodes may send. A time that does not continue
+ * from the known one is doubted and changes nothing until the next one continues from it. `hello`:
+ * a hello was received since the last clock, so a clock that goes back by any amount is doubted. */
+enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
+                                           uint32_t block, uint32_t tick, bool hello);
 /* For a link that keeps the order of frames. Returns true if the block is before the newest one, by
  * any amount: the board restarted. */
-bool timebase_is_back(const struct timebase *timebase, uint32_t block);
+bool timebase_is_restart(const struct timebase *timebase, uint32_t block);
 /* Block with these low 16 bits that is nearest to the newest block. It becomes the newest if it is
  * later by less than half a second; larger steps are accepted only from a clock. -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);

@@ -252,12 +252,12 @@ static int report_read(const struct request *request, const struct box_client_re
     record_answer(r, answer);
     answer_count(answer, "absent_pages", "not read", (int64_t)absent)->end = " pages";
     answer_words(answer, "db", NULL, "%s", request->db);
-    answer_count(answer, "run", "RUN", filled->run)->end = filled->made ? " (new)" : NULL;
-    answer_flag(answer, "new_landing", NULL, filled->made);
+    answer_count(answer, "run", "RUN", filled->run)->end = filled->created ? " (new)" : NULL;
+    answer_flag(answer, "new_landing", NULL, filled->created);
     answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end =
         " blocks from the black box";
     answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
-    answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end =
+    answer_count(answer, "absent_blocks", "absent", filled->missing_blocks)->end =
         " blocks, also missing in the black box";
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
@@ -318,8 +318,8 @@ static int read_record(const struct request *request, struct box_client *talk)
     struct store *store = program_campaign_or_new(request->cli, request->db);
     int64_t run = request->run;
     store_run_find(store, &run, fatal);
-    boxfill(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present, count,
-            &filled, fatal);
+    boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
+                         count, &filled, fatal);
     keep_configuration(request, talk, store, filled.run);
     free(pages);
     free(present);

@@ -172,7 +172,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
                                            serial ? link_spec(serial) : NULL, &logger->collector,
                                            error);
     if (status == MR_OK && !((can && link_recorded(can)) || (serial && link_recorded(serial))))
-        collector_set_own(logger->collector, &logger->own);
+        collector_set_own_commands(logger->collector, &logger->own);
     return status;
 }
 
@@ -219,7 +219,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
-        collector_listen(logger->collector, &logger->live.listener);
+        collector_set_listener(logger->collector, &logger->live.listener);
     /* Commits the session first, so that it survives a transaction that fails later. */
     status = logger_commit(logger, error);
     logger_set_nonblocking(logger, true);

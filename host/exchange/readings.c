@@ -482,7 +482,7 @@ enum mr_status import_candump_check(const struct textfile *file,
 static enum mr_status take_finished(struct collector *collector, struct import_result *result)
 {
     int64_t run;
-    while ((run = collector_take_finished(collector)) != 0) {
+    while ((run = collector_pop_finished(collector)) != 0) {
         if (result->runs < IMPORT_RUNS_MAX)
             result->run[result->runs++] = run;
     }
@@ -510,10 +510,10 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
         bool more = link_receive_frame(link, &frame, &ended) == MR_OK;
         const struct link_counters *counters = link_counters(link);
         if (told != counters->troubles + counters->bad_lines)
-            status = collector_troubles(collector, LINK_CAN, counters, error);
+            status = collector_account_troubles(collector, LINK_CAN, counters, error);
         told = counters->troubles + counters->bad_lines;
         if (status == MR_OK && more)
-            status = collector_frame(collector, &frame, error);
+            status = collector_receive_frame(collector, &frame, error);
         if (status != MR_OK || !more)
             return status; /* the caller records the error as the result of the log */
         if (++result->rows % FRAMES_A_LOOK != 0)

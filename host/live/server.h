@@ -35,7 +35,7 @@ struct live {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
-    struct collector_listener listener; /* pass it to collector_listen */
+    struct collector_listener listener; /* pass it to collector_set_listener */
 };
 
 /* Opens hub and server. `live` must not move afterwards; `where` as for live_server_open.

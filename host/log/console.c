@@ -239,7 +239,7 @@ static void report_summary(struct logger *logger, const struct summary *summary)
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
 {
     int64_t run;
-    while ((run = collector_take_finished(logger->collector)) != 0) {
+    while ((run = collector_pop_finished(logger->collector)) != 0) {
         struct summary summary;
         struct error why = {0};
         enum mr_status status = logger_commit(logger, error);
@@ -297,8 +297,8 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
 void logger_note_health(struct logger *logger)
 {
     char text[300];
-    const struct crash_report *crash = collector_take_crash(logger->collector);
-    const struct mr_can_alarm *alarm = collector_take_alarm(logger->collector);
+    const struct crash_report *crash = collector_pop_crash(logger->collector);
+    const struct mr_can_alarm *alarm = collector_pop_alarm(logger->collector);
     if (crash || alarm)
         logger_clear_progress(logger);
     if (crash) {
@@ -317,11 +317,11 @@ void logger_note_health(struct logger *logger)
 
 void logger_note_orders(struct logger *logger)
 {
-    struct collector_order order;
-    while (collector_take_order(logger->collector, &order)) {
+    struct collector_answer order;
+    while (collector_pop_answer(logger->collector, &order)) {
         struct typed *typed = &logger->typed;
         enum mr_status status = (enum mr_status)order.ack.status;
-        bool is_typed = order.own && typed->sent && order.ack.tag == typed->command.tag &&
+        bool is_typed = order.is_own && typed->sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
         char more[60] = "", words[300];
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
@@ -332,15 +332,15 @@ void logger_note_orders(struct logger *logger)
             typed->answer = status;
             continue;
         }
-        if (order.more)
-            snprintf(more, sizeof more, " (and %u earlier times)", order.more);
+        if (order.repeats)
+            snprintf(more, sizeof more, " (and %u earlier times)", order.repeats);
         snprintf(words, sizeof words, "%s \"%s\"; the board %s%s%s",
-                 order.own ? "the live page sent" : "another program sent",
+                 order.is_own ? "the live page sent" : "another program sent",
                  mr_command_name(order.ack.code), status == MR_OK ? "executed it" : "refused it: ",
                  status == MR_OK ? "" : mr_status_text(status), more);
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", words);
-        if (logger->live.hub && !order.own)
+        if (logger->live.hub && !order.is_own)
             live_hub_add_notice(logger->live.hub, words);
     }
 }

@@ -73,7 +73,7 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     if (status == MR_OK && logger->collector)
         status = find_session(logger, error);
     if (status == MR_OK && logger->collector)
-        status = collector_mark(logger->collector, error);
+        status = collector_save_mark(logger->collector, error);
     return status;
 }
 
@@ -170,7 +170,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
     logger->open[link] = false;
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK) {
-        status = collector_link_end(logger->collector, (enum link_kind)link, &tail);
+        status = collector_end_link(logger->collector, (enum link_kind)link, &tail);
         if (status == MR_TRUNCATED)
             status = MR_OK;
         else if (status != MR_OK)
@@ -189,8 +189,8 @@ static enum mr_status take_troubles(struct logger *logger, unsigned link, struct
     logger_note_troubles(logger, link);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
-        status = collector_troubles(logger->collector, (enum link_kind)link,
-                                    &logger->counters[link], error);
+        status = collector_account_troubles(logger->collector, (enum link_kind)link,
+                                            &logger->counters[link], error);
     logger->troubled[link] = status != MR_OK;
     return status;
 }
@@ -199,8 +199,8 @@ static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t j
                                  struct error *error)
 {
     if (jump_us != 0)
-        return collector_clock_set(logger->collector, jump_us, error);
-    collector_discard_time(logger->collector, (enum link_kind)link);
+        return collector_handle_clock_set(logger->collector, jump_us, error);
+    collector_discard_clock_offset(logger->collector, (enum link_kind)link);
     return MR_OK;
 }
 
@@ -213,7 +213,7 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
         return MR_OK;
     }
     if (logger->live.hub) /* the live page has already shown repeated items */
-        collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
+        collector_set_listener(logger->collector, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
         status = take_troubles(logger, link, error);
@@ -222,9 +222,10 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
     switch (item->kind) {
     case LINK_ITEM_FRAME:
         logger_note_other(logger, &item->frame);
-        return collector_frame(logger->collector, &item->frame, error);
+        return collector_receive_frame(logger->collector, &item->frame, error);
     case LINK_ITEM_BYTES:
-        return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
+        return collector_receive_bytes(logger->collector, item->bytes, item->length, item->host_us,
+                                       error);
     case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);
     default: return end_link(logger, link, &item->end, error);
     }
@@ -252,7 +253,7 @@ void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
         return;
-    ready[1 - collector_behind(logger->collector)] = false;
+    ready[1 - collector_lagging_link(logger->collector)] = false;
 }
 
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
@@ -298,7 +299,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_command_put(command, payload);
-    collector_own_put(&logger->own, command);
+    collector_add_own_command(&logger->own, command);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};
@@ -320,7 +321,7 @@ void logger_ask_for_configuration(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
     uint64_t now_us = monotonic_us();
-    if (!collector_lacks_configuration(logger->collector)) {
+    if (!collector_needs_configuration(logger->collector)) {
         struct collector_progress p;
         collector_get_progress(logger->collector, &p);
         if (p.run) /* arming ended the board's answer: ask again when the landing is done */
@@ -450,7 +451,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, bool shar
     if (status != MR_OK)
         return status;
     store_watch_file(saved);
-    collector_move(logger->collector, saved);
+    collector_set_store(logger->collector, saved);
     store_leave(logger->store, !shared);
     continue_in(logger, saved, path);
     return MR_OK;
@@ -500,7 +501,7 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
     if (status == MR_OK)
         status = store_begin(*store, error);
     if (status == MR_OK)
-        status = collector_again(logger->collector, *store, whole, goes_on, collector, error);
+        status = collector_reopen(logger->collector, *store, whole, goes_on, collector, error);
     if (status == MR_OK)
         status = store_commit(*store, error);
     if (status != MR_OK) {

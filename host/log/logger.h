@@ -104,8 +104,8 @@ struct logger {
     uint64_t heard_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
     bool silent, lost[LINK_KINDS]; /* silence of all links, or of one link, was reported */
     struct typed typed;
-    struct collector_own own;      /* commands that this program sent */
-    uint8_t nonce[MR_PROOF_BYTES]; /* nonce in the proof of the last command */
+    struct collector_own_commands own; /* commands that this program sent */
+    uint8_t nonce[MR_PROOF_BYTES];     /* nonce in the proof of the last command */
 };
 
 /* ---- logger.c ---- */

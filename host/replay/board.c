@@ -143,7 +143,7 @@ static enum mr_status collect(struct collector *collector, struct link *const li
     enum mr_status status = MR_OK;
     while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
         bool can = open[LINK_CAN] &&
-                   (!open[LINK_SERIAL] || collector_behind(collector) == LINK_CAN);
+                   (!open[LINK_SERIAL] || collector_lagging_link(collector) == LINK_CAN);
         size_t length;
         uint64_t host_us;
         if (can) {
@@ -151,17 +151,17 @@ static enum mr_status collect(struct collector *collector, struct link *const li
             for (int i = 0; i < FRAMES_PER_TURN && status == MR_OK; i++) {
                 status = link_receive_frame(link[LINK_CAN], &frame, error);
                 if (status == MR_OK)
-                    status = collector_frame(collector, &frame, error);
+                    status = collector_receive_frame(collector, &frame, error);
             }
         } else {
             status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_TURN, &length, &host_us,
                                         error);
             if (status == MR_OK)
-                status = collector_bytes(collector, bytes, length, host_us, error);
+                status = collector_receive_bytes(collector, bytes, length, host_us, error);
         }
         if (status == MR_CLOSED && error->status == MR_OK) {
             open[can ? LINK_CAN : LINK_SERIAL] = false;
-            status = collector_link_end(collector, can ? LINK_CAN : LINK_SERIAL, error);
+            status = collector_end_link(collector, can ? LINK_CAN : LINK_SERIAL, error);
             if (status == MR_TRUNCATED) {
                 /* the run ends at its time, even inside a frame */
                 *error = (struct error){0};

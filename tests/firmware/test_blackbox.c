@@ -154,17 +154,17 @@ static void fetch(uint16_t record, uint32_t from)
     fail_msg("reading never ended");
 }
 
-struct told {
+struct board_report {
     unsigned blocks, notes, config;
     uint32_t first, next;
 };
 
 /* What the pages say, block for block what was sent and without a hole; configuration first. */
-static struct told check_pages(void)
+static struct board_report check_pages(void)
 {
     struct mr_boxread reader;
     struct mr_record record;
-    struct told told = {0};
+    struct board_report told = {0};
     mr_boxread_begin(&reader, pages[0], present, page_count);
     while (mr_boxread_next(&reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_BLOCK) {
@@ -191,7 +191,7 @@ static struct told check_pages(void)
 static void check_whole(uint16_t record, uint16_t landing, unsigned blocks, uint32_t trigger)
 {
     fetch(record, 0);
-    struct told told = check_pages();
+    struct board_report told = check_pages();
     struct mr_boxpage_header header;
     struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
@@ -219,7 +219,7 @@ TEST_IN(a_landing_comes_back_with_what_was_before, fresh, NULL)
     uint32_t trigger = index_now + 2000;
     uint16_t record = land(5, 2000, 2500);
     check_whole(record, 5, 2500, trigger);
-    struct told told = check_pages();
+    struct board_report told = check_pages();
     assert_in_range(trigger - told.first, 900, 1400); /* the ring's worth of quiet blocks */
     white = true;
     trigger = index_now + 900;
@@ -629,7 +629,7 @@ TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
     assert_non_null(there);
     assert_false(there->is_complete);
     fetch(record, 0);
-    struct told told = check_pages(); /* an exact prefix */
+    struct board_report told = check_pages(); /* an exact prefix */
     assert_int_equal(told.first, trigger);
     assert_in_range(told.blocks, 19000, 19400);
     assert_true(health_get_counter(MR_FAULT_BOX_LOST).count > 0);

@@ -22,9 +22,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (!(data[0] & 1u))
             mr_boxpage_seal(page[count], (uint32_t)count, 1);
     }
-    enum mr_status status = boxfill(fuzz_store(), "serial:fuzz", 0,
-                                    (const uint8_t(*)[MR_BOXPAGE])page, present, count, &result,
-                                    &error);
+    enum mr_status status = boxfill_store_record(fuzz_store(), "serial:fuzz", 0,
+                                                 (const uint8_t(*)[MR_BOXPAGE])page, present, count,
+                                                 &result, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     return 0;
 }

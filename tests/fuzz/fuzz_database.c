@@ -22,7 +22,7 @@ static void give(struct collector *collector, uint16_t id, const uint8_t *payloa
     struct error error = {0};
     uint8_t bytes[MR_FRAME_MAX];
     size_t count = mr_frame_encode(seq++, id, payload, length, bytes);
-    FUZZ_REQUIRE(collector_bytes(collector, bytes, count, now_us += 1000, &error) == MR_OK);
+    FUZZ_REQUIRE(collector_receive_bytes(collector, bytes, count, now_us += 1000, &error) == MR_OK);
 }
 
 /* A landing of a few blocks, with each message of the catalogue once. */

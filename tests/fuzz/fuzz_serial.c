@@ -21,11 +21,11 @@ static void give(uint16_t id, bool can, const uint8_t *payload, size_t length)
         struct link_frame frame = {
             .host_us = now_us, .id = id & 0x7ffu, .length = (uint8_t)(length > 8 ? 8 : length)};
         memcpy(frame.data, payload, frame.length);
-        (void)collector_frame(collector, &frame, &error);
+        (void)collector_receive_frame(collector, &frame, &error);
         return;
     }
     size_t count = mr_frame_encode(seq++, id, payload, length, bytes);
-    (void)collector_bytes(collector, bytes, count, now_us, &error);
+    (void)collector_receive_bytes(collector, bytes, count, now_us, &error);
 }
 
 static void give_messages(const uint8_t *data, size_t size)
@@ -62,8 +62,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (data[0] & 1u)
         give_messages(data + 1, size - 1);
     else
-        (void)collector_bytes(collector, data + 1, size - 1, now_us, &error);
-    (void)collector_link_end(collector, LINK_SERIAL, &error);
+        (void)collector_receive_bytes(collector, data + 1, size - 1, now_us, &error);
+    (void)collector_end_link(collector, LINK_SERIAL, &error);
     FUZZ_REQUIRE(collector_end(collector, "end", &error) == MR_OK);
     collector_close(collector);
     return 0;

@@ -71,16 +71,16 @@ static size_t take_pages(const struct hil_board *board, uint32_t from, uint16_t 
     return count;
 }
 
-struct told {
+struct board_report {
     uint32_t first, next;
     unsigned blocks, edges, config;
 };
 
-static struct told check_pages(size_t count, const struct witness *witness)
+static struct board_report check_pages(size_t count, const struct witness *witness)
 {
     struct mr_boxread reader;
     struct mr_record record;
-    struct told told = {0};
+    struct board_report told = {0};
     mr_boxread_begin(&reader, pages[0], present, count);
     while (mr_boxread_next(&reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_MESSAGE) {
@@ -100,7 +100,7 @@ static struct told check_pages(size_t count, const struct witness *witness)
     return told;
 }
 
-static void check_end(size_t count, const struct told *told)
+static void check_end(size_t count, const struct board_report *told)
 {
     struct mr_boxpage_header header;
     struct mr_boxpage_end end;
@@ -126,7 +126,7 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     assert_int_equal(mr_landing_get(&state, ear->last[EAR_CAN][MR_ID_LANDING], 8), MR_OK);
     size_t count = take_pages(ear->board, 0, 1);
     memcpy(whole, pages, sizeof whole);
-    struct told told = check_pages(count, &witness);
+    struct board_report told = check_pages(count, &witness);
     struct mr_boxpage_start_page start;
     mr_boxpage_get_start(pages[0], &start);
     check_end(count, &told);
@@ -216,7 +216,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
         struct mr_boxpage_start_page start;
         mr_boxpage_get_start(pages[0], &start);
         assert_int_equal(start.landing, 9);
-        struct told told = check_pages(count, NULL);
+        struct board_report told = check_pages(count, NULL);
         check_end(count, &told);
         assert_true(told.blocks > 100);
     }
@@ -275,7 +275,7 @@ TEST(a_page_that_stays_busy_costs_the_rest_of_its_sector)
     memmove(pages[HANGS], pages[0], count * MR_BOXPAGE);
     memcpy(pages[0], whole[0], HANGS * MR_BOXPAGE);
     memset(present, 1, count += HANGS);
-    struct told told = check_pages(count, NULL);
+    struct board_report told = check_pages(count, NULL);
     check_end(count, &told);
     assert_int_equal(told.edges, ear->heard[EAR_SERIAL][MR_ID_EDGE]);
     assert_int_equal(ear->fault[MR_FAULT_NOR_FAILED].count, 1);

@@ -36,7 +36,7 @@ static inline void session_feed_line(struct session *session, const char **at)
     assert_non_null(end);
     assert_int_equal(candump_parse(*at, (size_t)(end - *at), &frame), MR_OK);
     *at = end + 1;
-    collector_frame(session->collector, &frame, &session->error);
+    collector_receive_frame(session->collector, &frame, &session->error);
 }
 
 /* Log all that was written, the links in step as `matrig log` keeps them. Stops at the first
@@ -61,20 +61,20 @@ static inline void session_log(struct session *session, const char *db)
         bool serial_left = serial < session->serial_length;
         if (!can_left && !serial_left)
             break;
-        if (can_left && (!serial_left || collector_behind(session->collector) == LINK_CAN)) {
+        if (can_left && (!serial_left || collector_lagging_link(session->collector) == LINK_CAN)) {
             session_feed_line(session, &can);
         } else {
             size_t length = session->serial_length - serial < 100 ? session->serial_length - serial
                                                                   : 100;
-            collector_bytes(session->collector, (const uint8_t *)session->serial + serial, length,
-                            1700000000000000u, error);
+            collector_receive_bytes(session->collector, (const uint8_t *)session->serial + serial,
+                                    length, 1700000000000000u, error);
             serial += length;
         }
     }
     if (error->status == MR_OK && session->can)
-        collector_link_end(session->collector, LINK_CAN, error);
+        collector_end_link(session->collector, LINK_CAN, error);
     if (error->status == MR_OK && session->serial)
-        collector_link_end(session->collector, LINK_SERIAL, error);
+        collector_end_link(session->collector, LINK_SERIAL, error);
     struct error late = {0};
     collector_end(session->collector, "end", &late);
     store_commit(session->store, &late);

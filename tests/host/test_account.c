@@ -13,7 +13,7 @@ static struct mr_can_health health(uint32_t sent, uint16_t dropped)
 static void can_frames(struct account *account, unsigned count)
 {
     for (unsigned i = 0; i < count; i++)
-        account_can_frame(account);
+        account_add_can_frame(account);
 }
 
 /* `count` frames arrive, then a can_health that is itself frame number `sent` (from 0). */
@@ -22,18 +22,18 @@ static void can_interval(struct account *account, unsigned count, uint32_t sent,
 {
     struct mr_can_health message = health(sent, dropped);
     can_frames(account, count + 1);
-    account_can_health(account, &message, block);
+    account_apply_can_health(account, &message, block);
 }
 
 TEST(serial_sequence)
 {
     struct account account;
     account_start(&account, LINK_SERIAL);
-    account_serial_frame(&account, 65534, 10); /* joins anywhere: no loss */
-    account_serial_frame(&account, 65535, 11);
-    account_serial_frame(&account, 0, 12);
+    account_add_serial_frame(&account, 65534, 10); /* joins anywhere: no loss */
+    account_add_serial_frame(&account, 65535, 11);
+    account_add_serial_frame(&account, 0, 12);
     assert_int_equal(account.counts.lost, 0);
-    account_serial_frame(&account, 5, 16); /* 1, 2, 3, 4 are missing */
+    account_add_serial_frame(&account, 5, 16); /* 1, 2, 3, 4 are missing */
     assert_int_equal(account.counts.lost, 4);
     assert_int_equal(account.counts.received, 4);
     assert_int_equal(account.gaps, 1);
@@ -42,7 +42,7 @@ TEST(serial_sequence)
     assert_int_equal(account.gap[0].count, 4);
     assert_int_equal(account.gap[0].from_block, 12);
     assert_int_equal(account.gap[0].to_block, 16);
-    account_serial_frame(&account, 5, 17); /* a step back is a sender that began again */
+    account_add_serial_frame(&account, 5, 17); /* a step back is a sender that began again */
     assert_int_equal(account.counts.lost, 4);
 }
 
@@ -50,9 +50,9 @@ TEST(serial_drops_are_the_boards)
 {
     struct account account;
     account_start(&account, LINK_SERIAL);
-    account_dropped(&account, 3, 100); /* before logging began */
+    account_apply_dropped(&account, 3, 100); /* before logging began */
     assert_int_equal(account.counts.dropped, 0);
-    account_dropped(&account, 10, 200);
+    account_apply_dropped(&account, 10, 200);
     assert_int_equal(account.counts.dropped, 7);
     assert_string_equal(account.gap[0].cause, "board");
     assert_int_equal(account.gap[0].from_block, 100);
@@ -63,12 +63,12 @@ TEST(blocks_lost_on_the_way_or_never_sent)
 {
     struct account account;
     account_start(&account, LINK_SERIAL);
-    account_serial_frame(&account, 0, 100);
-    account_block(&account, 100);
-    account_serial_frame(&account, 3, 103);
-    account_block(&account, 103);
-    account_serial_frame(&account, 4, 110);
-    account_block(&account, 110);
+    account_add_serial_frame(&account, 0, 100);
+    account_add_block(&account, 100);
+    account_add_serial_frame(&account, 3, 103);
+    account_add_block(&account, 103);
+    account_add_serial_frame(&account, 4, 110);
+    account_add_block(&account, 110);
     assert_int_equal(account.gaps, 3);
     assert_string_equal(account.gap[1].message, "block");
     assert_string_equal(account.gap[1].cause, "link");
@@ -124,11 +124,12 @@ TEST(steps_are_believed_only_with_a_loss)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_can_frame(&account);
-    account_step(&account, MR_PACK_TENSION_4_6, 101);
-    account_can_frame(&account);
-    account_step(&account, MR_PACK_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
-    can_interval(&account, 0, 5, 0, 143);             /* 1..4 were sent, two came */
+    account_add_can_frame(&account);
+    account_add_series_message(&account, MR_PACK_TENSION_4_6, 101);
+    account_add_can_frame(&account);
+    account_add_series_message(&account, MR_PACK_TENSION_4_6,
+                               113);      /* 105 and 109 are missing, perhaps */
+    can_interval(&account, 0, 5, 0, 143); /* 1..4 were sent, two came */
     assert_int_equal(account.counts.lost, 2);
     assert_int_equal(account.gaps, 2);
     assert_string_equal(account.gap[0].message, "tension_4_6");
@@ -139,11 +140,11 @@ TEST(steps_are_believed_only_with_a_loss)
 
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_can_frame(&account);
-    account_step(&account, MR_PACK_DISPLACEMENT_1_3, 100);
-    account_can_frame(&account);
-    account_step(&account, MR_PACK_DISPLACEMENT_1_3,
-                 200); /* the board was idle in between: all it sent has come */
+    account_add_can_frame(&account);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_1_3, 100);
+    account_add_can_frame(&account);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_1_3,
+                               200); /* the board was idle in between: all it sent has come */
     can_interval(&account, 0, 3, 0, 243);
     assert_int_equal(account.counts.lost, 0);
     assert_int_equal(account.gaps, 0);
@@ -154,8 +155,8 @@ TEST(steps_count_when_no_health_comes_any_more)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 100);
-    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 110);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_7_8, 100);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_7_8, 110);
     account_end(&account);
     assert_int_equal(account.counts.lost, 4);
     assert_string_equal(account.gap[0].channels, "d7-d8");
@@ -163,8 +164,8 @@ TEST(steps_count_when_no_health_comes_any_more)
     /* and the last reading before the end may be one of an idle board: ten a second */
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 11500);
-    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 11600);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_7_8, 11500);
+    account_add_series_message(&account, MR_PACK_DISPLACEMENT_7_8, 11600);
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
     assert_int_equal(account.gaps, 0);
@@ -195,7 +196,7 @@ TEST(counts_of_a_board_that_begins_again)
     struct account account;
     unsigned zone = mr_message_index(MR_ID_ZONE), motion = mr_message_index(MR_ID_MOTION);
     account_start(&account, LINK_SERIAL);
-    account_serial_frame(&account, 0, 1);
+    account_add_serial_frame(&account, 0, 1);
     for (unsigned i = 0; i < 122; i++)
         account_message(&account, MR_INDEX_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 122));
@@ -205,24 +206,24 @@ TEST(counts_of_a_board_that_begins_again)
     account_message(&account, MR_INDEX_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
-    account_settle(&account); /* it was none */
+    account_confirm_time(&account); /* it was none */
     assert_true(count(&account, MR_ID_MOTION, 3));
-    assert_int_equal(account.missing_of[motion], 2);
+    assert_int_equal(account.missing_count[motion], 2);
     assert_false(count(&account, MR_ID_ZONE, 0)); /* now it has: no count goes back */
-    assert_int_equal(account.missing_of[zone], 0);
-    assert_int_equal(account.repeated_of[zone], 0);
+    assert_int_equal(account.missing_count[zone], 0);
+    assert_int_equal(account.repeated_count[zone], 0);
     account_restart(&account, false);
     assert_true(count(&account, MR_ID_ZONE, 1)); /* of what came before that nothing is known */
     account_message(&account, MR_INDEX_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 4));
-    assert_int_equal(account.missing_of[zone], 2);
+    assert_int_equal(account.missing_count[zone], 2);
 }
 
 TEST(time_unwraps)
 {
     struct timebase time = {0};
     assert_int_equal(timebase_unwrap(&time, 5), -1);
-    assert_false(timebase_clock(&time, 65530, 1000));
+    assert_false(timebase_apply_clock(&time, 65530, 1000));
     assert_int_equal(timebase_unwrap(&time, 65535), 65535);
     assert_int_equal(timebase_unwrap(&time, 2), 65538);
     assert_int_equal(timebase_unwrap(&time, 65534), 65534); /* one that waited in a queue */
@@ -230,8 +231,8 @@ TEST(time_unwraps)
     /* 84 ticks to a microsecond, forwards, backwards and over the wrap of the counter */
     assert_near(timebase_tick_us(&time, 1000 + 84 * 1500), 65530000.0 + 1500.0, 1e-6);
     assert_near(timebase_tick_us(&time, 1000u - 2000u), 65530000.0 - 2000.0 / 84.0, 1e-6);
-    assert_true(timebase_block(&time, 64000)); /* more than a second back: began again */
-    assert_false(timebase_block(&time, 64600));
+    assert_true(timebase_apply_block(&time, 64000)); /* more than a second back: began again */
+    assert_false(timebase_apply_block(&time, 64600));
 }
 
 /* Frames 1 to 99 and can_health 100 arrive; of the 99 after it 9 are lost, and the queue owns up to
@@ -241,8 +242,8 @@ TEST(losses_have_their_causes)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
-    account_trouble(&account, LINK_QUEUE_LOST, 5);
-    account_trouble(&account, LINK_RX_OVERFLOW, 1);
+    account_add_trouble(&account, LINK_QUEUE_LOST, 5);
+    account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
     assert_int_equal(account.gaps, 2);
@@ -257,12 +258,12 @@ TEST(losses_have_their_causes)
     can_interval(&account, 98, 300, 0, 3000);
     assert_int_equal(account.counts.lost, 10);
     assert_string_equal(account.gap[2].cause, "link");
-    account_trouble(&account, LINK_QUEUE_LOST, 50);
+    account_add_trouble(&account, LINK_QUEUE_LOST, 50);
     can_interval(&account, 99, 400, 0, 4000);
     assert_int_equal(account.counts.lost, 10);
     assert_int_equal(account.gaps, 3);
-    account_trouble(&account, LINK_BUS_OFF, 1);
-    account_trouble(&account, LINK_RX_OVERFLOW, 1);
+    account_add_trouble(&account, LINK_BUS_OFF, 1);
+    account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 0, 500, 0, 5000);
     assert_int_equal(account.counts.lost, 109);
     assert_string_equal(account.gap[3].cause, "bus-off");
@@ -276,8 +277,8 @@ TEST(losses_by_a_full_queue)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
-    account_trouble(&account, LINK_LOST_LOCK, 6);
-    account_trouble(&account, LINK_LOST_FULL_DISK, 2);
+    account_add_trouble(&account, LINK_LOST_LOCK, 6);
+    account_add_trouble(&account, LINK_LOST_FULL_DISK, 2);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
     assert_int_equal(account.gaps, 3);
@@ -290,18 +291,18 @@ TEST(losses_by_a_full_queue)
     account_start(&account, LINK_SERIAL);
     for (unsigned seq = 0; seq < 100; seq++) {
         account.bytes += 100;
-        account_serial_frame(&account, (uint16_t)seq, seq);
+        account_add_serial_frame(&account, (uint16_t)seq, seq);
     }
-    account_trouble(&account, LINK_LOST_SLOW_DISK, 7000000);
+    account_add_trouble(&account, LINK_LOST_SLOW_DISK, 7000000);
     account.bytes += 100;
-    account_serial_frame(&account, (uint16_t)(100u + 70000u), 200);
+    account_add_serial_frame(&account, (uint16_t)(100u + 70000u), 200);
     assert_int_equal(account.counts.lost, 70000);
     assert_int_equal(account.gaps, 1);
     assert_string_equal(account.gap[0].cause, "slow disk");
     assert_int_equal(account.gap[0].count, 70000);
     account.bytes += 100;
     /* without such a loss a step back is a sender that began again */
-    account_serial_frame(&account, 5, 201);
+    account_add_serial_frame(&account, 5, 201);
     assert_int_equal(account.counts.lost, 70000);
 }
 
@@ -311,7 +312,7 @@ TEST(troubles_at_the_end)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_trouble(&account, LINK_QUEUE_LOST, 7);
+    account_add_trouble(&account, LINK_QUEUE_LOST, 7);
     account_end(&account);
     assert_int_equal(account.counts.lost, 7);
     assert_int_equal(account.gaps, 1);
@@ -320,7 +321,7 @@ TEST(troubles_at_the_end)
 
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_trouble(&account, LINK_BUS_OFF, 1);
+    account_add_trouble(&account, LINK_BUS_OFF, 1);
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
     assert_int_equal(account.gaps, 1);
@@ -330,7 +331,7 @@ TEST(troubles_at_the_end)
 
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_trouble(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
+    account_add_trouble(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
     account_end(&account);
     assert_int_equal(account.gaps, 0);
 }
@@ -341,7 +342,7 @@ TEST(queue_losses_while_joining)
 {
     struct account account;
     account_start(&account, LINK_CAN);
-    account_trouble(&account, LINK_QUEUE_LOST, 20);
+    account_add_trouble(&account, LINK_QUEUE_LOST, 20);
     can_interval(&account, 30, 1050, 0, 500); /* 1050 before it: 30 came, 20 lost, 1000 earlier */
     assert_int_equal(account.before_first, 1000);
     assert_int_equal(account.counts.lost, 20);
@@ -363,7 +364,7 @@ TEST(counts_of_nobody)
         assert_int_equal(account.counts.lost, 0);
         assert_int_equal(account.counts.dropped, 0);
         struct mr_message_count count = {.id = MR_ID_EDGE, .count = 0};
-        account_message_count(&account, &count);
+        account_apply_message_count(&account, &count);
         count.count = 4000000000u;
         assert_false(account_message_count(&account, &count));
         assert_int_equal(account.missing_of[mr_message_index(MR_ID_EDGE)], 0);
@@ -377,10 +378,10 @@ TEST(bytes_lost_before_a_restart)
     account_start(&account, LINK_SERIAL);
     account.bytes = 2000;
     for (uint16_t seq = 0; seq < 100; seq++)
-        account_serial_frame(&account, seq, 700 + seq);
-    account_trouble(&account, LINK_LOST_LOCK, 400);
+        account_add_serial_frame(&account, seq, 700 + seq);
+    account_add_trouble(&account, LINK_LOST_LOCK, 400);
     account_restart(&account, true);
-    account_serial_frame(&account, 0, -1);
+    account_add_serial_frame(&account, 0, -1);
     assert_int_equal(account.counts.lost, 20);
     assert_int_equal(account.gaps, 1);
     assert_string_equal(account.gap[0].cause, "lock");

@@ -319,12 +319,13 @@ TEST(a_port_that_comes_back_begins_anew)
     store_open(scratch_path(path, sizeof path, "collect.db"), STORE_CREATE, &s.store, &s.error);
     store_begin(s.store, &s.error);
     collector_open(s.store, NULL, 0, "file:serial", &s.collector, &s.error);
-    collector_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u, &s.error);
+    collector_receive_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u,
+                            &s.error);
     counters.trouble[LINK_AWAY] = counters.trouble[LINK_BACK] = 1;
-    collector_troubles(s.collector, LINK_SERIAL, &counters, &s.error);
-    collector_bytes(s.collector, (const uint8_t *)s.serial + anew, s.serial_length - anew,
-                    1700000000000000u, &s.error);
-    collector_link_end(s.collector, LINK_SERIAL, &s.error);
+    collector_account_troubles(s.collector, LINK_SERIAL, &counters, &s.error);
+    collector_receive_bytes(s.collector, (const uint8_t *)s.serial + anew, s.serial_length - anew,
+                            1700000000000000u, &s.error);
+    collector_end_link(s.collector, LINK_SERIAL, &s.error);
     collector_end(s.collector, "end", &s.error);
     store_commit(s.store, &s.error);
     assert_no_error(&s.error);
@@ -608,9 +609,9 @@ TEST(two_landings_in_turn)
     assert_int_equal(landing_count(&s), 2);
     assert_int_equal(landing_of(&s, 1).state, 4);
     assert_int_equal(landing_of(&s, 2).board_landing, 5);
-    assert_int_equal(collector_take_finished(s.collector), 1);
-    assert_int_equal(collector_take_finished(s.collector), 2);
-    assert_int_equal(collector_take_finished(s.collector), 0);
+    assert_int_equal(collector_pop_finished(s.collector), 1);
+    assert_int_equal(collector_pop_finished(s.collector), 2);
+    assert_int_equal(collector_pop_finished(s.collector), 0);
     session_end(&s);
 }
 

@@ -47,7 +47,7 @@ static double bus(void)
     return even() < 0.7 ? 100.0 * even() : 130.0 * even() - 100.0 * log(even());
 }
 
-struct held {
+struct held_frame {
     unsigned rate, middle, end, after;
     double half_us, half_ppm; /* means */
 };
@@ -79,7 +79,7 @@ static void check(const char *name, double (*delay_us)(void), unsigned pairs, do
 {
     static struct timemap map;
     static struct timemap_fit fit;
-    struct held held = {0};
+    struct held_frame held = {0};
     for (unsigned round = 0; round < ROUNDS; round++) {
         double fast_ppm, begin_us, span_us = 1e6 * step_s * (pairs - 1);
         double gain_ppm = draw_session(&map, delay_us, pairs, step_s, &fast_ppm, &begin_us);

@@ -51,7 +51,7 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
         for (int i = 1; failing && i <= 2; i++) {
             const char *again = at;
             store_begin(s.store, &s.error);
-            collector_mark(s.collector, &s.error);
+            collector_save_mark(s.collector, &s.error);
             feed_frames(&s, &again, FRAMES_A_TRANSACTION * i / 2 + 1);
             collector_put_counts(s.collector, &s.error);
             assert_no_error(&s.error);
@@ -59,7 +59,7 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
             collector_restore_mark(s.collector);
         }
         store_begin(s.store, &s.error);
-        collector_mark(s.collector, &s.error);
+        collector_save_mark(s.collector, &s.error);
         feed_frames(&s, &at, FRAMES_A_TRANSACTION);
         collector_put_counts(s.collector, &s.error);
         store_commit(s.store, &s.error);

@@ -101,8 +101,8 @@ static void settle(struct soak *soak, unsigned link)
                 found = true;
             }
         }
-        int64_t received = account->received_at_count[place];
-        int64_t missing = account->missing_of[place], repeated = account->repeated_of[place];
+        int64_t received = account->received_at_board_count[place];
+        int64_t missing = account->missing_count[place], repeated = account->repeated_count[place];
         total->left[place] += left;
         total->received[place] += (uint64_t)received;
         total->missing[place] += (uint64_t)missing;
@@ -117,8 +117,8 @@ static void settle(struct soak *soak, unsigned link)
             soak->wrong++;
         }
     }
-    memset(account->missing_of, 0, sizeof account->missing_of);
-    memset(account->repeated_of, 0, sizeof account->repeated_of);
+    memset(account->missing_count, 0, sizeof account->missing_count);
+    memset(account->repeated_count, 0, sizeof account->repeated_count);
 }
 
 static void begin_boot(struct soak *soak, unsigned link, bool whole)
@@ -202,7 +202,7 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
     account_message(account, mr_message_index(id));
     if (id == MR_ID_CAN_HEALTH && link == LINK_CAN &&
         mr_can_health_get(&health, payload, length) == MR_OK)
-        account_can_health(account, &health, -1);
+        account_apply_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
         unsigned place = mr_message_index(count.id);
         if (account_message_count(account, &count) && place < PLACES) {
@@ -230,11 +230,11 @@ static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame
     if (mr_message_index((uint16_t)frame->id) >= PLACES)
         return;
     if (frame->id == MR_ID_CLOCK && mr_clock_get(&clock, frame->data, frame->length) == MR_OK &&
-        clock.tick != 0 && timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick)) {
+        clock.tick != 0 && timebase_apply_clock(&soak->time[LINK_CAN], clock.block, clock.tick)) {
         begin_boot(soak, LINK_CAN, false);
-        timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick);
+        timebase_apply_clock(&soak->time[LINK_CAN], clock.block, clock.tick);
     }
-    account_can_frame(&soak->account[LINK_CAN]);
+    account_add_can_frame(&soak->account[LINK_CAN]);
     understand(soak, LINK_CAN, (uint16_t)frame->id, frame->data, frame->length);
 }
 
@@ -246,12 +246,12 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     bool again = false, timed = false;
     if (frame->type == MR_ID_CLOCK &&
         mr_clock_get(&clock, frame->payload, frame->length) == MR_OK && clock.tick != 0) {
-        again = timebase_clock(&soak->time[LINK_SERIAL], clock.block, clock.tick);
+        again = timebase_apply_clock(&soak->time[LINK_SERIAL], clock.block, clock.tick);
         timed = true;
     }
     if (frame->type == MR_ID_BLOCK &&
         mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
-        again = timebase_clock(&soak->time[LINK_SERIAL], block.index, block.tick);
+        again = timebase_apply_clock(&soak->time[LINK_SERIAL], block.index, block.tick);
         timed = true;
     }
     if (again)
@@ -259,9 +259,9 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known &&
              account->seq_next != 0)
         begin_boot(soak, LINK_SERIAL, true);
-    account_serial_frame(account, frame->seq, -1);
+    account_add_serial_frame(account, frame->seq, -1);
     if (timed)
-        account_settle(account);
+        account_confirm_time(account);
     understand(soak, LINK_SERIAL, frame->type, frame->payload, frame->length);
 }
 
@@ -431,7 +431,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         memset(&soak->wire[link], 0, sizeof soak->wire[link]);
         soak->wire[link].whole = true;
         account_start(&soak->account[link], (enum link_kind)link);
-        soak->account[link].whole = true;
+        soak->account[link].complete_from_start = true;
         soak->time[link] = (struct timebase){0};
     }
     uint64_t end_ps = (uint64_t)(length_s * 1e12), slice_ps = HIL_SECOND_PS;
