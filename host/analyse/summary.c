@@ -338,9 +338,8 @@ static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_
  * ones the refusal with more information is better. */
 static bool is_better(const struct store_time_map *a, const struct store_time_map *b)
 {
-    if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
-        return b->refusal != TIMEMAP_GOOD &&
-               (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
+    if (a->refusal != TIMEMAP_OK || b->refusal != TIMEMAP_OK)
+        return b->refusal != TIMEMAP_OK && (a->refusal == TIMEMAP_OK || a->refusal > b->refusal);
     return a->link == LINK_CAN && b->link != LINK_CAN;
 }
 
@@ -378,7 +377,7 @@ static enum mr_status summary_time_load(struct store *store, struct summary *sum
 
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
 {
-    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD)
+    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_OK)
         return (struct summary_moment){(double)NAN, (double)NAN};
     return summary_time_by(&summary->clock, board_us);
 }
@@ -402,7 +401,7 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
     const struct store_time_map *clock = &summary->clock;
     const struct summary_moment touchdown = summary_time_of_day(summary,
                                                                 (double)summary->measured.t0_us);
-    bool good = clock->refusal == TIMEMAP_GOOD;
+    bool good = clock->refusal == TIMEMAP_OK;
     char day[60];
     if (!summary->clock_known)
         return;

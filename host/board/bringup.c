@@ -256,7 +256,7 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
         ready = at;
     bool anew = ready && ready > l->text + l->ready_at;
     double now_s = monotonic_s();
-    if (link_recorded(link) || (!anew && now_s - l->received_s < RESEND_S) ||
+    if (link_is_recorded(link) || (!anew && now_s - l->received_s < RESEND_S) ||
         (!anew && now_s - l->sent_s < RESEND_S))
         return MR_OK;
     if (anew)
@@ -289,7 +289,7 @@ static enum mr_status wait_for(struct receiver *l, struct link *link, const char
                              "the boot ROM of this board cannot be reached on this port: %s; flash "
                              "the board as described in docs/howto/flash.md",
                              link_spec(link));
-        if (status == MR_CLOSED && link_recorded(link))
+        if (status == MR_CLOSED && link_is_recorded(link))
             return find_line(l->text, "begin ")
                      ? MR_OK /* incomplete: parse reports it */
                      : error_set(error, MR_MALFORMED, "no bring-up text: %s", link_spec(link));
@@ -309,7 +309,8 @@ static enum mr_status wait_for(struct receiver *l, struct link *link, const char
 static enum mr_status request_section(struct receiver *l, struct link *link, const char *section,
                                       const char *answer, const char **from, struct error *error)
 {
-    enum mr_status status = link_recorded(link) ? MR_OK : link_line(link, BRINGUP_BAUD, error);
+    enum mr_status status = link_is_recorded(link) ? MR_OK
+                                                   : link_set_baud(link, BRINGUP_BAUD, error);
     l->started_s = l->received_s = monotonic_s();
     l->sent_s = l->started_s - RESEND_S;
     l->received_s -= RESEND_S; /* send the first word at once */

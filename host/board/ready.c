@@ -331,15 +331,15 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
               "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal", "%s",
               mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
-    if (t->refusal == TIMEMAP_GOOD)
-        ready_add(
-            report,
-            verdict_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_ERROR_MAX_PPM),
-            "time of day", limit,
-            "stop programs that set the clock of this computer; if the result stays, the "
-            "crystal of the board is off frequency",
-            "board %+.0f +- %.0f ppm, from %zu messages",
-            unit_round_to_zero(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
+    if (t->refusal == TIMEMAP_OK)
+        ready_add(report,
+                  verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
+                             READY_CLOCK_ERROR_MAX_PPM),
+                  "time of day", limit,
+                  "stop programs that set the clock of this computer; if the result stays, the "
+                  "crystal of the board is off frequency",
+                  "board %+.0f +- %.0f ppm, from %zu messages",
+                  unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width, t->pairs);
     else
         ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                   timemap_refusal_text((unsigned)t->refusal));

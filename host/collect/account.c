@@ -200,7 +200,7 @@ static void settle_suspects(struct account *account, bool believed)
 
 /* Cause of a gap for each receive queue of this computer. */
 static const struct {
-    enum link_event trouble;
+    enum link_trouble trouble;
     const char *cause;
 } queues[ACCOUNT_QUEUES] = {{LINK_QUEUE_LOST, "queue"},
                             {LINK_LOST_LOCK, "lock"},
@@ -231,7 +231,7 @@ static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t blo
     return lost;
 }
 
-void account_add_trouble(struct account *account, enum link_event trouble, int64_t count)
+void account_add_trouble(struct account *account, enum link_trouble trouble, int64_t count)
 {
     for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
         if (queues[i].trouble == trouble && account->kind == LINK_CAN)

@@ -126,7 +126,7 @@ void account_add_series_message(struct account *account, unsigned pack, int64_t 
 void account_add_block(struct account *account, uint32_t index);
 
 /* The link reported an error `count` times. */
-void account_add_trouble(struct account *account, enum link_event trouble, int64_t count);
+void account_add_trouble(struct account *account, enum link_trouble trouble, int64_t count);
 
 /* The link ended or has become silent: suspected losses are counted as losses. */
 void account_end(struct account *account);

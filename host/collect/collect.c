@@ -155,7 +155,7 @@ enum mr_status collector_account_troubles(struct collector *collector, enum link
         side->pending[i] += more;
         if (i == LINK_BACK)
             discard_torn_frame(side);
-        account_add_trouble(&side->account, (enum link_event)i, (int64_t)more);
+        account_add_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
     }
     return status;
 }

@@ -613,16 +613,16 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
                                  .board_us = STORE_NONE,
                                  .host_us = STORE_NONE,
                                  .host_half_us = (double)NAN};
-    if (fit.refusal == TIMEMAP_GOOD || fit.refusal == TIMEMAP_OTHER_PACE) {
-        row.fast_ppm = fit.fast_ppm.value;
-        row.fast_half_ppm = fit.fast_ppm.half;
+    if (fit.refusal == TIMEMAP_OK || fit.refusal == TIMEMAP_OTHER_RATE) {
+        row.fast_ppm = fit.rate_ppm.value;
+        row.fast_half_ppm = fit.rate_ppm.half_width;
     }
-    if (fit.refusal == TIMEMAP_GOOD) {
+    if (fit.refusal == TIMEMAP_OK) {
         row.spread_us = fit.spread_us;
         row.board_us = llround(slot && slot->first_edge_us > 0.0 ? slot->first_edge_us : fit.to_us);
         struct timemap_value host = timemap_host_us(&fit, (double)row.board_us);
         row.host_us = llround(host.value);
-        row.host_half_us = host.half;
+        row.host_half_us = host.half_width;
     }
     return store_time_map_put(collector->store, &row, error);
 }

@@ -192,14 +192,14 @@ static void find_base(const struct request *request, struct session *session, ui
 }
 
 /* The LINK under which the board is on CAN after the change. */
-static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_MAX])
+static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_SIZE])
 {
     uint16_t old;
     struct error error = {0};
-    char spec[LINK_SPEC_MAX - sizeof ",base=0x000"];
+    char spec[LINK_SPEC_SIZE - sizeof ",base=0x000"];
     snprintf(spec, sizeof spec, "%s", request->can ? request->can : "LINK");
-    (void)link_take_base(spec, &old, &error);
-    snprintf(out, LINK_SPEC_MAX, "%s,base=0x%03x", spec, base);
+    (void)link_parse_base(spec, &old, &error);
+    snprintf(out, LINK_SPEC_SIZE, "%s,base=0x%03x", spec, base);
 }
 
 static int set(const struct request *request)
@@ -221,7 +221,7 @@ static int set(const struct request *request)
                   own_revision, revision, request->file, revision);
     uint16_t base = wanted.site[0].can_base;
     bool moves = count && base != session.config.site[0].can_base;
-    char at_base[LINK_SPEC_MAX];
+    char at_base[LINK_SPEC_SIZE];
     link_at_base(request, base, at_base);
     if (count)
         hold_gains(request, &session.config, &wanted);

@@ -313,7 +313,7 @@ static void compare(struct session *session)
 }
 
 /* The port's path, which stm32flash opens itself. */
-static void take_port(const struct session *session, char path[TTY_PATH_MAX])
+static void take_port(const struct session *session, char path[TTY_PATH_SIZE])
 {
     int baud;
     if (strncmp(session->spec, "serial:", 7) == 0) {
@@ -325,7 +325,7 @@ static void take_port(const struct session *session, char path[TTY_PATH_MAX])
                   "stm32flash needs a serial port: %s; give serial:TTY, or pty:PATH of an "
                   "emulated board",
                   session->spec);
-    snprintf(path, TTY_PATH_MAX, "%s", session->spec + 4);
+    snprintf(path, TTY_PATH_SIZE, "%s", session->spec + 4);
 }
 
 static enum mr_status program(struct session *session, const char *tty, struct error *error)
@@ -387,7 +387,7 @@ static void result_answer(const struct session *session, bool already, struct an
 /* Closes the dialogue before stm32flash runs: only one program can use the port. */
 static int flash(struct session *session)
 {
-    char tty[TTY_PATH_MAX];
+    char tty[TTY_PATH_SIZE];
     struct error error = {0};
     take_port(session, tty);
     session->dialogue = dialogue_open_for_command(NULL, session->spec);

@@ -117,7 +117,7 @@ static enum mr_status import(struct store *store, const struct textfile *file,
         return status;
     struct error late = {0};
     row->made_us = (int64_t)link_now_us();
-    verdict_text(&result->verdict, row->verdict, sizeof row->verdict);
+    parse_result_text(&result->verdict, row->verdict, sizeof row->verdict);
     if (status != MR_OK)
         snprintf(row->verdict, sizeof row->verdict, "given up: %.250s", error->text);
     if (store_import_put(store, result->session, row, &late) != MR_OK ||

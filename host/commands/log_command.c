@@ -78,7 +78,7 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     uint64_t counted;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool takes = logger->open[link] && !held;
-        ready[link] = takes && (link_queue_listen(link_reader_queue(logger->reader[link])) ||
+        ready[link] = takes && (link_queue_request_news(link_reader_queue(logger->reader[link])) ||
                                 logger->more[link]);
         polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
                                        .events = POLLIN};
@@ -171,7 +171,8 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
     enum mr_status status = collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
                                            serial ? link_spec(serial) : NULL, &logger->collector,
                                            error);
-    if (status == MR_OK && !((can && link_recorded(can)) || (serial && link_recorded(serial))))
+    if (status == MR_OK &&
+        !((can && link_is_recorded(can)) || (serial && link_is_recorded(serial))))
         collector_set_own_commands(logger->collector, &logger->own);
     return status;
 }
@@ -286,7 +287,7 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
 static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec, int signals,
                                 struct error *error)
 {
-    bool waits = !isnan(logger->wait_s) && link_device_returns(spec), told = false, ends = false;
+    bool waits = !isnan(logger->wait_s) && link_device_can_return(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
     enum mr_status status;
     /* without --wait a missing device is an error at once: the name may be mistyped */
@@ -299,7 +300,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
         ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, AWAY_LOOK_MS) > 0;
     }
     if (status == MR_OK)
-        link_patience(logger->link[link], isnan(logger->wait_s) ? AWAY_S : logger->wait_s);
+        link_set_absence_limit(logger->link[link], isnan(logger->wait_s) ? AWAY_S : logger->wait_s);
     logger->open[link] = status == MR_OK;
     return status;
 }

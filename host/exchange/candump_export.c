@@ -82,7 +82,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
         status = store_frames_base(store, run, &export.base, error);
     if (status == MR_OK)
         status = summary_time_clock(store, run, &export.clock, &known, error);
-    export.dated = known && export.clock.refusal == TIMEMAP_GOOD;
+    export.dated = known && export.clock.refusal == TIMEMAP_OK;
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)

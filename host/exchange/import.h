@@ -34,13 +34,13 @@ struct import_request {
 };
 
 struct import_result {
-    struct verdict verdict;
+    struct parse_result verdict;
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows;                 /* imported frames, or rows of a table */
-    char bus[CANDUMP_INTERFACE]; /* interface of the imported frames; "": a table */
-    uint64_t elsewhere;          /* number of frames of other interfaces */
+    size_t rows;                      /* imported frames, or rows of a table */
+    char bus[CANDUMP_INTERFACE_SIZE]; /* interface of the imported frames; "": a table */
+    uint64_t elsewhere;               /* number of frames of other interfaces */
     int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };
@@ -60,7 +60,7 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
  * names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than one row in
  * ten is invalid. `rows`: number of rows read. */
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
-                        size_t *rows, struct verdict *verdict, struct error *error);
+                        size_t *rows, struct parse_result *verdict, struct error *error);
 
 /* Finds the next frame to import in a candump log in memory. `at`: position after it. */
 bool candump_log_next(struct candump_log *log, const struct textfile *file, const char **at,

@@ -55,8 +55,8 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
     while (*at < end) {
         const char *text = *at, *newline = memchr(text, '\n', (size_t)(end - text));
         *at = newline ? newline + 1 : end;
-        if (candump_log_take(log, text, (size_t)((newline ? newline : end) - text), newline != NULL,
-                             line))
+        if (candump_log_parse_line(log, text, (size_t)((newline ? newline : end) - text),
+                                   newline != NULL, line))
             return true;
     }
     return false;
@@ -91,7 +91,7 @@ struct table {
     const char *at, *end;
     const char *path;
     struct mapping *mapping;
-    struct verdict *verdict;
+    struct parse_result *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
     size_t fields, columns; /* number of fields of this line, and of columns of the header (without
@@ -265,8 +265,8 @@ static bool refuse_line(struct table *t, const char *line, const char *at, bool 
 {
     if (whole)
         t->verdict->bad_lines++;
-    verdict_set(t->verdict, whole ? MR_MALFORMED : MR_TRUNCATED, t->line, (size_t)(at - line) + 1,
-                whole ? what : "the file ends inside a line");
+    parse_result_set(t->verdict, whole ? MR_MALFORMED : MR_TRUNCATED, t->line,
+                     (size_t)(at - line) + 1, whole ? what : "the file ends inside a line");
     return false;
 }
 
@@ -313,8 +313,8 @@ static void judge_header(struct table *t, double first_s, double second_s)
     if (!t->eaten.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
         return;
     t->verdict->bad_lines += t->eaten.count;
-    verdict_set(t->verdict, MR_MALFORMED, t->eaten.line, 1,
-                "a row among the header lines; see header_lines");
+    parse_result_set(t->verdict, MR_MALFORMED, t->eaten.line, 1,
+                     "a row among the header lines; see header_lines");
 }
 
 static void take_row(struct table *t, double time_s)
@@ -334,7 +334,7 @@ static void take_row(struct table *t, double time_s)
 }
 
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
-                        size_t *rows, struct verdict *verdict, struct error *error)
+                        size_t *rows, struct parse_result *verdict, struct error *error)
 {
     struct table t = {.at = text,
                       .end = text + length,
@@ -376,8 +376,8 @@ static bool take_sample(struct candump_log *log, struct mapping_channel *channel
         series_add(series, time_s, value);
         return true;
     }
-    log->verdict.bad_lines++;
-    verdict_set(&log->verdict, MR_MALFORMED, log->line, 1, wrong);
+    log->result.bad_lines++;
+    parse_result_set(&log->result, MR_MALFORMED, log->line, 1, wrong);
     return false;
 }
 
@@ -395,15 +395,15 @@ static bool has_signal(const struct mapping *mapping, const struct link_frame *f
 /* Finds the only interface with a signal of the mapping, unless one is given. */
 static enum mr_status find_signals(const struct textfile *file,
                                    const struct import_request *request,
-                                   const struct mapping *mapping, char name[CANDUMP_INTERFACE],
+                                   const struct mapping *mapping, char name[CANDUMP_INTERFACE_SIZE],
                                    struct error *error)
 {
     struct candump_log log = {0};
     struct candump_line line;
     const char *at = file->text;
-    snprintf(name, CANDUMP_INTERFACE, "%s", request->interface ? request->interface : "");
+    snprintf(name, CANDUMP_INTERFACE_SIZE, "%s", request->interface ? request->interface : "");
     while (!request->interface && candump_log_next(&log, file, &at, &line)) {
-        if (!has_signal(mapping, &line.frame) || candump_is_of(&line, name))
+        if (!has_signal(mapping, &line.frame) || candump_is_from_interface(&line, name))
             continue;
         if (name[0])
             return error_set(error, MR_USAGE,
@@ -411,7 +411,7 @@ static enum mr_status find_signals(const struct textfile *file,
                              "one interface (such as --interface %s)",
                              name, (int)line.interface_length, line.interface, request->path,
                              log.line, name);
-        snprintf(name, CANDUMP_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
+        snprintf(name, CANDUMP_INTERFACE_SIZE, "%.*s", (int)line.interface_length, line.interface);
     }
     return MR_OK;
 }
@@ -439,8 +439,8 @@ enum mr_status import_read_signals(const struct textfile *file,
                      take_sample(&log, &mapping->channel[c], time_s, value);
         result->rows += taken;
     }
-    result->verdict = log.verdict;
-    result->elsewhere = log.elsewhere;
+    result->verdict = log.result;
+    result->elsewhere = log.other_interface;
     if (result->rows == 0)
         return error_set(error, MR_MALFORMED,
                          "no signal of the mapping in %zu frames: %s; check the ids in the mapping",
@@ -553,8 +553,8 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
         result->session = collector_session(collector);
         status = take_frames(store, collector, link, result, error);
         status = end(store, collector, result, status, error);
-        result->verdict = link_candump(link)->verdict;
-        result->elsewhere = link_candump(link)->elsewhere;
+        result->verdict = link_candump(link)->result;
+        result->elsewhere = link_candump(link)->other_interface;
         for (unsigned i = 0; i < LINK_TROUBLES; i++)
             result->trouble[i] = (int64_t)link_counters(link)->trouble[i];
     }

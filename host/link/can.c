@@ -30,7 +30,7 @@ struct control {
     uint32_t lost; /* frames lost in the socket's queue so far; a 32-bit counter that wraps */
 };
 
-static void take_control(struct msghdr *message, struct control *control)
+static void read_control(struct msghdr *message, struct control *control)
 {
     *control = (struct control){0};
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
@@ -60,7 +60,7 @@ _Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLA
                    LINK_ID_ERROR == CAN_ERR_FLAG,
                "identifiers are SocketCAN's");
 
-static bool is_can(int fd, const char *name, short *flags)
+static bool is_can_interface(int fd, const char *name, short *flags)
 {
     struct ifreq request = {0};
     snprintf(request.ifr_name, sizeof request.ifr_name, "%s", name);
@@ -79,7 +79,7 @@ static void list_interfaces(int fd, char *out, size_t size)
     short flags;
     out[0] = '\0';
     for (struct if_nameindex *i = all; i && i->if_index; i++) {
-        if (is_can(fd, i->if_name, &flags) && used < size)
+        if (is_can_interface(fd, i->if_name, &flags) && used < size)
             used += (size_t)snprintf(out + used, size - used, "%s%s", used ? ", " : "there are ",
                                      i->if_name);
     }
@@ -93,7 +93,7 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
 {
     short flags = 0;
     char known[200];
-    if (!is_can(link->fd, name, &flags)) {
+    if (!is_can_interface(link->fd, name, &flags)) {
         list_interfaces(link->fd, known, sizeof known);
         return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link lists them)",
                          link->spec, known);
@@ -107,18 +107,18 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
 }
 
 /* As large as allowed; more than net.core.rmem_max requires CAP_NET_ADMIN. */
-static void enlarge_queue(int fd)
+static void enlarge_receive_queue(int fd)
 {
     int bytes = QUEUE_BYTES;
     if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0)
         setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
 }
 
-static enum mr_status set_up(struct link *link, struct error *error)
+static enum mr_status configure_socket(struct link *link, struct error *error)
 {
     can_err_mask_t errors = CAN_ERR_MASK;
     int on = 1;
-    enlarge_queue(link->fd);
+    enlarge_receive_queue(link->fd);
     if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
         setsockopt(link->fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
         setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
@@ -150,7 +150,7 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
         return error_set(error, MR_IO,
                          "cannot create a CAN socket (%s): %s; check the limits of this system",
                          strerror(errno), link->spec);
-    enum mr_status status = check_interface(link, name, error) ?: set_up(link, error);
+    enum mr_status status = check_interface(link, name, error) ?: configure_socket(link, error);
     if (status != MR_OK)
         return status;
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};
@@ -181,9 +181,9 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
         return error_set(error, MR_MALFORMED,
                          "CAN frame of more than 8 bytes: %s; use a bus without CAN FD",
                          link->spec);
-    take_control(&message, &control);
+    read_control(&message, &control);
     if (control.lost_known) {
-        link_event(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
+        link_count_event(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
         link->queue_lost = control.lost;
     }
     frame->host_us = control.kernel_us ? control.kernel_us : link_now_us();
@@ -229,13 +229,13 @@ static void can_service(struct link *link)
         getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
         length < (SK_MEMINFO_DROPS + 1) * sizeof info[0])
         return;
-    link_event(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
+    link_count_event(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
     link->queue_lost = info[SK_MEMINFO_DROPS];
 }
 
 const struct link_ops link_can_ops = {
     .kinds = 1u << LINK_CAN,
-    .comes_back = true,
+    .can_return = true,
     .open = can_open,
     .receive_frame = can_receive_frame,
     .send = can_send,

@@ -20,7 +20,7 @@ static uint32_t hex_value(char c)
     return hex_and_1[(uint8_t)c] - 1u;
 }
 
-static bool take(struct cursor *at, char c)
+static bool accept_char(struct cursor *at, char c)
 {
     if (at->p == at->end || *at->p != c)
         return false;
@@ -29,16 +29,16 @@ static bool take(struct cursor *at, char c)
 }
 
 /* Skip blanks: programs pad their fields to align them. */
-static bool take_blanks(struct cursor *at)
+static bool accept_blanks(struct cursor *at)
 {
     const char *from = at->p;
-    while (take(at, ' ') || take(at, '\t'))
+    while (accept_char(at, ' ') || accept_char(at, '\t'))
         ;
     return at->p > from;
 }
 
 /* Decimal digits; returns how many there were. */
-static unsigned take_decimal(struct cursor *at, uint64_t *value)
+static unsigned parse_decimal(struct cursor *at, uint64_t *value)
 {
     unsigned digits = 0;
     *value = 0;
@@ -47,14 +47,14 @@ static unsigned take_decimal(struct cursor *at, uint64_t *value)
     return digits;
 }
 
-static bool take_time(struct cursor *at, uint64_t *us)
+static bool parse_time(struct cursor *at, uint64_t *us)
 {
     uint64_t seconds, fraction;
-    if (!take(at, '(') || take_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull ||
-        !take(at, '.'))
+    if (!accept_char(at, '(') || parse_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull ||
+        !accept_char(at, '.'))
         return false;
-    unsigned digits = take_decimal(at, &fraction);
-    if (digits == 0 || digits > 9 || !take(at, ')'))
+    unsigned digits = parse_decimal(at, &fraction);
+    if (digits == 0 || digits > 9 || !accept_char(at, ')'))
         return false;
     for (; digits < 6; digits++)
         fraction *= 10;
@@ -64,7 +64,7 @@ static bool take_time(struct cursor *at, uint64_t *us)
     return true;
 }
 
-static bool take_id(struct cursor *at, uint32_t *id)
+static bool parse_id(struct cursor *at, uint32_t *id)
 {
     uint32_t value = 0;
     unsigned digits = 0;
@@ -84,11 +84,11 @@ static bool take_id(struct cursor *at, uint32_t *id)
     return true;
 }
 
-static bool take_data(struct cursor *at, struct link_frame *frame)
+static bool parse_data(struct cursor *at, struct link_frame *frame)
 {
     frame->length = 0;
     memset(frame->data, 0, sizeof frame->data);
-    if (!(frame->id & LINK_ID_ERROR) && take(at, 'R')) {
+    if (!(frame->id & LINK_ID_ERROR) && accept_char(at, 'R')) {
         frame->id |= LINK_ID_REMOTE;
         if (at->p < at->end && *at->p >= '0' && *at->p <= '8')
             frame->length = (uint8_t)(*at->p++ - '0');
@@ -108,9 +108,9 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
 }
 
 /* A length code above 8, for 8 bytes: "_9" to "_F". */
-static bool take_length_code(struct cursor *at, const struct link_frame *frame)
+static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
 {
-    if (!take(at, '_'))
+    if (!accept_char(at, '_'))
         return true;
     uint32_t code = at->p < at->end ? hex_value(*at->p) : 0;
     if (frame->length != 8 || code < 9 || code > 15)
@@ -119,67 +119,67 @@ static bool take_length_code(struct cursor *at, const struct link_frame *frame)
     return true;
 }
 
-static bool take_line(struct cursor *at, struct candump_line *line)
+static bool parse_line(struct cursor *at, struct candump_line *line)
 {
     struct link_frame *frame = &line->frame;
-    if (!take_time(at, &frame->host_us) || !take_blanks(at))
+    if (!parse_time(at, &frame->host_us) || !accept_blanks(at))
         return false;
     line->interface = at->p;
     while (at->p < at->end && *at->p != ' ' && *at->p != '\t')
         at->p++;
     line->interface_length = (size_t)(at->p - line->interface);
-    if (line->interface_length == 0 || !take_blanks(at) || !take_id(at, &frame->id) ||
-        !take(at, '#') || !take_data(at, frame) || !take_length_code(at, frame))
+    if (line->interface_length == 0 || !accept_blanks(at) || !parse_id(at, &frame->id) ||
+        !accept_char(at, '#') || !parse_data(at, frame) || !parse_length_code(at, frame))
         return false;
-    if (take_blanks(at) && (take(at, 'R') || take(at, 'T')))
-        take_blanks(at);
-    take(at, '\r');
+    if (accept_blanks(at) && (accept_char(at, 'R') || accept_char(at, 'T')))
+        accept_blanks(at);
+    accept_char(at, '\r');
     return at->p == at->end;
 }
 
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line)
 {
     struct cursor at = {text, text + length};
-    bool whole = take_line(&at, line);
+    bool whole = parse_line(&at, line);
     line->column = (size_t)(at.p - text) + 1;
     return whole ? MR_OK : MR_MALFORMED;
 }
 
 /* ---- a log ---- */
 
-void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
-                 const char *what)
+void parse_result_set(struct parse_result *result, enum mr_status status, size_t line,
+                      size_t column, const char *what)
 {
-    if (verdict->status != MR_OK)
+    if (result->status != MR_OK)
         return;
-    verdict->status = status;
-    verdict->line = line;
-    verdict->column = column;
-    verdict->what = what;
+    result->status = status;
+    result->line = line;
+    result->column = column;
+    result->what = what;
 }
 
-void verdict_text(const struct verdict *verdict, char *out, size_t size)
+void parse_result_text(const struct parse_result *result, char *out, size_t size)
 {
-    if (verdict->status == MR_OK) {
+    if (result->status == MR_OK) {
         snprintf(out, size, "complete");
         return;
     }
     int n = snprintf(out, size, "%s at line %zu, column %zu: %s",
-                     verdict->status == MR_TRUNCATED ? "truncated" : "malformed", verdict->line,
-                     verdict->column, verdict->what);
-    if (verdict->bad_lines && n > 0 && (size_t)n < size)
-        snprintf(out + n, size - (size_t)n, "; %zu %s skipped", verdict->bad_lines,
-                 verdict->bad_lines == 1 ? "line was" : "lines were");
+                     result->status == MR_TRUNCATED ? "truncated" : "malformed", result->line,
+                     result->column, result->what);
+    if (result->bad_lines && n > 0 && (size_t)n < size)
+        snprintf(out + n, size - (size_t)n, "; %zu %s skipped", result->bad_lines,
+                 result->bad_lines == 1 ? "line was" : "lines were");
 }
 
-bool candump_is_of(const struct candump_line *line, const char *interface)
+bool candump_is_from_interface(const struct candump_line *line, const char *interface)
 {
     return line->interface_length == strlen(interface) &&
            memcmp(line->interface, interface, line->interface_length) == 0;
 }
 
-bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
-                      struct candump_line *line)
+bool candump_log_parse_line(struct candump_log *log, const char *text, size_t length, bool whole,
+                            struct candump_line *line)
 {
     /* skip a UTF-8 byte order mark, or candump's "Warning: console output active while logging!" */
     const char *begin = log->line++ == 0 ? memchr(text, '(', length) : NULL;
@@ -190,20 +190,20 @@ bool candump_log_take(struct candump_log *log, const char *text, size_t length, 
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
     if (!whole) { /* a valid frame may be the beginning of a longer one */
-        verdict_set(&log->verdict, MR_TRUNCATED, log->line, before + length + 1,
-                    "the log ends inside a line");
+        parse_result_set(&log->result, MR_TRUNCATED, log->line, before + length + 1,
+                         "the log ends inside a line");
         return false;
     }
     if (status != MR_OK) {
-        log->verdict.bad_lines++;
-        verdict_set(&log->verdict, MR_MALFORMED, log->line, before + line->column,
-                    memmem(text, length, "##", 2) ? "a CAN FD frame, which matrig does not use"
-                                                  : "not a line of `candump -L`");
+        log->result.bad_lines++;
+        parse_result_set(&log->result, MR_MALFORMED, log->line, before + line->column,
+                         memmem(text, length, "##", 2) ? "a CAN FD frame, which matrig does not use"
+                                                       : "not a line of `candump -L`");
         return false;
     }
-    if (!log->interface[0] || candump_is_of(line, log->interface))
+    if (!log->interface[0] || candump_is_from_interface(line, log->interface))
         return true;
-    log->elsewhere++;
+    log->other_interface++;
     return false;
 }
 

@@ -31,33 +31,33 @@ struct candump_line {
 };
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line);
 
-/* Result of reading a file. Valid parts are used, whatever the verdict. */
-struct verdict {
+/* Result of reading a file. Valid parts are used even after a fault. */
+struct parse_result {
     enum mr_status status; /* MR_OK complete, MR_TRUNCATED, MR_MALFORMED */
     size_t line, column;   /* position of the first fault, from 1 */
     size_t bad_lines;      /* number of skipped lines */
     const char *what;      /* the fault at that position; static storage */
 };
-/* Sets the verdict. Only the first call has an effect. */
-void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
-                 const char *what);
-/* The verdict as text: "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3
+/* Sets the result. Only the first call has an effect. */
+void parse_result_set(struct parse_result *result, enum mr_status status, size_t line,
+                      size_t column, const char *what);
+/* The result as text: "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3
  * lines were passed over". */
-void verdict_text(const struct verdict *verdict, char *out, size_t size);
+void parse_result_text(const struct parse_result *result, char *out, size_t size);
 
 /* State of reading a log of one or several buses, line by line. */
-#define CANDUMP_INTERFACE 64u
+#define CANDUMP_INTERFACE_SIZE 64u
 struct candump_log {
-    char interface[CANDUMP_INTERFACE]; /* interface whose frames are read; "": all */
-    size_t line;                       /* number of the last line, from 1 */
-    uint64_t elsewhere;                /* number of frames of other interfaces, which are skipped */
-    struct verdict verdict;
+    char interface[CANDUMP_INTERFACE_SIZE]; /* interface whose frames are read; "": all */
+    size_t line;                            /* number of the last line, from 1 */
+    uint64_t other_interface; /* number of frames of other interfaces, which are skipped */
+    struct parse_result result;
 };
 /* Parses the next line. `text`: the line without its newline. `whole` false: the file ends inside
  * this line. Returns true if `line` has a frame to use. An invalid line is skipped and counted. */
-bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
-                      struct candump_line *line);
-bool candump_is_of(const struct candump_line *line, const char *interface);
+bool candump_log_parse_line(struct candump_log *log, const char *text, size_t length, bool whole,
+                            struct candump_line *line);
+bool candump_is_from_interface(const struct candump_line *line, const char *interface);
 
 /* Writes the line of a frame with newline and terminating zero; the time is frame->host_us, the
  * interface "can0". Returns its length. */

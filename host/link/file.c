@@ -36,23 +36,23 @@ static enum mr_status check_kind(struct link *link, struct error *error)
 
 /* ---- boards on the interfaces of a log ---- */
 
-#define BUSES 16u
+#define BUSES_MAX 16u
 struct buses {
     struct bus {
-        char name[CANDUMP_INTERFACE];
+        char name[CANDUMP_INTERFACE_SIZE];
         uint64_t hellos;
-        bool understood; /* one of its hellos has this layout */
-    } bus[BUSES];        /* in order of appearance */
+        bool has_this_layout; /* one of its hellos has this layout */
+    } bus[BUSES_MAX];         /* in order of appearance */
     size_t count;
 };
 
 static struct bus *find_bus(struct buses *buses, const struct candump_line *line)
 {
     for (size_t i = 0; i < buses->count; i++) {
-        if (candump_is_of(line, buses->bus[i].name))
+        if (candump_is_from_interface(line, buses->bus[i].name))
             return &buses->bus[i];
     }
-    if (buses->count == BUSES || line->interface_length >= CANDUMP_INTERFACE)
+    if (buses->count == BUSES_MAX || line->interface_length >= CANDUMP_INTERFACE_SIZE)
         return NULL;
     struct bus *bus = &buses->bus[buses->count++];
     *bus = (struct bus){0};
@@ -71,26 +71,26 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
     if (link_id_from_bus(frame->id, base) == MR_ID_HELLO &&
         mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
         bus->hellos++;
-        bus->understood |= message.as.hello.layout == MR_LAYOUT;
+        bus->has_this_layout |= message.as.hello.layout == MR_LAYOUT;
     }
     return true;
 }
 
 /* 2: a board of this layout is on the bus; 1: another board; 0: none. */
-static unsigned rank(const struct bus *bus)
+static unsigned board_rank(const struct bus *bus)
 {
-    return bus->understood ? 2 : bus->hellos > 0;
+    return bus->has_this_layout ? 2 : bus->hellos > 0;
 }
 
 /* "can0, can1 and can2": all buses of at least this rank. */
-static void name_buses(const struct buses *buses, unsigned least, char *out, size_t size)
+static void list_buses(const struct buses *buses, unsigned least, char *out, size_t size)
 {
     size_t of = 0, used = 0, k = 0;
     for (size_t i = 0; i < buses->count; i++)
-        of += rank(&buses->bus[i]) >= least;
+        of += board_rank(&buses->bus[i]) >= least;
     out[0] = '\0';
     for (size_t i = 0; i < buses->count && used < size; i++) {
-        if (rank(&buses->bus[i]) < least)
+        if (board_rank(&buses->bus[i]) < least)
             continue;
         k++;
         used += (size_t)snprintf(out + used, size - used, "%s%s",
@@ -103,8 +103,8 @@ static void name_buses(const struct buses *buses, unsigned least, char *out, siz
 
 /* Choose the bus with the board, or the bus that is `named`; without a board the first bus.
  * MR_USAGE: there are boards on several buses, or no bus has that name. */
-static enum mr_status choose(const struct buses *buses, const char *named, const char *where,
-                             char interface[CANDUMP_INTERFACE], struct error *error)
+static enum mr_status select_bus(const struct buses *buses, const char *named, const char *where,
+                                 char interface[CANDUMP_INTERFACE_SIZE], struct error *error)
 {
     char names[300];
     size_t best = 0, as_good = 0;
@@ -112,41 +112,41 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
     for (size_t i = 0; i < buses->count; i++) {
         const struct bus *bus = &buses->bus[i];
         if (named && strcmp(named, bus->name) == 0) {
-            memcpy(interface, bus->name, CANDUMP_INTERFACE);
+            memcpy(interface, bus->name, CANDUMP_INTERFACE_SIZE);
             return MR_OK;
         }
-        if (rank(bus) > rank(&buses->bus[best]))
+        if (board_rank(bus) > board_rank(&buses->bus[best]))
             best = i;
     }
     if (buses->count == 0)
         return MR_OK;
-    unsigned least = rank(&buses->bus[best]);
+    unsigned least = board_rank(&buses->bus[best]);
     if (named) {
-        name_buses(buses, 0, names, sizeof names);
+        list_buses(buses, 0, names, sizeof names);
         return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
                          where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
-        as_good += rank(&buses->bus[i]) == least;
+        as_good += board_rank(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
-        name_buses(buses, least, names, sizeof names);
+        list_buses(buses, least, names, sizeof names);
         return error_set(error, MR_USAGE,
                          "boards on several buses, %s: %s; select one with file:PATH,interface=%s, "
                          "or matrig import --interface %s",
                          names, where, buses->bus[best].name, buses->bus[best].name);
     }
-    memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE);
+    memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE_SIZE);
     return MR_OK;
 }
 
 /* ---- the link ---- */
 
-#define STRANGE_LINES 1000u      /* this many without a frame: not a log */
-#define ENDLESS_BYTES 100000000u /* this many without a newline: likewise */
+#define BAD_LINES_MAX  1000u      /* this many without a frame: not a log */
+#define LINE_BYTES_MAX 100000000u /* this many without a newline: likewise */
 
 /* Take the next line out of the buffer; `*length` excludes the newline. `*whole` is false if the
  * file ends first. A very long line is cut off. MR_MALFORMED: the line does not end. */
-static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *whole,
+static enum mr_status read_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
     size_t searched = 0, cut = 0;
@@ -163,15 +163,15 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
         searched = link->end - link->start;
         if (searched > CANDUMP_LINE_MAX) {
             cut += searched - CANDUMP_LINE_MAX;
-            if (cut > ENDLESS_BYTES)
+            if (cut > LINE_BYTES_MAX)
                 return error_set(error, MR_MALFORMED,
                                  "no end of line in %u bytes: %s; give a log that `candump -L` "
                                  "wrote",
-                                 ENDLESS_BYTES, link->spec);
+                                 LINE_BYTES_MAX, link->spec);
             searched = CANDUMP_LINE_MAX;
             link->end = link->start + searched;
         }
-        enum mr_status status = link_fill(link, error);
+        enum mr_status status = link_fill_buffer(link, error);
         if (status == MR_CLOSED && searched > 0) {
             *line = (const char *)link->buffer + link->start;
             *length = searched;
@@ -183,18 +183,18 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
     }
 }
 
-#define SEEN 40u
+#define PRINTABLE_CHARS 40u
 /* Make an invalid line printable. */
-static void make_printable(const char *text, size_t length, char seen[SEEN + 1])
+static void make_printable(const char *text, size_t length, char seen[PRINTABLE_CHARS + 1])
 {
     size_t i = 0;
-    for (; i < length && i < SEEN; i++)
+    for (; i < length && i < PRINTABLE_CHARS; i++)
         seen[i] = (char)(text[i] < ' ' || text[i] > '~' ? '?' : text[i]);
     seen[i] = '\0';
 }
 
 /* Choose the bus of a log. A complete log is searched for boards first. */
-static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
+static enum mr_status detect_bus(struct link *link, const char *named, struct error *error)
 {
     struct buses *buses = calloc(1, sizeof *buses);
     struct candump_log log = {0};
@@ -202,10 +202,10 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
     const char *text;
     size_t length;
     bool whole, room = buses != NULL;
-    char seen[SEEN + 1] = "";
+    char seen[PRINTABLE_CHARS + 1] = "";
     enum mr_status status = MR_OK;
-    while (room && (status = take_line(link, &text, &length, &whole, error)) == MR_OK) {
-        if (candump_log_take(&log, text, length, whole, &line))
+    while (room && (status = read_line(link, &text, &length, &whole, error)) == MR_OK) {
+        if (candump_log_parse_line(&log, text, length, whole, &line))
             room = add_to_buses(buses, &line, link->base);
         else if (!seen[0])
             make_printable(text, length, seen);
@@ -216,14 +216,14 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
         status = error_set(error, MR_LIMIT,
                            "frames of more than %u buses, or a bus name that is too long: %s line "
                            "%zu; extract the frames of one bus (grep \" can0 \")",
-                           BUSES, link->spec, log.line);
-    else if (status == MR_CLOSED && buses->count == 0 && log.verdict.status != MR_OK)
+                           BUSES_MAX, link->spec, log.line);
+    else if (status == MR_CLOSED && buses->count == 0 && log.result.status != MR_OK)
         status = error_set(error, MR_MALFORMED,
                            "no frames: %s line %zu, column %zu; the line is '%s', give a log that "
                            "`candump -L` wrote (for tables use matrig import --map)",
-                           link->spec, log.verdict.line, log.verdict.column, seen);
+                           link->spec, log.result.line, log.result.column, seen);
     else if (status == MR_CLOSED)
-        status = choose(buses, named, link->spec, link->log.interface, error);
+        status = select_bus(buses, named, link->spec, link->log.interface, error);
     free(buses);
     link->start = link->end = link->text_at = 0;
     if (status == MR_OK && !link->text && lseek(link->fd, 0, SEEK_SET) != 0)
@@ -235,7 +235,7 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
 static enum mr_status file_open(struct link *link, const char *given, struct error *error)
 {
     struct stat info;
-    char path[LINK_SPEC_MAX];
+    char path[LINK_SPEC_SIZE];
     snprintf(path, sizeof path, "%s", given);
     char *named = strrchr(path, ',');
     if (link->kind != LINK_CAN || !named ||
@@ -245,12 +245,12 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
         *named = '\0';
         named += sizeof LINK_INTERFACE_OPTION - 1;
     }
-    if (named && (!*named || strlen(named) >= CANDUMP_INTERFACE))
+    if (named && (!*named || strlen(named) >= CANDUMP_INTERFACE_SIZE))
         return error_set(error, MR_USAGE,
                          "no interface: '%s' of %s; write file:PATH,interface=can0", named,
                          link->spec);
     if (link->text)
-        return choose_bus(link, named, error);
+        return detect_bus(link, named, error);
     /* A named pipe opens at once: waiting for its writer must not stop signals. */
     link->fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (link->fd < 0)
@@ -264,8 +264,8 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
     if (named)
         strcpy(link->log.interface, named);
     if (link->kind == LINK_CAN && S_ISREG(info.st_mode))
-        return choose_bus(link, named, error);
-    link->follows = link->kind == LINK_CAN && !named;
+        return detect_bus(link, named, error);
+    link->follows_board = link->kind == LINK_CAN && !named;
     /* A pipe that another program still writes to must not block matrig. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
@@ -274,7 +274,7 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
 }
 
 /* True for a named pipe to which no program has written since it was opened. */
-static bool waits_for_writer(const struct link *link)
+static bool is_waiting_for_writer(const struct link *link)
 {
     struct stat info;
     struct pollfd end = {.fd = link->fd, .events = POLLIN};
@@ -285,7 +285,7 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 {
     if (!link->text) {
         ssize_t count = read(link->fd, bytes, size);
-        if (count != 0 || !waits_for_writer(link))
+        if (count != 0 || !is_waiting_for_writer(link))
             return count;
         errno = EAGAIN;
         return -1;
@@ -298,14 +298,14 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 
 /* It is unknown which bus of a pipe has the board: use the first bus until a board says hello on
  * another one. */
-static void follow(struct link *link, const struct candump_line *line)
+static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses heard = {.count = 0};
-    if (!link->follows || !add_to_buses(&heard, line, link->base))
+    if (!link->follows_board || !add_to_buses(&heard, line, link->base))
         return;
     if (heard.bus[0].hellos > 0 || !link->log.interface[0])
-        memcpy(link->log.interface, heard.bus[0].name, CANDUMP_INTERFACE);
-    link->follows = heard.bus[0].hellos == 0;
+        memcpy(link->log.interface, heard.bus[0].name, CANDUMP_INTERFACE_SIZE);
+    link->follows_board = heard.bus[0].hellos == 0;
 }
 
 static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame,
@@ -318,26 +318,26 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
     bool whole, taken = false;
     char verdict[300];
     while (!taken) {
-        enum mr_status status = take_line(link, &text, &length, &whole, error);
-        if (status == MR_CLOSED && log->verdict.status != MR_OK) {
-            verdict_text(&log->verdict, verdict, sizeof verdict);
-            return error_set(error, log->verdict.status, "%s: %s; the valid part was stored",
+        enum mr_status status = read_line(link, &text, &length, &whole, error);
+        if (status == MR_CLOSED && log->result.status != MR_OK) {
+            parse_result_text(&log->result, verdict, sizeof verdict);
+            return error_set(error, log->result.status, "%s: %s; the valid part was stored",
                              verdict, link->spec);
         }
         if (status != MR_OK)
             return status;
-        uint64_t elsewhere = log->elsewhere;
-        taken = candump_log_take(log, text, length, whole, &line);
-        if (link->follows && (taken || log->elsewhere != elsewhere)) {
-            follow(link, &line);
-            taken = candump_is_of(&line, log->interface);
-            log->elsewhere = elsewhere + !taken;
+        uint64_t elsewhere = log->other_interface;
+        taken = candump_log_parse_line(log, text, length, whole, &line);
+        if (link->follows_board && (taken || log->other_interface != elsewhere)) {
+            follow_board_bus(link, &line);
+            taken = candump_is_from_interface(&line, log->interface);
+            log->other_interface = elsewhere + !taken;
         }
-        link->counters.bad_lines = log->verdict.bad_lines;
-        link->counters.elsewhere = log->elsewhere;
+        link->counters.bad_lines = log->result.bad_lines;
+        link->counters.other_interface = log->other_interface;
         const struct link_counters *c = &link->counters;
-        if (!taken && c->received + c->error_frames + c->elsewhere == 0 &&
-            c->bad_lines >= STRANGE_LINES)
+        if (!taken && c->received + c->error_frames + c->other_interface == 0 &&
+            c->bad_lines >= BAD_LINES_MAX)
             return error_set(
                 error, MR_MALFORMED,
                 "no candump line in the first %zu: %s; give a log that `candump -L` wrote",
@@ -358,8 +358,8 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
 
 const struct link_ops link_file_ops = {
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
-    .waits = true,
-    .recorded = true,
+    .sender_waits = true,
+    .is_recorded = true,
     .open = file_open,
     .receive_frame = file_receive_frame,
     .read = file_read,

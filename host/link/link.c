@@ -18,12 +18,12 @@
 #include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
 
-#define RETRY_US       250000u
-#define AWAY_MAX_US    10000000u
-#define SERVICE_US     1000000u
-#define SEND_WAIT_MS   1000 /* longest wait while the device is being opened or queried */
-#define AHEAD_WIDTH_US 50   /* width of a reading of both clocks; a wider one was interrupted */
-#define AHEAD_LOOKS    10
+#define RETRY_US         250000u
+#define ABSENCE_MAX_US   10000000u
+#define SERVICE_US       1000000u
+#define SEND_WAIT_MS     1000 /* longest wait while the device is being opened or queried */
+#define CLOCK_READING_US 50   /* width of a reading of both clocks; a wider one was interrupted */
+#define CLOCK_READINGS   10
 
 static const struct kind {
     const char *prefix, *form;
@@ -46,12 +46,12 @@ static const struct kind *find_kind(const char *spec)
 }
 
 /* "unix:PATH, file:PATH or pty:PATH" */
-#define FORMS_TEXT 200u
-static void list_forms(char out[FORMS_TEXT])
+#define FORMS_TEXT_SIZE 200u
+static void list_forms(char out[FORMS_TEXT_SIZE])
 {
     size_t n = 0;
-    for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
-        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s",
+    for (size_t i = 0; i < KINDS && n < FORMS_TEXT_SIZE; i++)
+        n += (size_t)snprintf(out + n, FORMS_TEXT_SIZE - n, "%s%s",
                               i == 0          ? ""
                               : i + 1 < KINDS ? ", "
                                               : " or ",
@@ -60,7 +60,7 @@ static void list_forms(char out[FORMS_TEXT])
 
 enum mr_status link_check(const char *spec, struct error *error)
 {
-    char forms[FORMS_TEXT];
+    char forms[FORMS_TEXT_SIZE];
     if (find_kind(spec))
         return MR_OK;
     struct stat file;
@@ -92,9 +92,9 @@ enum mr_status link_read_base(const char *text, const char *where, uint16_t *bas
     return MR_OK;
 }
 
-enum mr_status link_take_base(char *spec, uint16_t *base, struct error *error)
+enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error)
 {
-    char whole[LINK_SPEC_MAX];
+    char whole[LINK_SPEC_SIZE];
     char *at = strrchr(spec, ',');
     *base = 0;
     if (!at || strncmp(at, BASE_OPTION, sizeof BASE_OPTION - 1) != 0)
@@ -109,10 +109,10 @@ bool link_is_can(const char *spec)
     return strncmp(spec, "can:", 4) == 0;
 }
 
-bool link_device_returns(const char *spec)
+bool link_device_can_return(const char *spec)
 {
     const struct kind *kind = find_kind(spec);
-    return kind && kind->ops->comes_back;
+    return kind && kind->ops->can_return;
 }
 
 /* ---- links ---- */
@@ -135,18 +135,18 @@ static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&rx->deframer, bytes[i], &frame);
         rx->frames += status == MR_OK;
-        rx->bad += status != MR_OK && status != MR_TOO_FEW;
+        rx->bad_frames += status != MR_OK && status != MR_TOO_FEW;
     }
 }
 
 /* Path of a link: the text behind the name of the kind. */
-static const char *path_of(const char *spec)
+static const char *find_path(const char *spec)
 {
     return strchr(spec, ':') + 1;
 }
 
 /* Close the device; the link itself stays. */
-static void release(struct link *link)
+static void close_handle(struct link *link)
 {
     if (link->ops->close)
         link->ops->close(link);
@@ -171,7 +171,7 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     if (link_check(spec, error) != MR_OK)
         return error->status;
     const struct kind *found = find_kind(spec);
-    const char *path = path_of(spec);
+    const char *path = find_path(spec);
     if (!*path)
         return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);
     if (!(found->ops->kinds & 1u << kind))
@@ -197,9 +197,9 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     made->text = text;
     made->text_length = length;
     write_spec(made);
-    made->away_most_us = AWAY_MAX_US;
-    pthread_mutex_init(&made->device, NULL);
-    pthread_mutex_init(&made->heard, NULL);
+    made->absence_max_us = ABSENCE_MAX_US;
+    pthread_mutex_init(&made->device_lock, NULL);
+    pthread_mutex_init(&made->counters_lock, NULL);
     link_restart_counting(made, 0);
     enum mr_status status = made->ops->open(made, path, error);
     if (status != MR_OK) {
@@ -213,10 +213,10 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
 enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
                          struct error *error)
 {
-    char spec[LINK_SPEC_MAX];
+    char spec[LINK_SPEC_SIZE];
     uint16_t base = 0;
     snprintf(spec, sizeof spec, "%s", given);
-    if (kind == LINK_CAN && link_take_base(spec, &base, error) != MR_OK)
+    if (kind == LINK_CAN && link_parse_base(spec, &base, error) != MR_OK)
         return error->status;
     return open_spec(spec, kind, base, NULL, 0, link, error);
 }
@@ -224,7 +224,7 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
 enum mr_status link_open_text(const char *text, size_t length, const char *path, uint16_t base,
                               const char *interface, struct link **link, struct error *error)
 {
-    char spec[LINK_SPEC_MAX];
+    char spec[LINK_SPEC_SIZE];
     snprintf(spec, sizeof spec, "file:%s%s%s", path, interface ? LINK_INTERFACE_OPTION : "",
              interface ? interface : "");
     return open_spec(spec, LINK_CAN, base, text, length, link, error);
@@ -239,27 +239,27 @@ void link_close(struct link *link)
 {
     if (!link)
         return;
-    release(link);
-    pthread_mutex_destroy(&link->device);
-    pthread_mutex_destroy(&link->heard);
+    close_handle(link);
+    pthread_mutex_destroy(&link->device_lock);
+    pthread_mutex_destroy(&link->counters_lock);
     free(link->name);
     free(link->spec);
     free(link);
 }
 
-void link_patience(struct link *link, double seconds)
+void link_set_absence_limit(struct link *link, double seconds)
 {
-    link->away_most_us = (uint64_t)(seconds * 1e6);
+    link->absence_max_us = (uint64_t)(seconds * 1e6);
 }
 
-bool link_waits(const struct link *link)
+bool link_sender_waits(const struct link *link)
 {
-    return link->ops->waits;
+    return link->ops->sender_waits;
 }
 
-bool link_recorded(const struct link *link)
+bool link_is_recorded(const struct link *link)
 {
-    return link->ops->recorded;
+    return link->ops->is_recorded;
 }
 
 uint16_t link_base(const struct link *link)
@@ -298,7 +298,7 @@ uint64_t link_now_us(void)
 uint64_t link_clock_ahead_us(void)
 {
     uint64_t ahead_us = 0, least_us = UINT64_MAX;
-    for (int i = 0; i < AHEAD_LOOKS && least_us > AHEAD_WIDTH_US; i++) {
+    for (int i = 0; i < CLOCK_READINGS && least_us > CLOCK_READING_US; i++) {
         uint64_t before_us = monotonic_us(), now_us = link_now_us(),
                  width_us = monotonic_us() - before_us;
         if (width_us < least_us) {
@@ -309,53 +309,53 @@ uint64_t link_clock_ahead_us(void)
     return ahead_us;
 }
 
-void link_event(struct link *link, enum link_event trouble, uint64_t count)
+void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count)
 {
-    pthread_mutex_lock(&link->heard);
+    pthread_mutex_lock(&link->counters_lock);
     link->counters.trouble[trouble] += count;
     link->counters.troubles += count;
-    pthread_mutex_unlock(&link->heard);
+    pthread_mutex_unlock(&link->counters_lock);
 }
 
 void link_restart_counting(struct link *link, int baud)
 {
-    pthread_mutex_lock(&link->heard);
-    link->counters.rx = (struct link_rx){.begun_us = monotonic_us(), .baud = baud};
+    pthread_mutex_lock(&link->counters_lock);
+    link->counters.rx = (struct link_rx){.start_us = monotonic_us(), .baud = baud};
     mr_deframer_init(&link->counters.rx.deframer);
-    pthread_mutex_unlock(&link->heard);
+    pthread_mutex_unlock(&link->counters_lock);
 }
 
 static void copy_counters(const struct link *link, struct link_counters *counters,
                           struct error *away)
 {
-    pthread_mutex_t *heard = (pthread_mutex_t *)&link->heard;
+    pthread_mutex_t *heard = (pthread_mutex_t *)&link->counters_lock;
     pthread_mutex_lock(heard);
     counters->received = link->counters.received;
     counters->error_frames = link->counters.error_frames;
     counters->rx = link->counters.rx;
     memcpy(counters->trouble, link->counters.trouble, sizeof counters->trouble);
-    *away = link->away;
+    *away = link->absence;
     pthread_mutex_unlock(heard);
 }
 
 static void set_absence(struct link *link, const struct error *why)
 {
-    pthread_mutex_lock(&link->heard);
-    link->away = *why;
-    pthread_mutex_unlock(&link->heard);
+    pthread_mutex_lock(&link->counters_lock);
+    link->absence = *why;
+    pthread_mutex_unlock(&link->counters_lock);
 }
 
 /* The device is gone: keep the reason, close it, and wait for it. */
 static void close_device(struct link *link, const struct error *why)
 {
-    pthread_mutex_lock(&link->device);
-    release(link);
+    pthread_mutex_lock(&link->device_lock);
+    close_handle(link);
     set_absence(link, why);
-    pthread_mutex_unlock(&link->device);
-    link->away_since_us = monotonic_us();
-    link->retry_us = link->away_since_us + RETRY_US;
+    pthread_mutex_unlock(&link->device_lock);
+    link->absent_since_us = monotonic_us();
+    link->retry_us = link->absent_since_us + RETRY_US;
     link->start = link->end = 0;
-    link_event(link, LINK_AWAY, 1);
+    link_count_event(link, LINK_AWAY, 1);
 }
 
 static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct error *error)
@@ -364,45 +364,45 @@ static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct e
     if (now_us < link->retry_us)
         return MR_TOO_FEW;
     link->retry_us = now_us + RETRY_US;
-    pthread_mutex_lock(&link->device);
-    bool back = link->ops->open(link, path_of(link->name), &why) == MR_OK;
+    pthread_mutex_lock(&link->device_lock);
+    bool back = link->ops->open(link, find_path(link->name), &why) == MR_OK;
     if (back)
         set_absence(link, &(struct error){0});
     else
-        release(link);
-    pthread_mutex_unlock(&link->device);
+        close_handle(link);
+    pthread_mutex_unlock(&link->device_lock);
     if (back) {
-        link_event(link, LINK_BACK, 1);
+        link_count_event(link, LINK_BACK, 1);
         return MR_OK;
     }
-    if (now_us - link->away_since_us < link->away_most_us)
+    if (now_us - link->absent_since_us < link->absence_max_us)
         return MR_TOO_FEW;
-    return error_set(error, link->away.status, "%.400s (waited %.3g s for it; now: %.400s)",
-                     link->away.text, (double)link->away_most_us / 1e6, why.text);
+    return error_set(error, link->absence.status, "%.400s (waited %.3g s for it; now: %.400s)",
+                     link->absence.text, (double)link->absence_max_us / 1e6, why.text);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)
 {
     uint64_t now_us = monotonic_us();
-    if (link->away.status != MR_OK)
+    if (link->absence.status != MR_OK)
         return reopen_device(link, now_us, error);
     /* Sending can take a second and holds the lock. Receiving continues meanwhile; service
      * waits. */
     if (link->ops->service && now_us >= link->service_us &&
-        pthread_mutex_trylock(&link->device) == 0) {
+        pthread_mutex_trylock(&link->device_lock) == 0) {
         link->service_us = now_us + SERVICE_US;
         link->ops->service(link);
-        pthread_mutex_unlock(&link->device);
+        pthread_mutex_unlock(&link->device_lock);
     }
     return MR_OK;
 }
 
 /* Result of receiving for the caller. A broken device that may return is away, which is not an
  * error yet. */
-static enum mr_status received(struct link *link, enum mr_status status, const struct error *found,
-                               struct error *error)
+static enum mr_status handle_result(struct link *link, enum mr_status status,
+                                    const struct error *found, struct error *error)
 {
-    if (status == MR_IO && link->ops->comes_back) {
+    if (status == MR_IO && link->ops->can_return) {
         close_device(link, found);
         return MR_TOO_FEW;
     }
@@ -411,19 +411,19 @@ static enum mr_status received(struct link *link, enum mr_status status, const s
     return status;
 }
 
-static ssize_t read_some(struct link *link, uint8_t *bytes, size_t size)
+static ssize_t read_bytes(struct link *link, uint8_t *bytes, size_t size)
 {
     return link->ops->read ? link->ops->read(link, bytes, size) : read(link->fd, bytes, size);
 }
 
-enum mr_status link_fill(struct link *link, struct error *error)
+enum mr_status link_fill_buffer(struct link *link, struct error *error)
 {
     if (link->start > 0) {
         memmove(link->buffer, link->buffer + link->start, link->end - link->start);
         link->end -= link->start;
         link->start = 0;
     }
-    ssize_t count = read_some(link, link->buffer + link->end, sizeof link->buffer - link->end);
+    ssize_t count = read_bytes(link, link->buffer + link->end, sizeof link->buffer - link->end);
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
@@ -461,12 +461,12 @@ static uint32_t controller_troubles(uint8_t state)
     return troubles;
 }
 
-/* Bit 1 << enum link_event for each trouble in an error frame; at least one is set. */
+/* Bit 1 << enum link_trouble for each trouble in an error frame; at least one is set. */
 static uint32_t error_troubles(const struct link_frame *frame)
 {
     static const struct {
         uint32_t class_bit;
-        enum link_event trouble;
+        enum link_trouble trouble;
     } classes[] = {
         {CAN_ERR_BUSOFF, LINK_BUS_OFF},
         {CAN_ERR_RESTARTED, LINK_RESTARTED},
@@ -491,64 +491,64 @@ static void count_troubles(struct link *link, uint32_t troubles)
 {
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         if (troubles & 1u << i)
-            link_event(link, (enum link_event)i, 1);
+            link_count_event(link, (enum link_trouble)i, 1);
     }
 }
 
 enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
 {
     struct error found = {0};
-    if (link->away.status != MR_OK)
+    if (link->absence.status != MR_OK)
         return MR_TOO_FEW;
     enum mr_status status = link->ops->receive_frame(link, frame, &found);
     if (status == MR_OK) {
         bool error_frame = frame->id & LINK_ID_ERROR;
-        pthread_mutex_lock(&link->heard);
+        pthread_mutex_lock(&link->counters_lock);
         *(error_frame ? &link->counters.error_frames : &link->counters.received) += 1;
-        pthread_mutex_unlock(&link->heard);
+        pthread_mutex_unlock(&link->counters_lock);
         if (error_frame)
             count_troubles(link, error_troubles(frame));
     }
-    return received(link, status, &found, error);
+    return handle_result(link, status, &found, error);
 }
 
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error)
 {
-    if (link->away.status != MR_OK)
+    if (link->absence.status != MR_OK)
         return MR_TOO_FEW;
     if (link->start == link->end) {
         struct error found = {0};
-        enum mr_status status = link_fill(link, &found);
+        enum mr_status status = link_fill_buffer(link, &found);
         if (status != MR_OK)
-            return received(link, status, &found, error);
+            return handle_result(link, status, &found, error);
     }
     size_t count = link->end - link->start;
     if (count > size)
         count = size;
     memcpy(bytes, link->buffer + link->start, count);
     link->start += count;
-    pthread_mutex_lock(&link->heard);
+    pthread_mutex_lock(&link->counters_lock);
     count_rx(&link->counters.rx, bytes, count);
     link->counters.received += count;
-    pthread_mutex_unlock(&link->heard);
+    pthread_mutex_unlock(&link->counters_lock);
     *length = count;
     *host_us = link->read_us;
     return MR_OK;
 }
 
 /* Lock the device for sending. It may be away, or the receiving thread may be opening it. */
-static enum mr_status take_device(struct link *link, struct error *error)
+static enum mr_status lock_device(struct link *link, struct error *error)
 {
     bool taken = false;
     for (int waited_ms = 0;
-         !(taken = pthread_mutex_trylock(&link->device) == 0) && waited_ms < SEND_WAIT_MS;
+         !(taken = pthread_mutex_trylock(&link->device_lock) == 0) && waited_ms < SEND_WAIT_MS;
          waited_ms++)
         poll(NULL, 0, 1);
-    if (taken && link->away.status == MR_OK)
+    if (taken && link->absence.status == MR_OK)
         return MR_OK;
     if (taken)
-        pthread_mutex_unlock(&link->device);
+        pthread_mutex_unlock(&link->device_lock);
     return error_set(error, MR_IO, "the device is disconnected: %s; plug it in again", link->spec);
 }
 
@@ -556,13 +556,13 @@ static enum mr_status take_device(struct link *link, struct error *error)
 static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length,
                                    size_t counts, struct error *error)
 {
-    enum mr_status status = take_device(link, error);
+    enum mr_status status = lock_device(link, error);
     if (status != MR_OK)
         return status;
     status = link->ops->send(link, bytes, length, error);
     if (status == MR_OK)
         link->counters.sent += counts;
-    pthread_mutex_unlock(&link->device);
+    pthread_mutex_unlock(&link->device_lock);
     return status;
 }
 
@@ -594,11 +594,11 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
     return link_send_frame(link, &frame, error);
 }
 
-enum mr_status link_line(struct link *link, int baud, struct error *error)
+enum mr_status link_set_baud(struct link *link, int baud, struct error *error)
 {
     link->start = link->end = 0;
     link_restart_counting(link, link->counters.rx.baud ? baud : 0);
-    return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
+    return link->ops->set_baud ? link->ops->set_baud(link, baud, error) : MR_OK;
 }
 
 /* ---- diagnosis of a link without a board ---- */
@@ -609,20 +609,20 @@ const char *diagnosis_word(enum diagnosis diagnosis)
     return words[diagnosis];
 }
 
-static enum diagnosis of_serial(const struct link *link, const struct link_counters *counters,
-                                double since_s, char text[DIAGNOSIS_TEXT])
+static enum diagnosis diagnose_serial(const struct link *link, const struct link_counters *counters,
+                                      double since_s, char text[DIAGNOSIS_TEXT_SIZE])
 {
     const struct link_rx *rx = &counters->rx;
     char errors[60] = "", rate[80];
     if (rx->bytes == 0) {
-        snprintf(text, DIAGNOSIS_TEXT,
+        snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO ": %s; no byte received in %.1f s: check that the board is on and "
                                "the cable is connected",
                  link->spec, since_s);
         return DIAGNOSIS_SILENT;
     }
     if (rx->frames > 0) {
-        snprintf(text, DIAGNOSIS_TEXT,
+        snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO
                  ": %s; frames received: check that this is the serial output of the board",
                  link->spec);
@@ -635,15 +635,15 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
         snprintf(rate, sizeof rate, "check that this is the serial output of the board");
     else
         snprintf(rate, sizeof rate, "check that the board sends at %d baud", rx->baud);
-    snprintf(text, DIAGNOSIS_TEXT,
+    snprintf(text, DIAGNOSIS_TEXT_SIZE,
              LINK_NO_HELLO ": %s; %.0f bytes/s received%s, %llu frame ends, no whole frame: %s",
              link->spec, (double)rx->bytes / fmax(since_s, 0.001), errors,
-             (unsigned long long)rx->bad, rate);
+             (unsigned long long)rx->bad_frames, rate);
     return DIAGNOSIS_GARBLED;
 }
 
 /* The most frequent trouble in the error frames. */
-static const char *commonest(const struct link_counters *counters)
+static const char *most_common_error(const struct link_counters *counters)
 {
     unsigned most = 0;
     for (unsigned i = 0; i < LINK_QUEUE_LOST; i++)
@@ -651,46 +651,47 @@ static const char *commonest(const struct link_counters *counters)
     return link_trouble_text(most);
 }
 
-static enum diagnosis of_can(const struct link *link, const struct link_counters *counters,
-                             double since_s, char text[DIAGNOSIS_TEXT])
+static enum diagnosis diagnose_can(const struct link *link, const struct link_counters *counters,
+                                   double since_s, char text[DIAGNOSIS_TEXT_SIZE])
 {
     if (counters->received > 0) {
-        snprintf(text, DIAGNOSIS_TEXT,
+        snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO ": %s; %llu frames received: check that the board is on this bus",
                  link->spec, (unsigned long long)counters->received);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->error_frames > 0) {
-        snprintf(text, DIAGNOSIS_TEXT,
+        snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO ": %s; only error frames, %llu, most of them %s: check that the bit "
                                "rate is 1 Mbit/s and both ends of the bus are terminated",
-                 link->spec, (unsigned long long)counters->error_frames, commonest(counters));
+                 link->spec, (unsigned long long)counters->error_frames,
+                 most_common_error(counters));
         return DIAGNOSIS_BUS_ERRORS;
     }
-    snprintf(text, DIAGNOSIS_TEXT,
+    snprintf(text, DIAGNOSIS_TEXT_SIZE,
              LINK_NO_HELLO
              ": %s; no frame in %.1f s: check that the board is on and connected to this bus",
              link->spec, since_s);
     return DIAGNOSIS_SILENT;
 }
 
-enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
+enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE])
 {
     struct link_counters counters;
     struct error away;
     copy_counters(link, &counters, &away);
-    double since_s = (double)(monotonic_us() - counters.rx.begun_us) / 1e6;
+    double since_s = (double)(monotonic_us() - counters.rx.start_us) / 1e6;
     if (away.status != MR_OK) {
-        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
+        snprintf(text, DIAGNOSIS_TEXT_SIZE, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
         return DIAGNOSIS_SILENT;
     }
-    return link->kind == LINK_CAN ? of_can(link, &counters, since_s, text)
-                                  : of_serial(link, &counters, since_s, text);
+    return link->kind == LINK_CAN ? diagnose_can(link, &counters, since_s, text)
+                                  : diagnose_serial(link, &counters, since_s, text);
 }
 
 enum mr_status link_set_no_board_error(const struct link *link, struct error *error)
 {
-    char text[DIAGNOSIS_TEXT];
+    char text[DIAGNOSIS_TEXT_SIZE];
     enum diagnosis diagnosis = link_diagnose(link, text);
     return error_set(error,
                      diagnosis == DIAGNOSIS_SILENT || diagnosis == DIAGNOSIS_NO_HELLO ? MR_TIMEOUT

@@ -1,24 +1,17 @@
-/* A link to a board: CAN frames or serial bytes, independent of the transport.
- *
- * A LINK is written `unix:PATH`, `can:IFACE`, ...; kinds.def lists all kinds.
- *
- * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct
- * can_frame of SocketCAN for CAN, and plain bytes for serial. file: reads a `candump -L` log for
- * CAN, or recorded bytes for serial, from a file or a pipe. can: is a CAN interface of the Linux
- * kernel. serial: is a serial port, 8N1, default 2000000 baud. pty: is the pseudo-terminal of an
- * emulated board.
- *
- * A LINK that carries CAN may end in ,base=N, the board's base on the bus (common/canbase.h):
- * can:can0,base=0x190. The default base is 0. Frames have the identifiers of the bus in both
- * directions.
- *
- * An open link never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW,
- * because bytes may be buffered inside the link where poll does not see them. Call link_service at
- * least once a second. A device that disappears (unplugged, interface down) is opened again when it
- * returns within 10 s, or within the time set by link_patience; meanwhile link_fd is -1 and
- * receiving returns MR_TOO_FEW.
- *
- * One thread may receive and service a link while a second thread sends. */
+/* A link to a board: CAN frames or serial bytes, independent of the transport.  * A LINK is written
+ * `unix:PATH`, `can:IFACE`, ...; kinds.def lists all kinds.  * unix: is a stream socket on which an
+ * emulated board listens; it carries the 16-byte struct can_frame of SocketCAN for CAN, and plain
+ * bytes for serial. file: reads a `candump -L` log for CAN, or recorded bytes for serial, from a
+ * file or a pipe. can: is a CAN interface of the Linux kernel. serial: is a serial port, 8N1,
+ * default 2000000 baud. pty: is the pseudo-terminal of an emulated board.  * A LINK that carries
+ * CAN may end in ,base=N, the board's base on the bus (common/canbase.h): can:can0,base=0x190. The
+ * default base is 0. Frames have the identifiers of the bus in both directions.  * An open link
+ * never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW, because bytes may
+ * be buffered inside the link where poll does not see them. Call link_service at least once a
+ * second. A device that disappears (unplugged, interface down) is opened again when it returns
+ * within 10 s, or within the time set by link_set_absence_limit; meanwhile link_fd is -1 and
+ * receiving returns MR_TOO_FEW.  * One thread may receive and service a link while a second thread
+ * sends. */
 #ifndef MATRIG_HOST_LINK_LINK_H
 #define MATRIG_HOST_LINK_LINK_H
 
@@ -37,7 +30,7 @@ const char *link_trouble_text(unsigned trouble);
 struct link;
 struct candump_log;
 
-#define LINK_SPEC_MAX 4200u
+#define LINK_SPEC_SIZE 4200u
 
 /* Returns MR_USAGE if the text does not begin with a kind of link. */
 enum mr_status link_check(const char *spec, struct error *error);
@@ -46,7 +39,7 @@ enum mr_status link_check(const char *spec, struct error *error);
 bool link_is_can(const char *spec);
 
 /* True for a device, which may disappear and return: can:, serial:. */
-bool link_device_returns(const char *spec);
+bool link_device_can_return(const char *spec);
 
 /* Opens a link; the caller closes it. Waits at most 5 s for a unix: socket to appear. MR_USAGE: not
  * a LINK, or of a kind that this version or this use does not have. MR_IO, MR_TIMEOUT: it cannot be
@@ -60,20 +53,20 @@ enum mr_status link_open_text(const char *text, size_t length, const char *path,
 void link_close(struct link *link); /* NULL is allowed */
 
 /* Sets how long to wait for a device that has disappeared. */
-void link_patience(struct link *link, double seconds);
+void link_set_absence_limit(struct link *link, double seconds);
 
 /* Removes ,base=N from a LINK that carries CAN, in place; the base is 0 if there is none. MR_USAGE:
  * not a base. */
-enum mr_status link_take_base(char *spec, uint16_t *base, struct error *error);
+enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error);
 /* Reads a base, decimal or 0x190, from the whole of `text`. MR_USAGE: not a base; `where` is the
  * position of the text for the message. */
 enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
                               struct error *error);
 
 /* True if the sender waits until the link is read, so that pausing does not lose data. */
-bool link_waits(const struct link *link);
+bool link_sender_waits(const struct link *link);
 /* True for a recording: data arrives as fast as it is read. */
-bool link_recorded(const struct link *link);
+bool link_is_recorded(const struct link *link);
 
 /* The base of the board on CAN; for serial: 0. */
 uint16_t link_base(const struct link *link);
@@ -104,7 +97,7 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 
 /* Sets the baud rate and discards bytes received before. Has no effect on links without a serial
  * line. MR_IO: the port does not support the rate. */
-enum mr_status link_line(struct link *link, int baud, struct error *error);
+enum mr_status link_set_baud(struct link *link, int baud, struct error *error);
 
 /* Send to the board; wait at most 1 s for room. MR_NOT_NOW: the link is a file. MR_IO: the device
  * is away or failed. */
@@ -130,9 +123,9 @@ uint64_t link_clock_ahead_us(void);
  * Either no data arrives, or the data contains no frames because the baud rate is wrong, or the bus
  * has only errors. */
 
-#define DIAGNOSIS_TEXT 400u
+#define DIAGNOSIS_TEXT_SIZE 400u
 /* Beginning of such a message; the link follows, then what to do. */
-#define LINK_NO_HELLO  "no hello from a board"
+#define LINK_NO_HELLO       "no hello from a board"
 
 enum diagnosis {
     DIAGNOSIS_SILENT,     /* no data */
@@ -142,7 +135,7 @@ enum diagnosis {
 };
 
 /* Finds the reason. `text`: "NAME: what was received; what to do", one line. */
-enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT]);
+enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE]);
 /* The reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello". Static
  * storage. */
 const char *diagnosis_word(enum diagnosis diagnosis);

@@ -75,7 +75,7 @@ struct link_frame {
     X(LINK_LOST_PROCESSOR,         "frames or bytes that a full queue lost (slow computer)")
 /* clang-format on */
 
-enum link_event {
+enum link_trouble {
 #define LINK_TROUBLE_ENUM(name, text) name,
     LINK_TROUBLE_TABLE(LINK_TROUBLE_ENUM) LINK_TROUBLES
 };
@@ -83,11 +83,11 @@ enum link_event {
 
 /* Data that a link received before a board was identified on it. */
 struct link_rx {
-    uint64_t begun_us; /* start of the counting, by the monotonic clock */
+    uint64_t start_us; /* start of the counting, by the monotonic clock */
     uint64_t bytes;
-    uint64_t frames; /* serial: frames with a valid CRC; counting stops after the first one */
-    uint64_t bad;    /* frame ends without a valid frame */
-    int baud;        /* rate of the serial line; 0: the link has none */
+    uint64_t frames;     /* serial: frames with a valid CRC; counting stops after the first one */
+    uint64_t bad_frames; /* frame ends without a valid frame */
+    int baud;            /* rate of the serial line; 0: the link has none */
     struct mr_deframer deframer;
 };
 
@@ -95,10 +95,10 @@ struct link_counters {
     uint64_t received; /* frames or bytes received */
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles;     /* sum of `trouble`; unchanged if there was no new error */
-    uint64_t error_frames; /* error frames of the adapter; not included in `received` */
-    uint64_t bad_lines;    /* invalid lines of a log, which were skipped */
-    uint64_t elsewhere;    /* frames of other buses in a log, which were skipped */
+    uint64_t troubles;        /* sum of `trouble`; unchanged if there was no new error */
+    uint64_t error_frames;    /* error frames of the adapter; not included in `received` */
+    uint64_t bad_lines;       /* invalid lines of a log, which were skipped */
+    uint64_t other_interface; /* frames of other buses in a log, which were skipped */
     struct link_rx rx;
 };
 

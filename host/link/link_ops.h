@@ -12,10 +12,10 @@
 struct link;
 
 struct link_ops {
-    unsigned kinds;  /* bit mask of the kinds that it carries: 1 << enum link_kind */
-    bool comes_back; /* the link is a device: if it disappears, wait for its return */
-    bool waits;      /* the sender waits until the link is read */
-    bool recorded;   /* a recording: data arrives as fast as it is read */
+    unsigned kinds;    /* bit mask of the kinds that it carries: 1 << enum link_kind */
+    bool can_return;   /* the link is a device: if it disappears, wait for its return */
+    bool sender_waits; /* the sender waits until the link is read */
+    bool is_recorded;  /* a recording: data arrives as fast as it is read */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
                                     struct error *error);
@@ -25,14 +25,14 @@ struct link_ops {
     /* As read(2); NULL: read(2) from fd. */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
     void (*service)(struct link *link); /* called about once a second */
-    enum mr_status (*line)(struct link *link, int baud, struct error *error);
+    enum mr_status (*set_baud)(struct link *link, int baud, struct error *error);
     void (*close)(struct link *link); /* NULL: close(2) of fd */
 };
 
 #define LINK_INTERFACE_OPTION ",interface=" /* option of file: */
 
-#define LINK_BUFFER 65536u
-#define USB_TEXT    160u
+#define LINK_BUFFER_SIZE 65536u
+#define USB_TEXT_SIZE    160u
 
 struct tty;
 
@@ -45,35 +45,35 @@ struct link {
     char *spec;    /* the LINK text with the base */
     uint16_t base; /* base of its board on CAN */
     struct link_counters counters;
-    /* Protects the counters and `away`: one thread may diagnose a link while a second thread reads
-     * it. */
-    pthread_mutex_t heard;
+    /* Protects the counters and `absence`: one thread may diagnose a link while a second thread
+     * reads it. */
+    pthread_mutex_t counters_lock;
     /* Held while the device is opened, closed or written to: one thread may read a link while a
      * second thread sends. */
-    pthread_mutex_t device;
-    /* bytes read from fd and not yet passed on: from `start` to `end` */
-    uint8_t buffer[LINK_BUFFER];
+    pthread_mutex_t device_lock;
+    /* bytes read from fd that the caller has not received yet: from `start` to `end` */
+    uint8_t buffer[LINK_BUFFER_SIZE];
     size_t start;
     size_t end;
     uint64_t read_us; /* Unix time at which the newest of these bytes were read */
     /* For file: with CAN. */
     struct candump_log log;
     /* the bus is still unknown: it will be the first one on which a board sends a hello */
-    bool follows;
+    bool follows_board;
     const char *text; /* log in memory; NULL: read from fd */
     size_t text_length, text_at;
 
-    struct error away;     /* why the device is away; MR_OK: it is not */
-    uint64_t away_most_us; /* how long to wait for the device */
-    /* this time, retry_us and service_us are by the monotonic clock */
-    uint64_t away_since_us;
+    struct error absence;    /* why the device is away; MR_OK: it is not */
+    uint64_t absence_max_us; /* how long to wait for the device */
+    /* absent_since_us, retry_us and service_us are times of the monotonic clock */
+    uint64_t absent_since_us;
     uint64_t retry_us;
     uint64_t service_us;
     uint32_t queue_lost; /* counter of the kernel, for can: */
     struct tty *tty;     /* open port, for serial: */
     /* For serial: the adapter that was opened first, as text; only that adapter is opened again.
      * Empty: any adapter at the port. */
-    char usb[USB_TEXT];
+    char usb[USB_TEXT_SIZE];
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;
@@ -81,14 +81,14 @@ struct link {
 
 /* Reads more bytes into the buffer. MR_OK: there are new bytes. MR_TOO_FEW: none at present.
  * MR_CLOSED: end of file. MR_IO: reading failed. */
-enum mr_status link_fill(struct link *link, struct error *error);
+enum mr_status link_fill_buffer(struct link *link, struct error *error);
 
 /* Writes all bytes to a socket or a terminal; waits at most 1 s for room. */
 enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length,
                           struct error *error);
 
 /* Counts an error. */
-void link_event(struct link *link, enum link_event trouble, uint64_t count);
+void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count);
 /* Restarts the counting of received data. `baud`: rate of the serial line; 0: the link has none. */
 void link_restart_counting(struct link *link, int baud);
 /* The counters so far, except `sent`, and why the device is away. Any thread may call it. */

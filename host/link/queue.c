@@ -17,45 +17,46 @@
 
 #define PIECE_BYTES (256u * 1024u)
 
-/* Totals before a place. */
-struct sum {
+/* Totals of the items before a position. */
+struct queue_totals {
     uint64_t items, memory, frames, octets;
 };
 
 struct piece {
     struct piece *next;
     size_t used; /* used part of `bytes` */
-    struct sum before;
+    struct queue_totals before;
     uint8_t bytes[PIECE_BYTES - 48];
 };
 _Static_assert(sizeof(struct piece) == PIECE_BYTES, "a piece is a whole number of pages");
 
-struct head {
+struct item_header {
     uint64_t host_us;
     uint32_t id;
     uint16_t length;
     uint8_t kind, dlc;
 };
-_Static_assert(sizeof(struct head) == LINK_QUEUE_ITEM, "the header's sum of memory counts on it");
+_Static_assert(sizeof(struct item_header) == LINK_QUEUE_ITEM_BYTES,
+               "the header's sum of memory counts on it");
 
-/* A place between two items. */
-struct place {
+/* A position between two items. */
+struct queue_position {
     struct piece *piece;
-    size_t at;
-    struct sum before;
+    size_t offset;
+    struct queue_totals totals;
 };
 
 struct link_queue {
     pthread_mutex_t lock;
     pthread_cond_t room;
     size_t capacity;
-    int news;
-    bool listened, stopped, tight;
-    /* most items taken so far; items before this place are taken again after a rewind */
-    uint64_t most_taken;
+    int news_fd;
+    bool wants_news, stopped, was_full;
+    /* largest number of items read so far; after a rewind, items below it are repeated */
+    uint64_t items_read_max;
     struct piece *spare, *oldest; /* oldest: first piece that is kept */
     size_t history;
-    struct place put, taken, released;
+    struct queue_position written, read, released;
 };
 
 static struct piece *new_piece(void)
@@ -77,10 +78,10 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room, NULL);
     made->capacity = capacity;
-    made->news = news;
+    made->news_fd = news;
     made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
-                    LINK_QUEUE_HISTORY;
-    made->oldest = made->put.piece = made->taken.piece = made->released.piece = piece;
+                    LINK_QUEUE_HISTORY_DIVISOR;
+    made->oldest = made->written.piece = made->read.piece = made->released.piece = piece;
     *queue = made;
     return MR_OK;
 }
@@ -100,54 +101,55 @@ void link_queue_close(struct link_queue *queue)
     free(queue);
 }
 
-static size_t held(const struct link_queue *queue)
+static size_t held_bytes(const struct link_queue *queue)
 {
-    return (size_t)(queue->put.before.memory - queue->released.before.memory);
+    return (size_t)(queue->written.totals.memory - queue->released.totals.memory);
 }
 
-static size_t padded(size_t length)
+static size_t padded_length(size_t length)
 {
     return (length + 7u) & ~(size_t)7u;
 }
 
-/* Move a place over the item behind it. */
-static void pass(struct place *place, const struct head *head)
+/* Advance a position past the next item. */
+static void advance(struct queue_position *place, const struct item_header *head)
 {
-    size_t size = sizeof *head + padded(head->length);
-    place->at += size;
-    place->before.memory += size;
-    place->before.items++;
-    place->before.frames += head->kind == LINK_ITEM_FRAME;
-    place->before.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
+    size_t size = sizeof *head + padded_length(head->length);
+    place->offset += size;
+    place->totals.memory += size;
+    place->totals.items++;
+    place->totals.frames += head->kind == LINK_ITEM_FRAME;
+    place->totals.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
-/* Append an item. `must`: also beyond the capacity. */
-static bool put(struct link_queue *queue, const struct head *head, const void *content, bool must)
+/* Append an item. `beyond_capacity`: also if the queue is full. */
+static bool append_item(struct link_queue *queue, const struct item_header *head,
+                        const void *content, bool beyond_capacity)
 {
-    size_t size = sizeof *head + padded(head->length);
+    size_t size = sizeof *head + padded_length(head->length);
     pthread_mutex_lock(&queue->lock);
-    struct place *end = &queue->put;
-    bool fits = must || held(queue) + size <= queue->capacity;
-    if (fits && end->at + size > sizeof end->piece->bytes) {
+    struct queue_position *end = &queue->written;
+    bool fits = beyond_capacity || held_bytes(queue) + size <= queue->capacity;
+    if (fits && end->offset + size > sizeof end->piece->bytes) {
         struct piece *next = queue->spare ? queue->spare : new_piece();
         queue->spare = NULL;
         fits = next != NULL;
         if (next) {
             next->next = NULL;
             next->used = 0;
-            next->before = end->before;
+            next->before = end->totals;
             end->piece->next = next;
             end->piece = next;
-            end->at = 0;
+            end->offset = 0;
         }
     }
     if (fits) {
-        memcpy(end->piece->bytes + end->at, head, sizeof *head);
-        memcpy(end->piece->bytes + end->at + sizeof *head, content, head->length);
-        pass(end, head);
-        end->piece->used = end->at;
+        memcpy(end->piece->bytes + end->offset, head, sizeof *head);
+        memcpy(end->piece->bytes + end->offset + sizeof *head, content, head->length);
+        advance(end, head);
+        end->piece->used = end->offset;
     } else {
-        queue->tight = true;
+        queue->was_full = true;
     }
     pthread_mutex_unlock(&queue->lock);
     return fits;
@@ -155,100 +157,100 @@ static bool put(struct link_queue *queue, const struct head *head, const void *c
 
 bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame)
 {
-    const struct head head = {.host_us = frame->host_us,
-                              .id = frame->id,
-                              .length = sizeof frame->data,
-                              .kind = LINK_ITEM_FRAME,
-                              .dlc = frame->length};
-    return put(queue, &head, frame->data, false);
+    const struct item_header head = {.host_us = frame->host_us,
+                                     .id = frame->id,
+                                     .length = sizeof frame->data,
+                                     .kind = LINK_ITEM_FRAME,
+                                     .dlc = frame->length};
+    return append_item(queue, &head, frame->data, false);
 }
 
 bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length,
                           uint64_t host_us)
 {
-    const struct head head = {
+    const struct item_header head = {
         .host_us = host_us, .length = (uint16_t)length, .kind = LINK_ITEM_BYTES};
-    return put(queue, &head, bytes, false);
+    return append_item(queue, &head, bytes, false);
 }
 
 void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters)
 {
-    const struct head head = {.length = sizeof *counters, .kind = LINK_ITEM_COUNTERS};
-    (void)put(queue, &head, counters, true);
+    const struct item_header head = {.length = sizeof *counters, .kind = LINK_ITEM_COUNTERS};
+    (void)append_item(queue, &head, counters, true);
 }
 
 void link_queue_put_end(struct link_queue *queue, const struct error *reason)
 {
-    const struct head head = {.length = sizeof *reason, .kind = LINK_ITEM_END};
-    (void)put(queue, &head, reason, true);
+    const struct item_header head = {.length = sizeof *reason, .kind = LINK_ITEM_END};
+    (void)append_item(queue, &head, reason, true);
 }
 
 void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
 {
-    const struct head head = {.length = sizeof jump_us, .kind = LINK_ITEM_CLOCK};
-    (void)put(queue, &head, &jump_us, true);
+    const struct item_header head = {.length = sizeof jump_us, .kind = LINK_ITEM_CLOCK};
+    (void)append_item(queue, &head, &jump_us, true);
 }
 
-void link_queue_wake(struct link_queue *queue)
+void link_queue_signal(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool tell = queue->listened && queue->taken.before.items != queue->put.before.items;
-    queue->listened = queue->listened && !tell;
+    bool tell = queue->wants_news && queue->read.totals.items != queue->written.totals.items;
+    queue->wants_news = queue->wants_news && !tell;
     pthread_mutex_unlock(&queue->lock);
-    if (tell && queue->news >= 0) {
+    if (tell && queue->news_fd >= 0) {
         const uint64_t one = 1;
-        ssize_t written = write(queue->news, &one, sizeof one);
+        ssize_t written = write(queue->news_fd, &one, sizeof one);
         (void)written; /* a full counter also wakes the reader */
     }
 }
 
-static bool is_tight(const struct link_queue *queue)
+static bool is_nearly_full(const struct link_queue *queue)
 {
-    return held(queue) > queue->capacity / 4 * 3;
+    return held_bytes(queue) > queue->capacity / 4 * 3;
 }
 
 bool link_queue_wait_for_room(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    while (is_tight(queue) && !queue->stopped)
+    while (is_nearly_full(queue) && !queue->stopped)
         pthread_cond_wait(&queue->room, &queue->lock);
     bool room = !queue->stopped;
     pthread_mutex_unlock(&queue->lock);
     return room;
 }
 
-bool link_queue_is_tight(struct link_queue *queue)
+bool link_queue_is_nearly_full(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->tight = queue->tight && is_tight(queue);
-    bool tight = queue->tight;
+    queue->was_full = queue->was_full && is_nearly_full(queue);
+    bool tight = queue->was_full;
     pthread_mutex_unlock(&queue->lock);
     return tight;
 }
 
 /* At the end of a piece, move to the beginning of the next one. */
-static void step_over_end(struct place *place)
+static void skip_piece_end(struct queue_position *place)
 {
-    if (place->at == place->piece->used && place->piece->next) {
+    if (place->offset == place->piece->used && place->piece->next) {
         place->piece = place->piece->next;
-        place->at = 0;
+        place->offset = 0;
     }
 }
 
-bool link_queue_take(struct link_queue *queue, struct link_item *item)
+bool link_queue_read(struct link_queue *queue, struct link_item *item)
 {
-    struct head head;
+    struct item_header head;
     pthread_mutex_lock(&queue->lock);
-    bool any = queue->taken.before.items != queue->put.before.items;
+    bool any = queue->read.totals.items != queue->written.totals.items;
     if (any) {
-        step_over_end(&queue->taken);
-        const uint8_t *at = queue->taken.piece->bytes + queue->taken.at;
+        skip_piece_end(&queue->read);
+        const uint8_t *at = queue->read.piece->bytes + queue->read.offset;
         memcpy(&head, at, sizeof head);
         item->bytes = at + sizeof head;
-        pass(&queue->taken, &head);
-        item->again = queue->taken.before.items <= queue->most_taken;
-        if (!item->again)
-            queue->most_taken = queue->taken.before.items;
+        advance(&queue->read, &head);
+        item->is_repeated = queue->read.totals.items <= queue->items_read_max;
+        if (!item->is_repeated)
+            queue->items_read_max = queue->read.totals.items;
     }
     pthread_mutex_unlock(&queue->lock);
     if (!any)
@@ -273,16 +275,16 @@ bool link_queue_take(struct link_queue *queue, struct link_item *item)
 bool link_queue_has_unread(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->taken.before.items != queue->put.before.items;
+    bool unread = queue->read.totals.items != queue->written.totals.items;
     pthread_mutex_unlock(&queue->lock);
     return unread;
 }
 
-bool link_queue_listen(struct link_queue *queue)
+bool link_queue_request_news(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->taken.before.items != queue->put.before.items;
-    queue->listened = !unread;
+    bool unread = queue->read.totals.items != queue->written.totals.items;
+    queue->wants_news = !unread;
     pthread_mutex_unlock(&queue->lock);
     return unread;
 }
@@ -290,9 +292,9 @@ bool link_queue_listen(struct link_queue *queue)
 void link_queue_release(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->released = queue->taken;
+    queue->released = queue->read;
     while (queue->oldest != queue->released.piece &&
-           queue->released.before.memory - queue->oldest->next->before.memory >= queue->history) {
+           queue->released.totals.memory - queue->oldest->next->before.memory >= queue->history) {
         struct piece *old = queue->oldest;
         queue->oldest = old->next;
         if (queue->spare)
@@ -300,7 +302,7 @@ void link_queue_release(struct link_queue *queue)
         else
             queue->spare = old;
     }
-    if (!is_tight(queue))
+    if (!is_nearly_full(queue))
         pthread_cond_broadcast(&queue->room);
     pthread_mutex_unlock(&queue->lock);
 }
@@ -308,19 +310,19 @@ void link_queue_release(struct link_queue *queue)
 void link_queue_rewind(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->taken = queue->released;
+    queue->read = queue->released;
     pthread_mutex_unlock(&queue->lock);
 }
 
 void link_queue_rewind_all(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->released = queue->taken = (struct place){.piece = queue->oldest,
-                                                    .before = queue->oldest->before};
+    queue->released = queue->read = (struct queue_position){.piece = queue->oldest,
+                                                            .totals = queue->oldest->before};
     pthread_mutex_unlock(&queue->lock);
 }
 
-bool link_queue_is_whole(struct link_queue *queue)
+bool link_queue_is_complete(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     bool whole = queue->oldest->before.items == 0;
@@ -332,13 +334,13 @@ uint64_t link_queue_oldest_us(struct link_queue *queue)
 {
     uint64_t oldest_us = 0;
     pthread_mutex_lock(&queue->lock);
-    struct place place = {.piece = queue->oldest, .before = queue->oldest->before};
-    while (oldest_us == 0 && place.before.items != queue->put.before.items) {
-        struct head head;
-        step_over_end(&place);
-        memcpy(&head, place.piece->bytes + place.at, sizeof head);
+    struct queue_position place = {.piece = queue->oldest, .totals = queue->oldest->before};
+    while (oldest_us == 0 && place.totals.items != queue->written.totals.items) {
+        struct item_header head;
+        skip_piece_end(&place);
+        memcpy(&head, place.piece->bytes + place.offset, sizeof head);
         oldest_us = head.host_us;
-        pass(&place, &head);
+        advance(&place, &head);
     }
     pthread_mutex_unlock(&queue->lock);
     return oldest_us;
@@ -356,10 +358,10 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     struct link_queue_depth depth = {
-        .bytes = held(queue),
+        .bytes = held_bytes(queue),
         .capacity = queue->capacity,
-        .frames = queue->put.before.frames - queue->released.before.frames,
-        .octets = queue->put.before.octets - queue->released.before.octets};
+        .frames = queue->written.totals.frames - queue->released.totals.frames,
+        .octets = queue->written.totals.octets - queue->released.totals.octets};
     pthread_mutex_unlock(&queue->lock);
     return depth;
 }
@@ -372,16 +374,16 @@ struct link_reader {
     struct link *link;
     enum link_kind kind;
     struct link_queue *queue;
-    link_blame *blame;
+    link_cause_finder *find_cause;
     void *context;
     bool recorded; /* recorded link: read without a thread */
     bool ended;
-    bool dropping;
-    uint64_t told; /* troubles and bad lines of the link that are in the queue */
+    bool is_dropping;
+    uint64_t queued_troubles; /* troubles and bad lines of the link that are in the queue */
     pthread_t thread;
     bool started;
-    int wake; /* event that ends a wait */
-    atomic_bool stop, holds_up;
+    int wake_fd; /* event that ends a wait */
+    atomic_bool stop, is_blocked;
     atomic_uint_fast64_t lost;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
 };
@@ -396,9 +398,9 @@ uint64_t link_reader_lost(const struct link_reader *reader)
     return atomic_load(&reader->lost);
 }
 
-bool link_reader_holds_up(const struct link_reader *reader)
+bool link_reader_is_blocked(const struct link_reader *reader)
 {
-    return atomic_load(&reader->holds_up);
+    return atomic_load(&reader->is_blocked);
 }
 
 int link_reader_fd(const struct link_reader *reader)
@@ -410,34 +412,34 @@ int link_reader_fd(const struct link_reader *reader)
 static void put_counters(struct link_reader *reader)
 {
     const struct link_counters *counters = link_counters(reader->link);
-    if (counters->troubles + counters->bad_lines == reader->told)
+    if (counters->troubles + counters->bad_lines == reader->queued_troubles)
         return;
     /* the count of sent data belongs to another thread */
     struct link_counters copy = {.received = counters->received,
                                  .troubles = counters->troubles,
                                  .bad_lines = counters->bad_lines};
     memcpy(copy.trouble, counters->trouble, sizeof copy.trouble);
-    reader->told = counters->troubles + counters->bad_lines;
+    reader->queued_troubles = counters->troubles + counters->bad_lines;
     link_queue_put_counters(reader->queue, &copy);
 }
 
 static void drop_queued(struct link_reader *reader, size_t count)
 {
-    reader->dropping = true;
-    link_event(reader->link, reader->blame(reader->context), count);
+    reader->is_dropping = true;
+    link_count_event(reader->link, reader->find_cause(reader->context), count);
     atomic_fetch_add(&reader->lost, count);
 }
 
 /* Queue one frame or one read. False: the reader was stopped. */
-static bool deliver(struct link_reader *reader, const struct link_frame *frame, size_t length,
-                    uint64_t host_us)
+static bool queue_data(struct link_reader *reader, const struct link_frame *frame, size_t length,
+                       uint64_t host_us)
 {
     size_t count = reader->kind == LINK_CAN ? 1 : length;
-    if (reader->dropping && link_queue_is_tight(reader->queue)) {
+    if (reader->is_dropping && link_queue_is_nearly_full(reader->queue)) {
         drop_queued(reader, count);
         return true;
     }
-    reader->dropping = false;
+    reader->is_dropping = false;
     put_counters(reader);
     for (;;) {
         bool there = reader->kind == LINK_CAN
@@ -445,19 +447,19 @@ static bool deliver(struct link_reader *reader, const struct link_frame *frame, 
                        : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
         if (there)
             return true;
-        if (!link_waits(reader->link)) {
+        if (!link_sender_waits(reader->link)) {
             drop_queued(reader, count);
             return true;
         }
-        atomic_store(&reader->holds_up, true);
+        atomic_store(&reader->is_blocked, true);
         bool room = link_queue_wait_for_room(reader->queue);
-        atomic_store(&reader->holds_up, false);
+        atomic_store(&reader->is_blocked, false);
         if (!room)
             return false;
     }
 }
 
-static void end(struct link_reader *reader, const struct error *reason)
+static void end_reading(struct link_reader *reader, const struct error *reason)
 {
     put_counters(reader);
     link_queue_put_end(reader->queue, reason);
@@ -465,13 +467,13 @@ static void end(struct link_reader *reader, const struct error *reason)
 }
 
 /* Read the data that waits in the link, at most one turn's worth. True: there may be more. */
-static bool read_turn(struct link_reader *reader)
+static bool read_once(struct link_reader *reader)
 {
     struct link_frame frame;
     struct error reason = {0};
     size_t length = 0;
     uint64_t host_us = 0;
-    for (unsigned i = 0; i < (reader->kind == LINK_CAN ? READER_FRAMES : 1); i++) {
+    for (unsigned i = 0; i < (reader->kind == LINK_CAN ? LINK_READER_FRAMES_MAX : 1); i++) {
         enum mr_status status = reader->kind == LINK_CAN
                                   ? link_receive_frame(reader->link, &frame, &reason)
                                   : link_receive_bytes(reader->link, reader->bytes,
@@ -480,18 +482,18 @@ static bool read_turn(struct link_reader *reader)
         if (status == MR_TOO_FEW)
             return false;
         if (status != MR_OK) {
-            end(reader, &reason);
+            end_reading(reader, &reason);
             return false;
         }
-        if (!deliver(reader, &frame, length, host_us))
+        if (!queue_data(reader, &frame, length, host_us))
             return false;
     }
     return true;
 }
 
-bool link_reader_turn(struct link_reader *reader)
+bool link_reader_read(struct link_reader *reader)
 {
-    bool more = !reader->ended && read_turn(reader);
+    bool more = !reader->ended && read_once(reader);
     put_counters(reader);
     return more;
 }
@@ -500,35 +502,35 @@ static void service(struct link_reader *reader)
 {
     struct error reason = {0};
     enum mr_status status = link_service(reader->link, &reason);
-    reader->dropping = reader->dropping && link_queue_is_tight(reader->queue);
+    reader->is_dropping = reader->is_dropping && link_queue_is_nearly_full(reader->queue);
     if (status != MR_OK && status != MR_TOO_FEW)
-        end(reader, &reason);
-    else if (!reader->dropping)
+        end_reading(reader, &reason);
+    else if (!reader->is_dropping)
         put_counters(reader);
 }
 
-static void *read_on(void *context)
+static void *run_reader(void *context)
 {
     struct link_reader *reader = context;
     while (!atomic_load(&reader->stop) && !reader->ended) {
         service(reader);
         if (reader->ended)
             break;
-        bool more = read_turn(reader);
-        link_queue_wake(reader->queue);
+        bool more = read_once(reader);
+        link_queue_signal(reader->queue);
         struct pollfd polled[] = {{.fd = link_fd(reader->link), .events = POLLIN},
-                                  {.fd = reader->wake, .events = POLLIN}};
+                                  {.fd = reader->wake_fd, .events = POLLIN}};
         if (!more && !reader->ended)
             poll(polled, 2, SERVICE_MS);
     }
     put_counters(reader); /* including the last losses */
-    link_queue_wake(reader->queue);
+    link_queue_signal(reader->queue);
     return NULL;
 }
 
 enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
-                                link_blame *blame, void *context, struct link_reader **reader,
-                                struct error *error)
+                                link_cause_finder *blame, void *context,
+                                struct link_reader **reader, struct error *error)
 {
     struct link_reader *made = calloc(1, sizeof *made);
     if (!made)
@@ -536,21 +538,21 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
                          link_spec(link));
     made->link = link;
     made->kind = kind;
-    made->blame = blame;
+    made->find_cause = blame;
     made->context = context;
-    made->recorded = link_recorded(link);
-    made->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    made->recorded = link_is_recorded(link);
+    made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;
-    if (made->recorded) /* unlimited: every item is taken before more is read */
+    if (made->recorded) /* unlimited: each item is read before the next one is added */
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
-    if (status == MR_OK && made->wake < 0)
+    if (status == MR_OK && made->wake_fd < 0)
         status = error_set(
             error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",
             strerror(errno), link_spec(link));
     if (status == MR_OK && !made->recorded) {
-        int code = pthread_create(&made->thread, NULL, read_on, made);
+        int code = pthread_create(&made->thread, NULL, run_reader, made);
         made->started = code == 0;
         if (code != 0)
             status =
@@ -573,7 +575,7 @@ void link_reader_stop(struct link_reader *reader)
         return;
     atomic_store(&reader->stop, true);
     link_queue_stop(reader->queue);
-    ssize_t written = write(reader->wake, &one, sizeof one);
+    ssize_t written = write(reader->wake_fd, &one, sizeof one);
     (void)written;
     pthread_join(reader->thread, NULL);
     reader->started = false;
@@ -585,7 +587,7 @@ void link_reader_close(struct link_reader *reader)
         return;
     link_reader_stop(reader);
     link_queue_close(reader->queue);
-    if (reader->wake >= 0)
-        close(reader->wake);
+    if (reader->wake_fd >= 0)
+        close(reader->wake_fd);
     free(reader);
 }

@@ -1,8 +1,8 @@
 /* Data received on one link and not yet stored in the campaign, in order of arrival: a bounded
  * queue in memory between the thread that reads the link and the thread that writes the campaign.
- * One thread puts, one takes; each function locks the queue.
+ * One thread appends, another reads; each function locks the queue.
  *
- * Items that were taken are kept until link_queue_release: link_queue_rewind returns them when a
+ * Items that were read are kept until link_queue_release: link_queue_rewind returns them when a
  * failed transaction is written again. The newest part of the released items is also kept, in case
  * the campaign itself is lost: link_queue_rewind_all returns them too. */
 #ifndef MATRIG_HOST_LINK_QUEUE_H
@@ -10,19 +10,19 @@
 
 #include "host/link/link.h"
 
-/* Capacity: 60 s of a fully loaded link. An item takes LINK_QUEUE_ITEM bytes and its content,
+/* Capacity: 60 s of a fully loaded link. An item takes LINK_QUEUE_ITEM_BYTES bytes and its content,
  * rounded up to a multiple of 8. CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits
  * without stuffing), 24 bytes each: 13.0 MB. Serial: 2 Mbaud carry 200,000 bytes/s in up to 5,000
  * reads a second (40 bytes a read: adapters deliver 32 to 512), which add 24 bytes each: 19.2 MB.
  * Memory is allocated as the queue grows and freed as it empties, except for the newest released
  * items, which use part of the capacity: 30 s of a fully loaded link. */
 #define LINK_QUEUE_S            60u
-#define LINK_QUEUE_ITEM         16u
-#define LINK_QUEUE_CAN_BYTES    (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM + 8u))
-#define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM + 8u)))
+#define LINK_QUEUE_ITEM_BYTES   16u
+#define LINK_QUEUE_CAN_BYTES    (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM_BYTES + 8u))
+#define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM_BYTES + 8u)))
 
-/* the released items use up to 1/LINK_QUEUE_HISTORY of the capacity */
-#define LINK_QUEUE_HISTORY 2u
+/* the released items use up to 1/LINK_QUEUE_HISTORY_DIVISOR of the capacity */
+#define LINK_QUEUE_HISTORY_DIVISOR 2u
 
 #define LINK_QUEUE_READ_MAX 16384u /* maximum bytes of one item */
 
@@ -39,7 +39,7 @@ enum link_item_kind {
 
 struct link_item {
     enum link_item_kind kind;
-    bool again; /* the item was taken before and returned by a rewind */
+    bool is_repeated; /* the item was read before and returned by a rewind */
     struct link_frame frame;
     uint64_t host_us;     /* time at which the bytes were read, Unix time */
     const uint8_t *bytes; /* valid until the release */
@@ -54,8 +54,8 @@ struct link_queue_depth {
     uint64_t frames, octets; /* CAN frames and serial bytes that are not released */
 };
 
-/* Opens a queue. `news`: an eventfd that is written when something is put after link_queue_listen
- * returned false; -1: none. MR_FULL: no memory. */
+/* Opens a queue. `news`: an eventfd that is written when something is put after
+ * link_queue_request_news returned false; -1: none. MR_FULL: no memory. */
 enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
                                struct error *error);
 void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread may be in a call */
@@ -69,29 +69,29 @@ bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t
 /* These rare items always have room. */
 void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters);
 void link_queue_put_end(struct link_queue *queue, const struct error *reason);
-/* Wakes the taking thread if it listens. Call it after each batch. */
-void link_queue_wake(struct link_queue *queue);
+/* Wakes the reading thread if it requested news. Call it after each batch. */
+void link_queue_signal(struct link_queue *queue);
 /* Waits until a quarter is free. Returns false after link_queue_stop. */
 bool link_queue_wait_for_room(struct link_queue *queue);
 /* True if the queue was full and less than a quarter has been free since. */
-bool link_queue_is_tight(struct link_queue *queue);
+bool link_queue_is_nearly_full(struct link_queue *queue);
 
 /* ---- for the thread that writes the campaign ---- */
 
 /* Return false if there is no item. */
-bool link_queue_take(struct link_queue *queue, struct link_item *item);
+bool link_queue_read(struct link_queue *queue, struct link_item *item);
 bool link_queue_has_unread(struct link_queue *queue);
 /* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
-bool link_queue_listen(struct link_queue *queue);
-/* The items taken so far are stored and may be discarded. */
+bool link_queue_request_news(struct link_queue *queue);
+/* The items read so far are stored and may be discarded. */
 void link_queue_release(struct link_queue *queue);
-/* Returns the items that were taken and not released to the queue. */
+/* Returns the items that were read and not released to the queue. */
 void link_queue_rewind(struct link_queue *queue);
 /* As link_queue_rewind, including all released items that are kept. They are not counted as written
  * again. */
 void link_queue_rewind_all(struct link_queue *queue);
-/* True if every item that was ever put is still kept. */
-bool link_queue_is_whole(struct link_queue *queue);
+/* True if every item that was ever appended is still kept. */
+bool link_queue_is_complete(struct link_queue *queue);
 /* Unix time of arrival of the oldest kept item, microseconds; 0: no item is kept. */
 uint64_t link_queue_oldest_us(struct link_queue *queue);
 /* Puts a LINK_ITEM_CLOCK after all items so far. */
@@ -101,45 +101,42 @@ void link_queue_stop(struct link_queue *queue);
 
 struct link_queue_depth link_queue_depth(struct link_queue *queue);
 
-/* ---- the reader ----
- *
- * Reads a link into its queue, so that reading never waits for the thread that writes the campaign.
- *
- * A live link has a separate thread, which puts a time stamp on data as it arrives. When its queue
- * is full, all data is lost until a quarter is free again: the queued data stays complete, the gap
- * has one beginning and one end, and the link's counters show the cause (LINK_LOST_...). A link
- * whose sender can wait (link_waits) is not read meanwhile, and loses nothing. A recording
- * (link_recorded) has no thread: it is read on request, so that the same files always give the same
- * campaign. */
+/* ---- the reader ----  * Reads a link into its queue, so that reading never waits for the thread
+ * that writes the campaign.  * A live link has a separate thread, which puts a time stamp on data
+ * as it arrives. When its queue is full, all data is lost until a quarter is free again: the queued
+ * data stays complete, the gap has one beginning and one end, and the link's counters show the
+ * cause (LINK_LOST_...). A link whose sender can wait (link_sender_waits) is not read meanwhile,
+ * and loses nothing. A recording (link_is_recorded) has no thread: it is read on request, so that
+ * the same files always give the same campaign. */
 
-#define READER_FRAMES 1024u /* CAN frames read in one turn */
+#define LINK_READER_FRAMES_MAX 1024u /* CAN frames read in one turn */
 
 struct link_reader;
 
 /* Returns the reason why nothing is written at present: one of the LINK_LOST_ values. The reader's
  * thread calls it. */
-typedef enum link_event link_blame(void *context);
+typedef enum link_trouble link_cause_finder(void *context);
 
 /* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
  * link_spec. `news`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for
  * LINK_QUEUE_S. */
 enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
-                                link_blame *blame, void *context, struct link_reader **reader,
-                                struct error *error);
+                                link_cause_finder *blame, void *context,
+                                struct link_reader **reader, struct error *error);
 /* Stops reading and waits for the thread; queued items are kept. */
 void link_reader_stop(struct link_reader *reader);  /* NULL is allowed */
 void link_reader_close(struct link_reader *reader); /* NULL is allowed */
 
 struct link_queue *link_reader_queue(const struct link_reader *reader);
 
-/* The descriptor to wait for before link_reader_turn. -1: a thread reads the link and signals with
+/* The descriptor to wait for before link_reader_read. -1: a thread reads the link and signals with
  * `news`. */
 int link_reader_fd(const struct link_reader *reader);
 /* Reads one turn of a recording. Returns true if there may be more data at once. */
-bool link_reader_turn(struct link_reader *reader);
+bool link_reader_read(struct link_reader *reader);
 /* Data lost so far because the queue was full: CAN frames, serial bytes. */
 uint64_t link_reader_lost(const struct link_reader *reader);
 /* True if the queue is full and the sender is waiting. */
-bool link_reader_holds_up(const struct link_reader *reader);
+bool link_reader_is_blocked(const struct link_reader *reader);
 
 #endif

@@ -6,18 +6,18 @@
 
 #include "host/base/statistics.h"
 
-#define STAMP_US       0.5 /* half the resolution of the host's time stamps */
-#define LEAST_SCALE_US 1e-3
-#define DAY_ZERO_US    946684800000000 /* the year 2000: an earlier stamp is not a time of day */
-#define UNCERTAIN_US   50000.0
-#define BISECTIONS     60
+#define TIME_STAMP_ERROR_US  0.5 /* half the resolution of the host's time stamps */
+#define SCALE_MIN_US         1e-3
+#define DAY_ZERO_US          946684800000000 /* year 2000; earlier: not a time of day */
+#define UNCERTAINTY_MAX_US   50000.0
+#define BISECTIONS           60
 /* a larger rate difference is not a clock setting: the board's time is emulated */
-#define EMULATED_PPM   20000.0
+#define EMULATED_PPM         20000.0
 /* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
  * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
-#define SET_TIMES      3.0
-#define SET_PART       6u  /* least number of pairs before and after the change */
-#define SET_PLACES     60u /* most places that are tried */
+#define CLOCK_SET_RATIO      3.0
+#define CLOCK_SET_PAIRS_MIN  6u  /* least number of pairs before and after the change */
+#define CLOCK_SET_PLACES_MAX 60u /* most places that are tried */
 
 struct point {
     double x_s;  /* board time */
@@ -26,17 +26,17 @@ struct point {
 
 void timemap_add(struct timemap *map, double board_us, int64_t host_us)
 {
-    if (map->count && board_us <= map->pair[(map->count - 1) % TIMEMAP_PAIRS].board_us)
+    if (map->count && board_us <= map->pair[(map->count - 1) % TIMEMAP_PAIRS_MAX].board_us)
         return;
-    map->pair[map->count++ % TIMEMAP_PAIRS] = (struct timemap_pair){board_us, host_us};
+    map->pair[map->count++ % TIMEMAP_PAIRS_MAX] = (struct timemap_pair){board_us, host_us};
 }
 
-static size_t take_points(const struct timemap *map, struct timemap_fit *fit, struct point *point)
+static size_t copy_points(const struct timemap *map, struct timemap_fit *fit, struct point *point)
 {
-    size_t n = map->count < TIMEMAP_PAIRS ? map->count : TIMEMAP_PAIRS;
+    size_t n = map->count < TIMEMAP_PAIRS_MAX ? map->count : TIMEMAP_PAIRS_MAX;
     double sum_s = 0.0;
     for (size_t i = 0; i < n; i++) {
-        const struct timemap_pair *pair = &map->pair[(map->count - n + i) % TIMEMAP_PAIRS];
+        const struct timemap_pair *pair = &map->pair[(map->count - n + i) % TIMEMAP_PAIRS_MAX];
         if (i == 0) {
             fit->board0_us = fit->from_us = pair->board_us;
             fit->host0_us = pair->host_us;
@@ -71,8 +71,8 @@ static size_t lower_hull(const struct point *point, size_t n, struct point *hull
 
 /* The line below all points with the smallest mean distance to them: the hull's edge at the mean
  * time. */
-static void touching_line(const struct point *hull, size_t count, double mean_s, double *at_mean_us,
-                          double *slope_ppm)
+static void find_touching_line(const struct point *hull, size_t count, double mean_s,
+                               double *at_mean_us, double *slope_ppm)
 {
     size_t i = 1;
     while (i + 1 < count && hull[i].x_s < mean_s)
@@ -82,8 +82,8 @@ static void touching_line(const struct point *hull, size_t count, double mean_s,
 }
 
 /* Range of slopes of the lines through (mean_s, c_us) that stay below the hull. */
-static void slopes(const struct point *hull, size_t count, double mean_s, double c_us,
-                   double *low_ppm, double *high_ppm)
+static void find_slope_range(const struct point *hull, size_t count, double mean_s, double c_us,
+                             double *low_ppm, double *high_ppm)
 {
     *low_ppm = -(double)INFINITY;
     *high_ppm = (double)INFINITY;
@@ -113,7 +113,8 @@ static void integrate(struct timemap_fit *fit, const struct point *hull, size_t 
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
         double u = pow(((double)j + 0.5) / TIMEMAP_GRID, 1.0 / (m - 2.0));
         fit->c_us[j] = touch_us + strip_us - strip_us / u;
-        slopes(hull, count, fit->mean_s, fit->c_us[j], &fit->low_ppm[j], &fit->high_ppm[j]);
+        find_slope_range(hull, count, fit->mean_s, fit->c_us[j], &fit->low_ppm[j],
+                         &fit->high_ppm[j]);
         fit->weight[j] = u * (fit->high_ppm[j] - fit->low_ppm[j]);
         sum += fit->weight[j];
     }
@@ -127,7 +128,7 @@ struct mixture {
     const double *weight;
 };
 
-static double below(const struct mixture *mixture, double value)
+static double probability_below(const struct mixture *mixture, double value)
 {
     double sum = 0.0;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
@@ -144,7 +145,7 @@ static double quantile(const struct mixture *mixture, double low, double high, d
 {
     for (int i = 0; i < BISECTIONS && high - low > 1e-5; i++) {
         double middle = 0.5 * (low + high);
-        if (below(mixture, middle) < p)
+        if (probability_below(mixture, middle) < p)
             low = middle;
         else
             high = middle;
@@ -153,7 +154,7 @@ static double quantile(const struct mixture *mixture, double low, double high, d
 }
 
 /* 95 % interval of k c + b t. */
-static struct timemap_value interval(const struct timemap_fit *fit, double k, double t_s)
+static struct timemap_value compute_interval(const struct timemap_fit *fit, double k, double t_s)
 {
     struct mixture mixture = {.weight = fit->weight};
     double least = (double)INFINITY, most = -(double)INFINITY;
@@ -173,41 +174,44 @@ static struct timemap_value interval(const struct timemap_fit *fit, double k, do
 struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us)
 {
     double since_us = board_us - fit->board0_us;
-    struct timemap_value offset = interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
-    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value + STAMP_US,
-                                  hypot(offset.half, STAMP_US)};
+    struct timemap_value offset = compute_interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
+    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value +
+                                      TIME_STAMP_ERROR_US,
+                                  hypot(offset.half_width, TIME_STAMP_ERROR_US)};
 }
 
-static bool is_beyond(const struct timemap_fit *fit, double most_ppm)
+static bool exceeds_rate(const struct timemap_fit *fit, double most_ppm)
 {
-    return fabs(fit->fast_ppm.value) - fit->fast_ppm.half > most_ppm;
+    return fabs(fit->rate_ppm.value) - fit->rate_ppm.half_width > most_ppm;
 }
 
-static enum timemap_refusal judge(const struct timemap_fit *fit, double tolerance_ppm, bool set)
+static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tolerance_ppm, bool set)
 {
     if (fit->host0_us < DAY_ZERO_US)
         return TIMEMAP_NO_DATE;
-    if (set && !is_beyond(fit, EMULATED_PPM))
+    if (set && !exceeds_rate(fit, EMULATED_PPM))
         return TIMEMAP_UNCERTAIN;
-    if (is_beyond(fit, tolerance_ppm))
-        return TIMEMAP_OTHER_PACE;
-    if (fit->spread_us > UNCERTAIN_US || timemap_host_us(fit, fit->to_us).half > UNCERTAIN_US)
+    if (exceeds_rate(fit, tolerance_ppm))
+        return TIMEMAP_OTHER_RATE;
+    if (fit->spread_us > UNCERTAINTY_MAX_US ||
+        timemap_host_us(fit, fit->to_us).half_width > UNCERTAINTY_MAX_US)
         return TIMEMAP_UNCERTAIN;
-    return TIMEMAP_GOOD;
+    return TIMEMAP_OK;
 }
 
 /* True if the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
  * rate of the longer side; a change is found if four fifths of all pairs are within `most_us` above
  * their line. */
-static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, double most_us)
+static bool is_clock_set_at(const struct point *point, size_t n, size_t k, size_t gap,
+                            double most_us)
 {
-    struct point hull[TIMEMAP_PAIRS];
+    struct point hull[TIMEMAP_PAIRS_MAX];
     double at_us, slope_ppm, sum_s = 0.0;
     size_t from = k < n - k ? k + gap : 0, to = k < n - k ? n : k, within = 0;
     for (size_t i = from; i < to; i++)
         sum_s += point[i].x_s;
     size_t count = lower_hull(point + from, to - from, hull);
-    touching_line(hull, count, sum_s / (double)(to - from), &at_us, &slope_ppm);
+    find_touching_line(hull, count, sum_s / (double)(to - from), &at_us, &slope_ppm);
     for (size_t part = 0; part < 2; part++) {
         size_t begin = part ? k + gap : 0, end = part ? n : k;
         double least_us = (double)INFINITY;
@@ -221,13 +225,14 @@ static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, do
 
 /* True if this computer's clock was set at some time: delays are much smaller if a change is
  * assumed. */
-static bool was_set(double late_us, const struct point *point, size_t n)
+static bool was_clock_set(double late_us, const struct point *point, size_t n)
 {
-    double most_us = (late_us - 2.0 * STAMP_US) / SET_TIMES;
-    size_t gap = n / SET_PLACES;
-    for (size_t k = SET_PART; n >= TIMEMAP_LEAST + SET_PART && k + gap + SET_PART <= n;
+    double most_us = (late_us - 2.0 * TIME_STAMP_ERROR_US) / CLOCK_SET_RATIO;
+    size_t gap = n / CLOCK_SET_PLACES_MAX;
+    for (size_t k = CLOCK_SET_PAIRS_MIN;
+         n >= TIMEMAP_PAIRS_MIN + CLOCK_SET_PAIRS_MIN && k + gap + CLOCK_SET_PAIRS_MIN <= n;
          k += gap ? gap : 1) {
-        if (set_at(point, n, k, gap, most_us))
+        if (is_clock_set_at(point, n, k, gap, most_us))
             return true;
     }
     return false;
@@ -235,35 +240,36 @@ static bool was_set(double late_us, const struct point *point, size_t n)
 
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit)
 {
-    struct point point[TIMEMAP_PAIRS], hull[TIMEMAP_PAIRS];
-    double over_us[TIMEMAP_PAIRS], touch_us, slope_ppm;
+    struct point point[TIMEMAP_PAIRS_MAX], hull[TIMEMAP_PAIRS_MAX];
+    double over_us[TIMEMAP_PAIRS_MAX], touch_us, slope_ppm;
     memset(fit, 0, sizeof *fit);
-    size_t n = take_points(map, fit, point);
+    size_t n = copy_points(map, fit, point);
     fit->refusal = TIMEMAP_TOO_FEW;
-    if (n < TIMEMAP_LEAST)
+    if (n < TIMEMAP_PAIRS_MIN)
         return;
     size_t count = lower_hull(point, n, hull);
-    touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
+    find_touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
     for (size_t i = 0; i < n; i++)
         over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
     sort_numbers(over_us, n);
     fit->spread_us = over_us[n / 2];
     size_t m = strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
-    integrate(fit, hull, count, touch_us, fmax(strip_us, LEAST_SCALE_US), (double)m);
+    integrate(fit, hull, count, touch_us, fmax(strip_us, SCALE_MIN_US), (double)m);
     /* gain of host time per board second, us */
-    struct timemap_value slower = interval(fit, 0.0, 1.0);
-    fit->fast_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6, slower.half};
-    fit->refusal = judge(fit, tolerance_ppm, was_set(over_us[n * 4 / 5], point, n));
+    struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
+    fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,
+                                           slower.half_width};
+    fit->refusal = check_fit(fit, tolerance_ppm, was_clock_set(over_us[n * 4 / 5], point, n));
 }
 
 const char *timemap_refusal_text(unsigned refusal)
 {
     switch (refusal) {
-    case TIMEMAP_GOOD: return "good";
+    case TIMEMAP_OK: return "good";
     case TIMEMAP_TOO_FEW: return "too few clock messages; log for a quarter of a minute or more";
     case TIMEMAP_NO_DATE: return "the record has no times of day";
-    case TIMEMAP_OTHER_PACE:
+    case TIMEMAP_OTHER_RATE:
         return "board time and the clock of this computer ran at different rates: the board was "
                "emulated at full speed or read from a file, or the clock of this computer was "
                "changed";

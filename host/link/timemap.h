@@ -32,9 +32,9 @@
 
 /* Number of newest pairs that are used; at one pair a second, ten minutes. Crystals keep their rate
  * to about 0.01 ppm for that long. */
-#define TIMEMAP_PAIRS 600u
-#define TIMEMAP_LEAST 12u
-#define TIMEMAP_GRID  96u
+#define TIMEMAP_PAIRS_MAX 600u
+#define TIMEMAP_PAIRS_MIN 12u
+#define TIMEMAP_GRID      96u
 
 /* Delay of a clock message on serial, which has the time of a block's first trigger. It is sent
  * when the block is complete, 970 us later, and takes at least 17 bytes of 5 us. */
@@ -44,35 +44,35 @@ struct timemap {
     size_t count; /* number of pairs ever added */
     struct timemap_pair {
         double board_us;
-        int64_t host_us;   /* Unix time */
-    } pair[TIMEMAP_PAIRS]; /* indexed by count modulo TIMEMAP_PAIRS */
+        int64_t host_us;       /* Unix time */
+    } pair[TIMEMAP_PAIRS_MAX]; /* indexed by count modulo TIMEMAP_PAIRS_MAX */
 };
 
 /* A value with its 95 % interval, both in the unit of the field's name. */
 struct timemap_value {
-    double value; /* middle of the interval */
-    double half;  /* half its width */
+    double value;      /* middle of the interval */
+    double half_width; /* half its width */
 };
 
 enum timemap_refusal {
-    TIMEMAP_GOOD,
+    TIMEMAP_OK,
     TIMEMAP_TOO_FEW, /* too few pairs */
     /* The time stamps are not times of day: the recording was made without a clock. */
     TIMEMAP_NO_DATE,
     /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
      * a file is read. */
-    TIMEMAP_OTHER_PACE,
+    TIMEMAP_OTHER_RATE,
     TIMEMAP_UNCERTAIN, /* the delays vary too much, or this computer's clock was set meanwhile */
 };
 
 struct timemap_fit {
-    /* Unless it is TIMEMAP_GOOD, the fields below except `pairs` are not valid; fast_ppm is also
-     * valid for TIMEMAP_OTHER_PACE. */
+    /* Unless it is TIMEMAP_OK, the fields below except `pairs` are not valid; rate_ppm is also
+     * valid for TIMEMAP_OTHER_RATE. */
     enum timemap_refusal refusal;
     size_t pairs;
     double from_us, to_us;         /* board time of the first and the last pair */
     double spread_us;              /* median delay minus the smallest delay */
-    struct timemap_value fast_ppm; /* how much faster the board's clock runs than this computer's */
+    struct timemap_value rate_ppm; /* how much faster the board's clock runs than this computer's */
 
     /* The posterior. Times in s and offsets in us are relative to board0_us and host0_us. */
     double board0_us, mean_s;
@@ -83,7 +83,7 @@ struct timemap_fit {
 /* Adds a pair. A pair whose board time is not later than the last one is ignored. */
 void timemap_add(struct timemap *map, double board_us, int64_t host_us);
 /* Fits the line. `tolerance_ppm`: largest possible rate error of both clocks together; if the rate
- * is certainly beyond it, the result is TIMEMAP_OTHER_PACE. */
+ * is certainly beyond it, the result is TIMEMAP_OTHER_RATE. */
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
 /* Time of day, Unix microseconds, of a moment of the board. The interval grows with the distance
  * from the pairs. */

@@ -24,7 +24,7 @@
 /* ---- pseudo-terminals: libserialport rejects them, because Linux stores no parity for them
  * ---- */
 
-static enum mr_status pts_line(struct link *link, int baud, struct error *error)
+static enum mr_status pts_set_baud(struct link *link, int baud, struct error *error)
 {
     struct termios2 t;
     bool set = ioctl(link->fd, TCGETS2, &t) == 0;
@@ -53,7 +53,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
     if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* two readers would take bytes from each other */
         return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
                          link->spec);
-    return pts_line(link, baud, error);
+    return pts_set_baud(link, baud, error);
 }
 
 /* ---- serial: ---- */
@@ -61,7 +61,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
 /* no serial port, but used like one: socat, or the emulation of an adapter */
-#define PTS_FOLDER             "/dev/pts/"
+#define PTS_DIRECTORY          "/dev/pts/"
 /* With a larger error of the rate a UART loses bytes. */
 #define BAUD_TOLERANCE_PERCENT 2
 
@@ -69,11 +69,11 @@ struct tty {
     struct sp_port *port; /* NULL: pseudo-terminal */
     const char *spec;
     int fd;
-    struct serial_icounter_struct counted;
+    struct serial_icounter_struct counters_known;
     int counts; /* the driver counts errors */
 };
 
-enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,
+enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
                          struct error *error)
 {
     const char *colon = strrchr(text, ':');
@@ -88,15 +88,15 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
                              colon + 1, text, form, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
-    } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_MAX) {
+    } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_SIZE) {
         /* names in /dev/serial/by-path/ contain colons */
-        snprintf(path, TTY_PATH_MAX, "%.*s", (int)(colon - text), text);
+        snprintf(path, TTY_PATH_SIZE, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
                              "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
                              colon + 1, text, form, BAUD_MAX);
     }
-    if (length == 0 || length >= TTY_PATH_MAX)
+    if (length == 0 || length >= TTY_PATH_SIZE)
         return error_set(error, MR_USAGE, "not a serial port: '%s'; write %s", text, form);
     memcpy(path, text, length);
     path[length] = '\0';
@@ -105,14 +105,14 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
 
 /* Text that identifies the adapter of a port: "USB 0403:6001, serial number A50285BI"; empty: not
  * USB. */
-static void name_adapter(const struct sp_port *port, char usb[USB_TEXT])
+static void name_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE])
 {
     const char *number = sp_get_port_usb_serial(port);
     int vendor, product;
     usb[0] = '\0';
     if (sp_get_port_transport(port) == SP_TRANSPORT_USB &&
         sp_get_port_usb_vid_pid(port, &vendor, &product) == SP_OK)
-        snprintf(usb, USB_TEXT, "USB %04x:%04x%s%s", (unsigned)vendor, (unsigned)product,
+        snprintf(usb, USB_TEXT_SIZE, "USB %04x:%04x%s%s", (unsigned)vendor, (unsigned)product,
                  number ? ", serial number " : "", number ?: "");
 }
 
@@ -122,7 +122,7 @@ static void name_adapter(const struct sp_port *port, char usb[USB_TEXT])
 static bool find_adapter(const char *usb, char real[PATH_MAX])
 {
     struct sp_port **ports = NULL;
-    char other[USB_TEXT], found[PATH_MAX];
+    char other[USB_TEXT_SIZE], found[PATH_MAX];
     unsigned count = 0;
     bool same = false;
     if (sp_list_ports(&ports) != SP_OK)
@@ -167,7 +167,7 @@ static void list_ports(char *out, size_t size)
         snprintf(out, size, "there is none");
 }
 
-static enum mr_status no_port(const char *spec, const char *why, struct error *error)
+static enum mr_status set_no_port_error(const char *spec, const char *why, struct error *error)
 {
     char known[300];
     list_ports(known, sizeof known);
@@ -175,7 +175,7 @@ static enum mr_status no_port(const char *spec, const char *why, struct error *e
                      strpbrk(spec, ",@; ") ? "write serial:TTY[:BAUD]; " : "", known);
 }
 
-static enum mr_status open_failed(const char *spec, const char *real, struct error *error)
+static enum mr_status set_open_error(const char *spec, const char *real, struct error *error)
 {
     int reason = sp_last_error_code();
     struct stat info;
@@ -189,10 +189,10 @@ static enum mr_status open_failed(const char *spec, const char *real, struct err
     if (reason == EBUSY)
         return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
                          spec);
-    return no_port(spec, strerror(reason), error);
+    return set_no_port_error(spec, strerror(reason), error);
 }
 
-static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
+static enum mr_status configure_port(struct tty *tty, int baud, struct error *error)
 {
     struct sp_port_config *config = NULL;
     int took = 0;
@@ -221,7 +221,7 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
 
 /* Keep others out in two ways: TIOCEXCL stops every program except root's, the lock stops another
  * matrig. */
-static enum mr_status take_alone(struct tty *tty, struct error *error)
+static enum mr_status lock_port(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
@@ -234,17 +234,17 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
 {
     enum mr_status status = MR_OK;
     if (sp_get_port_by_name(real, &tty->port) != SP_OK)
-        status = no_port(tty->spec, "not a serial device", error);
+        status = set_no_port_error(tty->spec, "not a serial device", error);
     else if (sp_open(tty->port, SP_MODE_READ_WRITE) != SP_OK) {
-        status = open_failed(tty->spec, real, error);
+        status = set_open_error(tty->spec, real, error);
         sp_free_port(tty->port);
         tty->port = NULL;
     } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)
         status = error_set(
             error, MR_IO, "cannot get the descriptor of the serial port: %s; try again", tty->spec);
     if (status == MR_OK)
-        status = take_alone(tty, error);
-    return status ?: set_line(tty, baud, error);
+        status = lock_port(tty, error);
+    return status ?: configure_port(tty, baud, error);
 }
 
 static void serial_close(struct link *link)
@@ -267,20 +267,20 @@ static void serial_close(struct link *link)
 static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
 {
     /* libserialport does not follow symbolic links in /dev */
-    char path[TTY_PATH_MAX], real[PATH_MAX];
-    char away[USB_TEXT + 20];
+    char path[TTY_PATH_SIZE], real[PATH_MAX];
+    char away[USB_TEXT_SIZE + 20];
     int baud;
     enum mr_status status = tty_parse(text, link->form, path, &baud, error);
     if (status != MR_OK)
         return status;
     if (!realpath(path, real)) {
         if (!link->usb[0])
-            return no_port(link->spec, strerror(errno), error);
+            return set_no_port_error(link->spec, strerror(errno), error);
         snprintf(real, sizeof real, "%s", path);
     }
     if (link->usb[0] && !find_adapter(link->usb, real)) {
         snprintf(away, sizeof away, "%s does not exist", link->usb);
-        return no_port(link->spec, away, error);
+        return set_no_port_error(link->spec, away, error);
     }
     struct tty *tty = calloc(1, sizeof *tty);
     if (!tty)
@@ -288,7 +288,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     tty->spec = link->spec;
     tty->fd = -1;
     link->tty = tty;
-    if (strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0) {
+    if (strncmp(real, PTS_DIRECTORY, strlen(PTS_DIRECTORY)) == 0) {
         status = pts_open(link, real, baud, error);
         tty->fd = link->fd;
     } else {
@@ -301,18 +301,18 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     }
     if (tty->port && !link->usb[0])
         remember_adapter(link);
-    tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counted) == 0;
+    tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counters_known) == 0;
     link->fd = tty->fd;
     link_restart_counting(link, baud);
     return MR_OK;
 }
 
-static enum mr_status serial_line(struct link *link, int baud, struct error *error)
+static enum mr_status serial_set_baud(struct link *link, int baud, struct error *error)
 {
     struct tty *tty = link->tty;
     if (!tty->port)
-        return pts_line(link, baud, error);
-    enum mr_status status = set_line(tty, baud, error);
+        return pts_set_baud(link, baud, error);
+    enum mr_status status = configure_port(tty, baud, error);
     if (status == MR_OK)
         sp_flush(tty->port, SP_BUF_INPUT);
     return status;
@@ -357,26 +357,27 @@ static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_
 static void serial_service(struct link *link)
 {
     struct tty *tty = link->tty;
-    struct serial_icounter_struct now = {0}, *before = &tty->counted;
+    struct serial_icounter_struct now = {0}, *before = &tty->counters_known;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
-    link_event(link, LINK_UART_OVERRUN,
-               (unsigned)(now.overrun - before->overrun) +
-                   (unsigned)(now.buf_overrun - before->buf_overrun));
-    link_event(link, LINK_UART_LINE,
-               (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
-                   (unsigned)(now.brk - before->brk));
+    link_count_event(link, LINK_UART_OVERRUN,
+                     (unsigned)(now.overrun - before->overrun) +
+                         (unsigned)(now.buf_overrun - before->buf_overrun));
+    link_count_event(link, LINK_UART_LINE,
+                     (unsigned)(now.frame - before->frame) +
+                         (unsigned)(now.parity - before->parity) +
+                         (unsigned)(now.brk - before->brk));
     *before = now;
 }
 
 const struct link_ops link_serial_ops = {
     .kinds = 1u << LINK_SERIAL,
-    .comes_back = true,
+    .can_return = true,
     .open = serial_open,
     .send = serial_send,
     .read = serial_read,
     .service = serial_service,
-    .line = serial_line,
+    .set_baud = serial_set_baud,
     .close = serial_close,
 };
 
@@ -387,7 +388,8 @@ const struct link_ops link_serial_ops = {
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
-    bool first = link->away.status == MR_OK; /* link.c waits for a device that was there before */
+    bool first = link->absence.status ==
+                 MR_OK; /* link.c waits for a device that was there before */
     for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_restart_counting(link, TTY_BAUD_DEFAULT);
@@ -396,8 +398,8 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
 
 const struct link_ops link_pty_ops = {
     .kinds = 1u << LINK_SERIAL,
-    .waits = true,
+    .sender_waits = true,
     .open = pty_open,
     .send = link_write,
-    .line = pts_line,
+    .set_baud = pts_set_baud,
 };

@@ -6,7 +6,7 @@
 #include "host/base/error.h"
 
 #define TTY_BAUD_DEFAULT 2000000
-#define TTY_PATH_MAX     256u
+#define TTY_PATH_SIZE    256u
 
 struct link;
 struct tty;
@@ -14,7 +14,7 @@ struct tty;
 /* Splits "TTY[:BAUD]". A colon belongs to the path unless only digits follow it (names in
  * /dev/serial/by-path contain colons). MR_USAGE: not of this form; `form` is the correct form for
  * the message. */
-enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,
+enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
                          struct error *error);
 
 #endif

@@ -54,7 +54,7 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
                                          struct error *error)
 {
     while (link->end - link->start < CAN_FRAME_BYTES) {
-        enum mr_status status = link_fill(link, error);
+        enum mr_status status = link_fill_buffer(link, error);
         if (status == MR_CLOSED && link->end > link->start)
             return error_set(error, MR_TRUNCATED,
                              "the link ended inside a frame: %s; the frames before it are stored",
@@ -103,7 +103,7 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
 
 const struct link_ops link_unix_ops = {
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
-    .waits = true,
+    .sender_waits = true,
     .open = unix_open,
     .receive_frame = unix_receive_frame,
     .send = link_write,

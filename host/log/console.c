@@ -372,7 +372,7 @@ void logger_show_progress(struct logger *logger, bool last)
 /* No board was received: diagnose the first link that received anything. */
 static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
 {
-    char text[DIAGNOSIS_TEXT];
+    char text[DIAGNOSIS_TEXT_SIZE];
     enum diagnosis diagnosis = DIAGNOSIS_SILENT;
     for (int kind = LINK_KINDS - 1; kind >= 0 && diagnosis == DIAGNOSIS_SILENT; kind--) {
         const struct link *one = logger->link[kind];
@@ -409,7 +409,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
 /* If no board is received for a while, report that once for each open link. */
 void logger_note_missing(struct logger *logger)
 {
-    char text[DIAGNOSIS_TEXT];
+    char text[DIAGNOSIS_TEXT_SIZE];
     uint64_t now_us = monotonic_us();
     if (logger->unheard_us == 0)
         logger->unheard_us = now_us + UNHEARD_US;
@@ -508,7 +508,7 @@ void logger_note_board(struct logger *logger)
     uint64_t now_us = monotonic_us();
     char state[80];
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (logger->reader[link] && (!logger->open[link] || link_recorded(logger->link[link])))
+        if (logger->reader[link] && (!logger->open[link] || link_is_recorded(logger->link[link])))
             return;
     }
     collector_get_progress(logger->collector, &p);
@@ -571,7 +571,7 @@ static void link_answer(const struct logger *logger, unsigned link,
     if (line[0])
         answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
                         line);
-    const uint64_t elsewhere = link_counters(logger->link[link])->elsewhere;
+    const uint64_t elsewhere = link_counters(logger->link[link])->other_interface;
     if (elsewhere) {
         answer_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
         answer_sentence(answer, NULL, "frames of other buses, not logged: %llu",

@@ -213,7 +213,8 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
         return MR_OK;
     }
     if (logger->live.hub) /* the live page has already shown repeated items */
-        collector_set_listener(logger->collector, item->again ? NULL : &logger->live.listener);
+        collector_set_listener(logger->collector,
+                               item->is_repeated ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
         status = take_troubles(logger, link, error);
@@ -238,9 +239,9 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
     struct link_item item;
     enum mr_status status = MR_OK;
     if (!link_queue_has_unread(queue)) /* else the queue still has data from the last turn */
-        logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_turn(reader);
+        logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
-    for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
+    for (size_t taken = 0; taken < most && status == MR_OK && link_queue_read(queue, &item);) {
         taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
         status = take_item(logger, link, &item, error);
     }
@@ -482,7 +483,7 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
         struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
                                                         : NULL;
         uint64_t oldest_us = queue ? link_queue_oldest_us(queue) : 0;
-        *whole = *whole && (!queue || link_queue_is_whole(queue));
+        *whole = *whole && (!queue || link_queue_is_complete(queue));
         since_us = oldest_us && (since_us == 0 || oldest_us < since_us) ? oldest_us : since_us;
     }
     return since_us;

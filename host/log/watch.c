@@ -88,7 +88,7 @@ static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint
     return 2 * in_calls_us > at_us - watch->caught_up_us ? WATCH_SLOW_DISK : WATCH_PROCESSOR;
 }
 
-enum link_event watch_blame(void *context)
+enum link_trouble watch_blame(void *context)
 {
     struct watch *watch = context;
     uint64_t since_us;
@@ -135,7 +135,7 @@ static bool is_holding_up(const struct watch *watch)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
-        any |= watch->reader[link] && link_reader_holds_up(watch->reader[link]);
+        any |= watch->reader[link] && link_reader_is_blocked(watch->reader[link]);
     return any;
 }
 

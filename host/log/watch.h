@@ -77,8 +77,8 @@ uint64_t watch_refused_us(struct watch *watch);
 /* The end was requested: a hanging call will end the program. */
 void watch_end(struct watch *watch);
 
-/* The cause of a full queue; a link_blame function. */
-enum link_event watch_blame(void *watch);
+/* The cause of a full queue; a link_cause_finder function. */
+enum link_trouble watch_blame(void *watch);
 
 /* ---- totals ---- */
 

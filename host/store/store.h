@@ -297,7 +297,7 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
 enum mr_status store_bundle_open(struct store *store, int64_t run, const char *path, bool *there,
                                  struct error *error);
 
-/* Errors that the links detected during a landing (enum link_event), summed. */
+/* Errors that the links detected during a landing (enum link_count_event), summed. */
 enum mr_status store_troubles(struct store *store, int64_t run, int link,
                               struct store_trouble **rows, size_t *count, struct error *error);
 /* `kind` of the events for these errors. code: the error; detail: number since the previous event;

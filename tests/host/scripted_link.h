@@ -139,8 +139,8 @@ static inline struct link *scripted_open(struct scripted *s, enum link_kind kind
                           .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
     link->fd = open("/dev/zero", O_RDONLY | O_CLOEXEC); /* always ready: waiting takes no time */
     assert_true(link->fd >= 0);
-    pthread_mutex_init(&link->device, NULL);
-    pthread_mutex_init(&link->heard, NULL);
+    pthread_mutex_init(&link->device_lock, NULL);
+    pthread_mutex_init(&link->counters_lock, NULL);
     link_restart_counting(link, 0);
     *s = (struct scripted){.link = link};
     mr_deframer_init(&s->deframer);

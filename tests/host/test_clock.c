@@ -67,7 +67,7 @@ TEST(times_of_day_are_right_within_their_intervals)
 
     const struct store_time_map *clock = &summary.clock;
     assert_true(summary.clock_known);
-    assert_int_equal(clock->refusal, TIMEMAP_GOOD);
+    assert_int_equal(clock->refusal, TIMEMAP_OK);
     assert_int_equal(clock->link, LINK_CAN);
     assert_int_equal(clock->pairs, 60);
     assert_near(clock->fast_ppm, FAST_PPM, clock->fast_half_ppm);

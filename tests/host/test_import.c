@@ -85,8 +85,8 @@ TEST(damage_in_a_log)
     while (candump_log_next(&log, &file, &at, &line))
         sum += line.frame.data[0] + 16;
     assert_int_equal(sum, 0x05 + 2 * 16);
-    assert_int_equal(log.elsewhere, 1);
-    verdict_text(&log.verdict, verdict, sizeof verdict);
+    assert_int_equal(log.other_interface, 1);
+    parse_result_text(&log.result, verdict, sizeof verdict);
     assert_string_equal(
         verdict, "malformed at line 4, column 5: not a line of `candump -L`; 2 lines were skipped");
 }

@@ -59,7 +59,7 @@ TEST(serial_ports_and_rates)
          "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 921600},
     };
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
-        char path[TTY_PATH_MAX];
+        char path[TTY_PATH_SIZE];
         int baud;
         struct error error = {0};
         assert_int_equal(tty_parse(cases[i].text, "serial:TTY[:BAUD]", path, &baud, &error), MR_OK);

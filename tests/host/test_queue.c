@@ -62,11 +62,11 @@ TEST(order_is_kept)
             assert_true(link_queue_put_bytes(queue, bytes, length, i));
     }
     for (uint32_t i = 0; i < COUNT; i++) {
-        assert_true(link_queue_take(queue, &item));
+        assert_true(link_queue_read(queue, &item));
         assert_int_equal(number_of(&item), i);
         size_t length = i % 1000 == 7 ? 1 + i % sizeof bytes : 0;
         if (length) {
-            assert_true(link_queue_take(queue, &item));
+            assert_true(link_queue_read(queue, &item));
             assert_int_equal(item.kind, LINK_ITEM_BYTES);
             assert_int_equal(item.length, length);
             assert_int_equal(item.host_us, i);
@@ -74,7 +74,7 @@ TEST(order_is_kept)
             assert_int_equal(item.bytes[length - 1], i & 0xff);
         }
     }
-    assert_false(link_queue_take(queue, &item));
+    assert_false(link_queue_read(queue, &item));
     assert_int_equal(link_queue_depth(queue).frames, COUNT); /* taken is not written */
     link_queue_release(queue);
     struct link_queue_depth depth = link_queue_depth(queue);
@@ -94,20 +94,20 @@ TEST(taken_back)
         link_queue_put_frame(queue, &frame);
     }
     for (uint32_t i = 0; i < 4; i++)
-        assert_true(link_queue_take(queue, &item));
+        assert_true(link_queue_read(queue, &item));
     link_queue_release(queue); /* 0 to 3 are written */
     for (uint32_t i = 4; i < 7; i++) {
-        assert_true(link_queue_take(queue, &item));
-        assert_false(item.again);
+        assert_true(link_queue_read(queue, &item));
+        assert_false(item.is_repeated);
     }
     link_queue_rewind(queue);
     link_queue_put_clock(queue, -5);
     for (uint32_t i = 4; i < 10; i++) {
-        assert_true(link_queue_take(queue, &item));
+        assert_true(link_queue_read(queue, &item));
         assert_int_equal(number_of(&item), i);
-        assert_int_equal(item.again, i < 7);
+        assert_int_equal(item.is_repeated, i < 7);
     }
-    assert_true(link_queue_take(queue, &item));
+    assert_true(link_queue_read(queue, &item));
     assert_int_equal(item.kind, LINK_ITEM_CLOCK);
     assert_int_equal(item.jump_us, -5);
     link_queue_close(queue);
@@ -124,31 +124,31 @@ TEST(what_was_written_is_kept_for_a_while)
     for (uint32_t i = 0; i < COUNT; i++) {
         struct link_frame frame = frame_of(i);
         assert_true(link_queue_put_frame(queue, &frame));
-        assert_true(link_queue_take(queue, &item));
+        assert_true(link_queue_read(queue, &item));
         if (i % 100 == 99)
             link_queue_release(queue);
         if (i == 1000) { /* nothing is gone yet */
-            assert_true(link_queue_is_whole(queue));
+            assert_true(link_queue_is_complete(queue));
             assert_int_equal(link_queue_oldest_us(queue), 1000000);
             link_queue_rewind_all(queue);
             for (uint32_t again = 0; again <= i; again++) {
-                assert_true(link_queue_take(queue, &item));
+                assert_true(link_queue_read(queue, &item));
                 assert_int_equal(number_of(&item), again);
-                assert_true(item.again);
+                assert_true(item.is_repeated);
             }
         }
     }
     assert_int_equal(link_queue_depth(queue).bytes, 0); /* what is kept is not what waits */
-    assert_false(link_queue_is_whole(queue));
+    assert_false(link_queue_is_complete(queue));
     uint32_t first = (uint32_t)(link_queue_oldest_us(queue) - 1000000u);
     assert_in_range((COUNT - first) * ITEM, CAPACITY / 2, CAPACITY / 2 + (512u << 10));
     link_queue_rewind_all(queue);
     for (uint32_t i = first; i < COUNT; i++) {
-        assert_true(link_queue_take(queue, &item));
+        assert_true(link_queue_read(queue, &item));
         assert_int_equal(number_of(&item), i);
-        assert_true(item.again);
+        assert_true(item.is_repeated);
     }
-    assert_false(link_queue_take(queue, &item));
+    assert_false(link_queue_read(queue, &item));
     link_queue_close(queue);
 }
 
@@ -180,17 +180,17 @@ TEST(news_when_somebody_listens)
     struct link_item item;
     uint64_t count = 0;
     link_queue_put_frame(queue, &frame);
-    link_queue_wake(queue);
+    link_queue_signal(queue);
     assert_int_equal(read(news, &count, sizeof count), -1); /* nobody listened */
-    assert_true(link_queue_listen(queue));
-    assert_true(link_queue_take(queue, &item));
-    assert_false(link_queue_listen(queue));
-    link_queue_wake(queue);
+    assert_true(link_queue_request_news(queue));
+    assert_true(link_queue_read(queue, &item));
+    assert_false(link_queue_request_news(queue));
+    link_queue_signal(queue);
     assert_int_equal(read(news, &count, sizeof count), -1); /* nothing is there */
     link_queue_put_frame(queue, &frame);
     link_queue_put_frame(queue, &frame);
-    link_queue_wake(queue);
-    link_queue_wake(queue);
+    link_queue_signal(queue);
+    link_queue_signal(queue);
     assert_int_equal(read(news, &count, sizeof count), sizeof count);
     assert_int_equal(count, 1);
     link_queue_close(queue);
@@ -199,8 +199,8 @@ TEST(news_when_somebody_listens)
 
 /* ---- the reader ---- */
 
-static enum link_event blamed;
-static enum link_event blame(void *context)
+static enum link_trouble blamed;
+static enum link_trouble blame(void *context)
 {
     (void)context;
     return blamed;
@@ -254,7 +254,7 @@ static uint64_t drain(struct link_reader *reader, struct link_counters *counters
     struct link_item item;
     uint64_t sum = 0;
     for (int waited_ms = 0; waited_ms < WAIT_MS && sum < until; waited_ms += 2) {
-        while (link_queue_take(queue, &item)) {
+        while (link_queue_read(queue, &item)) {
             sum += item.kind == LINK_ITEM_BYTES ? item.length : 0;
             if (item.kind == LINK_ITEM_COUNTERS)
                 *counters = item.counters;
@@ -318,7 +318,7 @@ static void *send_all(void *context)
 
 static bool waits(void *context)
 {
-    return link_reader_holds_up(context);
+    return link_reader_is_blocked(context);
 }
 
 /* The same over a socket: who sends waits, and nothing is lost. */

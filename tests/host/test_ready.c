@@ -57,7 +57,7 @@ static int all_well(void **state)
         (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
     f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
     f.time = (struct timemap_fit){
-        .refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
+        .refusal = TIMEMAP_OK, .pairs = 30, .rate_ppm = {.value = 20.0, .half_width = 50.0}};
     f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
         f.previous_span_lb[i] = NAN;
@@ -157,7 +157,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.alarm_known = false;
     f.can_frames = 0;
     no_go_advises("CAN", "see clock");
-    f.time.fast_ppm.value = 260.0;
+    f.time.rate_ppm.value = 260.0;
     only_no_go("time of day", "+260");
     f.blocks_lost = 1;
     only_no_go("readings", "1 lost");
@@ -235,7 +235,7 @@ TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
     f.has_previous = f.can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
-    f.time.refusal = TIMEMAP_OTHER_PACE;
+    f.time.refusal = TIMEMAP_OTHER_RATE;
     f.config.channel[0].calibrated_day = 0;
     f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
     /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */

@@ -71,7 +71,7 @@ static bool holds(const struct timemap_fit *fit, double begin_us, double since_u
 {
     struct timemap_value host = timemap_host_us(fit, begin_us + since_us);
     double truth_us = since_us * (1.0 + gain_ppm * 1e-6);
-    return fabs(host.value - (double)EPOCH_US - truth_us) <= host.half;
+    return fabs(host.value - (double)EPOCH_US - truth_us) <= host.half_width;
 }
 
 static void check(const char *name, double (*delay_us)(void), unsigned pairs, double step_s,
@@ -84,13 +84,13 @@ static void check(const char *name, double (*delay_us)(void), unsigned pairs, do
         double fast_ppm, begin_us, span_us = 1e6 * step_s * (pairs - 1);
         double gain_ppm = draw_session(&map, delay_us, pairs, step_s, &fast_ppm, &begin_us);
         timemap_fit(&map, 500.0, &fit);
-        assert_int_equal(fit.refusal, TIMEMAP_GOOD);
-        held.rate += fabs(fit.fast_ppm.value - fast_ppm) <= fit.fast_ppm.half;
+        assert_int_equal(fit.refusal, TIMEMAP_OK);
+        held.rate += fabs(fit.rate_ppm.value - fast_ppm) <= fit.rate_ppm.half_width;
         held.middle += holds(&fit, begin_us, 0.4 * span_us, gain_ppm);
         held.end += holds(&fit, begin_us, span_us, gain_ppm);
         held.after += holds(&fit, begin_us, 1.3 * span_us, gain_ppm);
-        held.half_us += timemap_host_us(&fit, begin_us + span_us).half / ROUNDS;
-        held.half_ppm += fit.fast_ppm.half / ROUNDS;
+        held.half_us += timemap_host_us(&fit, begin_us + span_us).half_width / ROUNDS;
+        held.half_ppm += fit.rate_ppm.half_width / ROUNDS;
     }
     const unsigned counts[] = {held.rate, held.middle, held.end, held.after};
     printf("# %-12s %3u pairs: rate %.2f %% (+- %.2f ppm), middle %.2f %%, end %.2f %% (+- %.0f "
@@ -140,14 +140,14 @@ static struct timemap_fit refused_of(double rate, double (*delay_us)(void), unsi
 TEST(what_is_no_map_is_refused)
 {
     assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW);
-    assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_GOOD);
+    assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_OK);
     assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_NO_DATE);
     /* emulated: four board seconds in one */
     struct timemap_fit fast = refused_of(0.25, exponential, 60, EPOCH_US, 0);
-    assert_int_equal(fast.refusal, TIMEMAP_OTHER_PACE);
-    assert_near(fast.fast_ppm.value, 3e6, 1e3);
+    assert_int_equal(fast.refusal, TIMEMAP_OTHER_RATE);
+    assert_near(fast.rate_ppm.value, 3e6, 1e3);
     /* no crystal is that bad */
-    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_PACE);
+    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_RATE);
     /* the clock was set in the middle, as it was in a recording that came out 556 ppm slow */
     static const int64_t steps_us[] = {20000, -20000, 8000, -8000};
     for (unsigned i = 0; i < 40; i++)
@@ -166,11 +166,11 @@ static double none(void)
 TEST(without_delays_it_is_exact)
 {
     struct timemap_fit fit = refused_of(1.0, none, 60, EPOCH_US, 0);
-    assert_int_equal(fit.refusal, TIMEMAP_GOOD);
-    assert_near(fit.fast_ppm.value, 0.0, 0.001);
+    assert_int_equal(fit.refusal, TIMEMAP_OK);
+    assert_near(fit.rate_ppm.value, 0.0, 0.001);
     struct timemap_value host = timemap_host_us(&fit, 59e6);
     assert_near(host.value - (double)EPOCH_US, 59e6, 1.0);
-    assert_true(host.half < 1.0);
+    assert_true(host.half_width < 1.0);
 }
 
 /* 700 pairs: the oldest hundred, which had another rate, are forgotten. */
@@ -182,8 +182,8 @@ TEST(the_newest_count)
         timemap_add(&map, 1e6 * i, EPOCH_US + (int64_t)(1e6 * i * (i < 100 ? 1.0001 : 1.0)));
     timemap_add(&map, 500e6, 0); /* not later than the last */
     timemap_fit(&map, 500.0, &fit);
-    assert_int_equal(fit.pairs, TIMEMAP_PAIRS);
+    assert_int_equal(fit.pairs, TIMEMAP_PAIRS_MAX);
     assert_near(fit.from_us, 100e6, 0.5);
     assert_near(fit.to_us, 699e6, 0.5);
-    assert_near(fit.fast_ppm.value, 0.0, 0.01);
+    assert_near(fit.rate_ppm.value, 0.0, 0.01);
 }
