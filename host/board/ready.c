@@ -531,7 +531,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
         steps[s] = f->config.gate[s].step_codes;
     float level = f->channel[i].mean - f->config.channel[i].zero_code;
     unsigned one = mr_staircase_identify(level, steps, MR_CONFIG_SWITCHES, 0);
-    bool closed = fabsf(level) < READY_LATCH_CODES;
+    bool closed = fabsf(level) < READY_STAIRCASE_MAX_CODES;
     const double codes = unit_round_to_zero((double)level, 0.1);
     if (closed)
         snprintf(text, sizeof text, "all closed: staircase %.1f codes from its zero", codes);

@@ -34,7 +34,7 @@ void account_expect_first_frame(struct account *account)
 void account_add_message(struct account *account, unsigned place)
 {
     if (place < MR_MESSAGES)
-        account->received_of[place]++;
+        account->received_count[place]++;
 }
 
 void account_confirm_time(struct account *account)
@@ -58,17 +58,17 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
 {
     unsigned place = mr_message_index(count->id);
     if (place >= MR_MESSAGES || account->doubtful ||
-        (account->count_known[place] && count->count < account->count_of[place]))
+        (account->board_count_known[place] && count->count < account->board_count[place]))
         return false;
     if (account->board_count_known[place] &&
         !frames_can_fit((int64_t)(count->count - account->board_count[place]),
                         account->board_count_block[place], newest_block(account)))
         return false;
     /* A message_count does not count its own frame. */
-    int64_t received = account->received_of[place] - (place == MR_INDEX_MESSAGE_COUNT);
-    if (account->count_known[place] || account->whole) {
-        bool known = account->count_known[place];
-        uint32_t sent = count->count - (known ? account->count_of[place] : 0);
+    int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
+    if (account->board_count_known[place] || account->whole) {
+        bool known = account->board_count_known[place];
+        uint32_t sent = count->count - (known ? account->board_count[place] : 0);
         int64_t missing = (int64_t)sent -
                           (received - (known ? account->received_at_board_count[place] : 0));
         if (missing > 0)

@@ -65,17 +65,17 @@ struct account {
     /* all frames that the board sent since its start were sent while logging */
     bool complete_from_start;
     /* Frames of each message received since the board started, or since logging began. */
-    int64_t received_of[MR_MESSAGES];
-    bool count_known[MR_MESSAGES];
-    uint32_t count_of[MR_MESSAGES]; /* the board's last count of each message */
+    int64_t received_count[MR_MESSAGES];
+    bool board_count_known[MR_MESSAGES];
+    uint32_t board_count[MR_MESSAGES]; /* the board's last count of each message */
     /* block of that count, from the last can_health or serial frame */
-    int64_t count_block[MR_MESSAGES];
+    int64_t board_count_block[MR_MESSAGES];
     /* number of frames of the message received by the time the board's count arrived */
-    int64_t received_at_count[MR_MESSAGES];
+    int64_t received_at_board_count[MR_MESSAGES];
     /* Missing frames by all counts so far, in all boots; frames that the board dropped are
      * included. */
-    int64_t missing_of[MR_MESSAGES];
-    int64_t repeated_of[MR_MESSAGES]; /* frames received more often than they were sent */
+    int64_t missing_count[MR_MESSAGES];
+    int64_t repeated_count[MR_MESSAGES]; /* frames received more often than they were sent */
 
     /* Frames that queues of this computer lost since the last can_health, by cause. */
     int64_t queue_lost_frames[ACCOUNT_QUEUES];
@@ -102,12 +102,13 @@ void account_expect_first_frame(struct account *account);
  * this moment. */
 void account_reset_steps(struct account *account);
 
-/* account_message adds a received message, already counted as a frame; account_message_count
- * applies the board's count of one message. Returns false if the count was ignored because the
- * board may have restarted unnoticed: its count decreased, or frames were lost before it and no
- * board time has arrived since. Counts only grow, so the next count includes the ignored one. */
-void account_message(struct account *account, unsigned place); /* enum mr_message_index */
-bool account_message_count(struct account *account, const struct mr_message_count *count);
+/* account_add_message adds a received message, already counted as a frame;
+ * account_apply_message_count applies the board's count of one message. Returns false if the count
+ * was ignored because the board may have restarted unnoticed: its count decreased, or frames were
+ * lost before it and no board time has arrived since. Counts only grow, so the next count includes
+ * the ignored one. */
+void account_add_message(struct account *account, unsigned place); /* enum mr_message_index */
+bool account_apply_message_count(struct account *account, const struct mr_message_count *count);
 /* A board time arrived that continues from the previous ones: the board has not restarted. */
 void account_confirm_time(struct account *account);
 

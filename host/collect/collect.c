@@ -237,10 +237,10 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
             status = store_link_put(collector->store, collector->session, kind,
                                     &side->account.counts, error);
         for (unsigned place = 0; place < MR_MESSAGES && status == MR_OK; place++) {
-            if (side->account.missing_of[place])
+            if (side->account.missing_count[place])
                 status = store_missing_put(collector->store, collector->session, kind,
-                                           mr_message_name(place), side->account.missing_of[place],
-                                           error);
+                                           mr_message_name(place),
+                                           side->account.missing_count[place], error);
         }
         if (status == MR_OK)
             status = record_troubles(collector, side, error);

@@ -275,7 +275,7 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
     if (side->kind == LINK_CAN)
         account_add_can_frame(&side->account);
     else
-        account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+        account_add_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
     if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
         side->clock_block = message->as.clock.block;
         if (side->first_clock == 0)
@@ -284,7 +284,7 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
             adopt_serial_boot(collector, side);
         account_confirm_time(&side->account);
     }
-    account_message(&side->account, message->index);
+    account_add_message(&side->account, message->index);
 
     const struct collector_event event = {.link = side->kind,
                                           .message = message,
@@ -362,9 +362,9 @@ static enum mr_status handle_block(struct collector *collector, struct side *sid
         status = restart(collector, side, host_us, NULL, error);
         timebase_apply_clock(&side->time, block.index, block.tick);
     }
-    account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    account_settle(&side->account);
-    account_message(&side->account, MR_INDEX_BLOCK);
+    account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    account_confirm_time(&side->account);
+    account_add_message(&side->account, MR_INDEX_BLOCK);
     if (side->current)
         account_add_block(&side->account, block.index);
     if (collector->listener)
@@ -390,7 +390,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
         return handle_message(collector, side, &message, frame->seq, host_us, error);
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     /* a page of the black box, or unknown */
-    account_message(&side->account, mr_message_index(frame->type));
+    account_add_message(&side->account, mr_message_index(frame->type));
     side->account.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
                               .board_us = collect_board_time(side, NULL),

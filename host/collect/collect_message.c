@@ -52,13 +52,15 @@ static enum mr_status count_message(struct collector *collector, struct side *si
     unsigned pack = mr_series_pack_find(m->info->id);
     if (pack < MR_SERIES_PACKS) {
         if (side->current)
-            account_step(&side->account, pack, timebase_unwrap(&side->time, (uint16_t)m->block16));
+            account_add_series_message(&side->account, pack,
+                                       timebase_unwrap(&side->time, (uint16_t)m->block16));
     } else if (m->index == MR_INDEX_MESSAGE_COUNT) {
-        account_message_count(&side->account, &m->as.message_count);
+        account_apply_message_count(&side->account, &m->as.message_count);
     } else if (m->index == MR_INDEX_CAN_HEALTH && side->kind == LINK_CAN) {
-        account_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
+        account_apply_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
     } else if (m->index == MR_INDEX_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
-        account_dropped(&side->account, m->as.serial_health.dropped, collect_newest_block(side));
+        account_apply_dropped(&side->account, m->as.serial_health.dropped,
+                              collect_newest_block(side));
     }
     return MR_OK;
 }
@@ -147,11 +149,12 @@ static enum mr_status handle_state_message(struct collector *collector, struct s
     uint64_t host_us = event->host_us;
     switch (m->index) {
     case MR_INDEX_LANDING: return record_landing(collector, side, &m->as.landing, host_us, error);
-    case MR_INDEX_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
+    case MR_INDEX_FILM_FRAME:
+        return collect_handle_film_frame(collector, side, &m->as.film_frame, error);
     case MR_INDEX_ACK: return record_order(collector, side, &m->as.ack, host_us, error);
-    case MR_INDEX_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
-    case MR_INDEX_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
-    case MR_INDEX_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;
+    case MR_INDEX_SYNC: collect_handle_sync(side, &m->as.sync, host_us); return MR_OK;
+    case MR_INDEX_SYNC_AT: collect_handle_sync_at(side, &m->as.sync_at); return MR_OK;
+    case MR_INDEX_CLOCK: collect_handle_clock(side, &m->as.clock, host_us); return MR_OK;
     default: return MR_OK;
     }
 }

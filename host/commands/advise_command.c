@@ -197,7 +197,7 @@ static int run(struct request *r, const struct cli *cli)
     }
     if (r->load) {
         (void)(advise_make_chart(&advise, talk.state.landings, &plan, &error)
-                   ?: runway_client_chart(talk.dialogue, &plan, &error));
+                   ?: runway_client_send_chart(talk.dialogue, &plan, &error));
     }
     bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
     advise_to_answer(&advise, answer);

@@ -604,8 +604,8 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
     }
     struct mr_config config;
     if (m->index == MR_INDEX_CONFIG_IMAGE &&
-        configwords_follow(&hub->config[event->link], &m->as.config_image, &config))
-        hub->uncalibrated = config_text_undated(&config) != 0;
+        config_words_add(&hub->config[event->link], &m->as.config_image, &config))
+        hub->uncalibrated = config_text_undated_channels(&config) != 0;
     if (m->index == MR_INDEX_HELLO)
         hub->other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->index == MR_INDEX_LANDING && m->as.landing.state == MR_LANDING_ARMED;

@@ -199,13 +199,13 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
     struct mr_message_count count;
     struct mr_ack ack;
     struct mr_box_record record;
-    account_message(account, mr_message_index(id));
+    account_add_message(account, mr_message_index(id));
     if (id == MR_ID_CAN_HEALTH && link == LINK_CAN &&
         mr_can_health_get(&health, payload, length) == MR_OK)
         account_apply_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
         unsigned place = mr_message_index(count.id);
-        if (account_message_count(account, &count) && place < PLACES) {
+        if (account_apply_message_count(account, &count) && place < PLACES) {
             soak->wire[link].told[place] = true;
             soak->wire[link].count[place] = count.count;
         }
