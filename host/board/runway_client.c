@@ -15,8 +15,8 @@ static void handle_joints(struct runway_client *client, const struct mr_runway_j
     if (client->parts >= mr_runway_messages(&client->state) ||
         joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->parts)
         return;
-    mr_runway_apply_message(&talk->state, joints);
-    talk->whole = ++talk->parts == mr_runway_messages(&talk->state);
+    mr_runway_apply_message(&client->state, joints);
+    client->complete = ++client->parts == mr_runway_messages(&client->state);
 }
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,

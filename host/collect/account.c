@@ -57,7 +57,7 @@ static int64_t newest_block(const struct account *account)
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_index(count->id);
-    if (place >= MR_MESSAGES || account->doubtful ||
+    if (place >= MR_MESSAGES || account->time_unconfirmed ||
         (account->board_count_known[place] && count->count < account->board_count[place]))
         return false;
     if (account->board_count_known[place] &&
@@ -66,7 +66,7 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
         return false;
     /* A message_count does not count its own frame. */
     int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
-    if (account->board_count_known[place] || account->whole) {
+    if (account->board_count_known[place] || account->complete_from_start) {
         bool known = account->board_count_known[place];
         uint32_t sent = count->count - (known ? account->board_count[place] : 0);
         int64_t missing = (int64_t)sent -

@@ -313,30 +313,32 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
 {
     const struct mr_message *m = event->message;
     switch (m->index) {
-    case MR_INDEX_HELLO: return take_hello(collector, side, &m->as.hello, error);
-    case MR_INDEX_BOARD_UID: return take_board_uid(collector, side, &m->as.board_uid, error);
-    case MR_INDEX_BOARD_IMAGE: return take_board_image(collector, side, &m->as.board_image, error);
+    case MR_INDEX_HELLO: return handle_hello(collector, side, &m->as.hello, error);
+    case MR_INDEX_BOARD_UID: return handle_board_uid(collector, side, &m->as.board_uid, error);
+    case MR_INDEX_BOARD_IMAGE:
+        return handle_board_image(collector, side, &m->as.board_image, error);
     case MR_INDEX_IMAGE_COMMIT:
         mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
                              m->as.image_commit.changed != 0,
                              collector->reported.identity.image_commit);
         return MR_OK;
     case MR_INDEX_BUS_KEY:
-        return take_bus_key(collector, side, &m->as.bus_key, event->host_us, error);
-    case MR_INDEX_NONCE: take_nonce(collector, &m->as.nonce); return MR_OK;
+        return handle_bus_key(collector, side, &m->as.bus_key, event->host_us, error);
+    case MR_INDEX_NONCE: handle_nonce(collector, &m->as.nonce); return MR_OK;
     case MR_INDEX_BOARD_CONFIG:
-        collector->told.identity.config_crc = m->as.board_config.config_crc;
+        collector->reported.identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;
     case MR_INDEX_CONFIG_IMAGE:
-        return take_config_word(collector, side, &m->as.config_image, error);
-    case MR_INDEX_SITE: return take_site(collector, side, &m->as.site, error);
-    case MR_INDEX_CHANNEL: return take_channel(collector, side, &m->as.channel, error);
+        return handle_config_word(collector, side, &m->as.config_image, error);
+    case MR_INDEX_SITE: return handle_site(collector, side, &m->as.site, error);
+    case MR_INDEX_CHANNEL: return handle_channel(collector, side, &m->as.channel, error);
     case MR_INDEX_CHANNEL_ZERO:
-        return take_channel_zero(collector, side, &m->as.channel_zero, error);
-    case MR_INDEX_CALIBRATION: return take_calibration(collector, side, &m->as.calibration, error);
+        return handle_channel_zero(collector, side, &m->as.channel_zero, error);
+    case MR_INDEX_CALIBRATION:
+        return handle_calibration(collector, side, &m->as.calibration, error);
     case MR_INDEX_SWITCH_PLACE:
-        return take_switch_place(collector, side, &m->as.switch_place, error);
-    case MR_INDEX_SLACK: return take_slack(collector, side, &m->as.slack, error);
+        return handle_switch_place(collector, side, &m->as.switch_place, error);
+    case MR_INDEX_SLACK: return handle_slack(collector, side, &m->as.slack, error);
     default: return MR_OK;
     }
 }

@@ -223,7 +223,7 @@ static void compare_can_identity(struct collector *collector, struct side *can,
                                  const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
-    if (message->index != MR_INDEX_BOARD_UID || !collector->told.uid_vouched)
+    if (message->index != MR_INDEX_BOARD_UID || !collector->reported.uid_from_serial)
         return;
     bool own = memcmp(words, collector->reported.uid, sizeof words) == 0;
     can->own_board_seen |= own;
@@ -238,11 +238,11 @@ static enum mr_status deliver_message(struct collector *collector, struct side *
 {
     if (collector->listener)
         collector->listener->message(collector->listener->context, event);
-    if (!collector->told.hello && event->message->index != MR_INDEX_HELLO)
+    if (!collector->reported.hello_known && event->message->index != MR_INDEX_HELLO)
         return MR_OK;
     if (event->message->index == MR_INDEX_LANDING) {
-        collector->told.landing = event->message->as.landing;
-        collector->told.landing_known = true;
+        collector->reported.landing = event->message->as.landing;
+        collector->reported.landing_known = true;
     }
     if (side->kind == LINK_CAN && serial_is_record(collector)) {
         adopt_serial_landing(collector, side);
@@ -516,7 +516,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
-        if (release(collector, side, START_SAME, host_us, error) == MR_OK)
+        if (release_held(collector, side, START_SAME, host_us, error) == MR_OK)
             restart(collector, side, host_us, &message.as.hello, error);
     } else if (side->held_count || (jump && side->time.known)) {
         enum start start = START_SAME;

@@ -151,7 +151,7 @@ static enum mr_status handle_state_message(struct collector *collector, struct s
     case MR_INDEX_LANDING: return record_landing(collector, side, &m->as.landing, host_us, error);
     case MR_INDEX_FILM_FRAME:
         return collect_handle_film_frame(collector, side, &m->as.film_frame, error);
-    case MR_INDEX_ACK: return record_order(collector, side, &m->as.ack, host_us, error);
+    case MR_INDEX_ACK: return record_answer(collector, side, &m->as.ack, host_us, error);
     case MR_INDEX_SYNC: collect_handle_sync(side, &m->as.sync, host_us); return MR_OK;
     case MR_INDEX_SYNC_AT: collect_handle_sync_at(side, &m->as.sync_at); return MR_OK;
     case MR_INDEX_CLOCK: collect_handle_clock(side, &m->as.clock, host_us); return MR_OK;
@@ -367,7 +367,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
                 error);
     }
     for (unsigned i = 0; i < MR_RISK_REPORT_ITEMS && status == MR_OK; i++) {
-        if (collector->told.risk_known[i])
+        if (collector->reported.risk_known[i])
             status = store_risk_item_put(
                 collector->store, slot->row.id,
                 &(struct store_risk_item){i, (double)collector->reported.risk_item[i]}, error);

@@ -431,8 +431,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     if (!session.image.has_header && !session.force)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
-    session.chip = session.image.stamped ? chip_of(&session.image)
-                                         : mr_board_by_number(MR_BOARD_ZG)->chip;
+    session.chip = session.image.has_header ? chip_of(&session.image)
+                                            : mr_board_by_number(MR_BOARD_ZG)->chip;
     int exit_code = flash(&session);
     imagefile_free(&session.image);
     return exit_code;
