@@ -9,8 +9,8 @@
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: not armed
  * again. */
-static enum mr_status next_armed(struct store *store, const struct store_landing *landing,
-                                 int64_t *block, struct error *error)
+static enum mr_status find_next_arming(struct store *store, const struct store_landing *landing,
+                                       int64_t *block, struct error *error)
 {
     struct store_landing *rows = NULL;
     size_t count = 0;
@@ -26,7 +26,7 @@ static enum mr_status next_armed(struct store *store, const struct store_landing
     return status;
 }
 
-static struct bands_shunt *shunt_of(struct bands_summary *bands, int64_t gage)
+static struct bands_shunt *find_shunt(struct bands_summary *bands, int64_t gage)
 {
     for (size_t i = 0; i < bands->shunts; i++) {
         if (bands->shunt[i].gage == gage)
@@ -52,7 +52,7 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     int64_t next = INT64_MAX;
     if (landing->armed_block == STORE_NONE)
         return MR_OK;
-    enum mr_status status = next_armed(store, landing, &next, error) ?:
+    enum mr_status status = find_next_arming(store, landing, &next, error) ?:
                             store_shunts_before(store, landing->session, landing->boot,
                                                 landing->armed_block, &rows[0], &count[0], error) ?:
                             store_shunts_after(store, landing->session, landing->boot,
@@ -61,7 +61,7 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
         for (size_t i = 0; status == MR_OK && i < count[side]; i++) {
             const struct store_shunt *row = &rows[side][i];
             struct bands_shunt *shunt = side && row->block >= next ? NULL
-                                                                   : shunt_of(bands, row->gage);
+                                                                   : find_shunt(bands, row->gage);
             if (!shunt)
                 continue;
             bool measured = row->verdict == MR_SHUNT_GOOD || row->verdict == MR_SHUNT_WRONG;
@@ -94,8 +94,9 @@ void bands_free(struct bands_summary *bands)
 /* Distance in ft of a gage ahead of the lead wheel in a block; NaN: unknown. */
 static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
-    int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage)
-                                         : -1;
+    int c = gage > 0 && gage <= MR_GAGES
+              ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)gage)
+              : -1;
     if (c < 0 || block == STORE_NONE)
         return (double)NAN;
     /* middle of the four blocks that end with `block` */
@@ -104,7 +105,7 @@ static double ahead_ft(const struct measured *measured, int64_t gage, int64_t bl
 }
 
 /* Summarizes the shunt calibrations in one line; "": none. */
-static void shunts_text(const struct bands_summary *bands, bool si, char *out, size_t size)
+static void format_shunts(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
     const struct bands_shunt *most = NULL;
@@ -150,11 +151,11 @@ struct extreme {
     int64_t gage, block;
 };
 
-static void extreme_answer(const struct extreme *e, const struct measured *measured,
-                           struct answer *answer)
+static void add_extreme(const struct extreme *e, const struct measured *measured,
+                        struct answer *answer)
 {
     int c = e->gage > 0 && e->gage <= MR_GAGES
-              ? measured_find(measured, MR_KIND_TENSION, (unsigned)e->gage)
+              ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)e->gage)
               : -1;
     answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->lb, e->error_lb, 1);
     answer_value(answer, NULL, e->at, UNIT_STATION,
@@ -170,8 +171,8 @@ static void extreme_answer(const struct extreme *e, const struct measured *measu
     answer_close(answer);
 }
 
-static void band_answer(const struct store_band *band, const struct measured *measured,
-                        struct answer *answer)
+static void add_band(const struct store_band *band, const struct measured *measured,
+                     struct answer *answer)
 {
     const struct extreme least = {"least",          "least|at",           "ahead of|the wheel",
                                   band->least_lb,   band->least_error_lb, band->least_gage,
@@ -186,8 +187,8 @@ static void band_answer(const struct store_band *band, const struct measured *me
                     band->before_error_lb, 1)
         ->digits = 7;
     answer_value(answer, "spread", "spread", UNIT_TENSION, band->spread_lb, 1)->digits = 7;
-    extreme_answer(&least, measured, answer);
-    extreme_answer(&most, measured, answer);
+    add_extreme(&least, measured, answer);
+    add_extreme(&most, measured, answer);
     answer_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
     answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb,
                     band->change_error_lb, 3)
@@ -196,7 +197,7 @@ static void band_answer(const struct store_band *band, const struct measured *me
     answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
 }
 
-static void event_answer(const struct store_band_event *event, struct answer *answer)
+static void add_event(const struct store_band_event *event, struct answer *answer)
 {
     answer_row(answer);
     answer_count(answer, "band", "band", event->band);
@@ -208,7 +209,7 @@ static void event_answer(const struct store_band_event *event, struct answer *an
     answer_count(answer, "block", "block", event->block);
 }
 
-static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
+static void add_shunt(const struct bands_shunt *s, struct answer *answer)
 {
     answer_row(answer);
     answer_count(answer, "gage", "gage", s->gage);
@@ -220,27 +221,27 @@ static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
     answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->after_verdict));
 }
 
-void bands_answer(const struct bands_summary *bands, const struct measured *measured,
-                  struct answer *answer)
+void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
+                     struct answer *answer)
 {
     answer_table(answer, "bands", bands->bands ? "band tension (+- is one standard error)" : NULL);
     for (size_t i = 0; i < bands->bands; i++)
-        band_answer(&bands->band[i], measured, answer);
+        add_band(&bands->band[i], measured, answer);
     answer_close(answer);
     answer_table(answer, "band_events", bands->events ? "band events reported by the board" : NULL);
     for (size_t i = 0; i < bands->events; i++)
-        event_answer(&bands->event[i], answer);
+        add_event(&bands->event[i], answer);
     answer_close(answer);
 }
 
-void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer)
+void bands_add_shunts(const struct bands_summary *bands, bool each, struct answer *answer)
 {
     char text[400];
-    shunts_text(bands, answer_is_si(answer), text, sizeof text);
+    format_shunts(bands, answer_is_si(answer), text, sizeof text);
     if (text[0])
         answer_words(answer, NULL, "shunts", "%s", text);
     answer_table(answer, "shunts", each && bands->shunts ? "" : NULL);
     for (size_t i = 0; i < bands->shunts; i++)
-        shunt_answer(&bands->shunt[i], answer);
+        add_shunt(&bands->shunt[i], answer);
     answer_close(answer);
 }

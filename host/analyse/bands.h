@@ -30,9 +30,9 @@ enum mr_status bands_load(struct store *store, const struct measured *measured,
 void bands_free(struct bands_summary *bands);
 
 /* Adds the tensions of the bands, and the faults that the board found in them. */
-void bands_answer(const struct bands_summary *bands, const struct measured *measured,
-                  struct answer *answer);
+void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
+                     struct answer *answer);
 /* Adds the results of the shunt calibrations. Text output has one summary line; with `each`, it
  * also has a line for every gage. */
-void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer);
+void bands_add_shunts(const struct bands_summary *bands, bool each, struct answer *answer);
 #endif

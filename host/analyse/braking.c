@@ -7,16 +7,16 @@
 
 #include "host/base/xmalloc.h"
 
-#define G_FT_S2         32.174
-#define TICKS_PER_US    84.0
-#define LOCK_PULSES     5.0
+#define G_FT_S2                 32.174
+#define TICKS_PER_US            84.0
+#define LOCK_PULSES             5.0
 /* pulses before a lock that the wheel's last part of one takes: mean and error */
-#define LAST_PART       1.2071
-#define LAST_PART_ERROR 0.6969
-#define PART_ERROR      0.288675 /* of a pulse: uniform from 0 to 1 */
+#define LOCK_DELAY_PULSES       1.2071
+#define LOCK_DELAY_ERROR_PULSES 0.6969
+#define PULSE_PART_ERROR      0.288675 /* of a pulse: uniform from 0 to 1 */
 /* error of the onset over that of the touchdown: 80, 97 and 100 of 100 drawn landings are within 1,
  * 2 and 3 such errors (chosen afterwards) */
-#define ONSET_FACTOR    1.5
+#define ONSET_ERROR_FACTOR    1.5
 
 struct pulse {
     double number, t_s;
@@ -35,7 +35,7 @@ static double capture_s(const struct store_braking_edge *row, const struct store
 }
 
 /* Number of pulses at a time between the first and the last. */
-static double number_at(const struct pulse *pulse, size_t count, double t_s)
+static double pulses_at(const struct pulse *pulse, size_t count, double t_s)
 {
     size_t i = 1;
     while (i < count - 1 && pulse[i].t_s < t_s)
@@ -44,7 +44,7 @@ static double number_at(const struct pulse *pulse, size_t count, double t_s)
     return a->number + (t_s - a->t_s) / (b->t_s - a->t_s) * (b->number - a->number);
 }
 
-static struct mr_estimate way_ft(const struct track *track, double from_s, double to_s)
+static struct mr_estimate distance_ft(const struct track *track, double from_s, double to_s)
 {
     struct mr_estimate from = track_at(track, from_s), to = track_at(track, to_s);
     return (struct mr_estimate){to.value - from.value, hypot(from.error, to.error)};
@@ -53,15 +53,15 @@ static struct mr_estimate way_ft(const struct track *track, double from_s, doubl
 static void find_slip(const struct track *track, const struct mr_site_config *site,
                       const struct pulse *pulse, size_t count, struct braking *braking)
 {
-    double from_s = braking->edge ? fmax(braking->onset_s.value, 0.0) : 0.0;
+    double from_s = braking->has_edge ? fmax(braking->onset_s.value, 0.0) : 0.0;
     double radius_ft = (double)site->wheel_radius_ft,
            per_pulse_ft = 2.0 * M_PI * radius_ft / site->wheel_pulses;
     bool covered = pulse[0].t_s <= from_s;
-    double first = covered ? number_at(pulse, count, from_s) : pulse[0].number - 0.5;
-    struct mr_estimate way = way_ft(track, from_s, track->stop.t_s);
+    double first = covered ? pulses_at(pulse, count, from_s) : pulse[0].number - 0.5;
+    struct mr_estimate way = distance_ft(track, from_s, track->stop.t_s);
     double rolled = pulse[count - 1].number + 0.5 - first,
            ratio = rolled * per_pulse_ft / way.value,
-           part = hypot(PART_ERROR, covered ? 0.0 : PART_ERROR);
+           part = hypot(PULSE_PART_ERROR, covered ? 0.0 : PULSE_PART_ERROR);
     braking->slip.value = 1.0 - ratio;
     braking->slip.error =
         hypot(ratio * hypot((double)site->wheel_radius_error_ft / radius_ft, way.error / way.value),
@@ -69,7 +69,7 @@ static void find_slip(const struct track *track, const struct mr_site_config *si
 }
 
 /* Duration of the pulse at `i` (to the next row), limited to that of a wheel about to lock. */
-static double pulse_s(const struct pulse *pulse, size_t count, size_t i, double limit_s)
+static double pulse_duration_s(const struct pulse *pulse, size_t count, size_t i, double limit_s)
 {
     bool known = i + 1 < count && pulse[i + 1].number == pulse[i].number + 1.0;
     return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_PULSES;
@@ -81,16 +81,16 @@ static void find_lock(const struct track *track, double per_pulse_ft, const stru
 {
     bool last = i + 1 == count;
     double from_s = pulse[i].t_s, to_s = last ? track->stop.t_s : pulse[i + 1].t_s;
-    double way = way_ft(track, from_s, to_s).value;
+    double way = distance_ft(track, from_s, to_s).value;
     if (!(way >= LOCK_PULSES * per_pulse_ft) ||
         (!last && pulse[i + 1].number > pulse[i].number + 1.0))
         return;
     double limit_s = LOCK_PULSES * per_pulse_ft * (to_s - from_s) / way;
-    double before_s = i ? pulse_s(pulse, count, i - 1, limit_s) : limit_s / LOCK_PULSES,
-           after_s = pulse_s(pulse, count, i + 1, limit_s);
+    double before_s = i ? pulse_duration_s(pulse, count, i - 1, limit_s) : limit_s / LOCK_PULSES,
+           after_s = pulse_duration_s(pulse, count, i + 1, limit_s);
     struct braking_lock lock = {
-        {from_s + LAST_PART * before_s, LAST_PART_ERROR * before_s},
-        {to_s - LAST_PART * after_s, LAST_PART_ERROR * after_s},
+        {from_s + LOCK_DELAY_PULSES * before_s, LOCK_DELAY_ERROR_PULSES * before_s},
+        {to_s - LOCK_DELAY_PULSES * after_s, LOCK_DELAY_ERROR_PULSES * after_s},
     };
     if (last)
         lock.to_s = (struct mr_estimate){to_s, braking->onset_s.error};
@@ -136,20 +136,20 @@ static void find_thrust(const struct measured *measured, struct braking *braking
 }
 
 /* Splits the rows into the edge of the brake and the pulses up to the stop. */
-static size_t take_rows(const struct store_braking_edge *row, size_t rows,
-                        const struct store_edge *edge, const struct measured *measured,
-                        struct pulse *pulse, struct braking *braking)
+static size_t split_rows(const struct store_braking_edge *row, size_t rows,
+                         const struct store_edge *edge, const struct measured *measured,
+                         struct pulse *pulse, struct braking *braking)
 {
     size_t count = 0;
     for (size_t i = 0; i < rows; i++) {
         double t_s = capture_s(&row[i], edge, measured);
         if (row[i].number == 0) {
             /* the first one beyond the first switch, else the last one before it */
-            if (braking->edge && braking->onset_s.value >= measured->gate[0].t_s)
+            if (braking->has_edge && braking->onset_s.value >= measured->gate[0].t_s)
                 continue;
-            braking->edge = true;
-            braking->onset_s =
-                (struct mr_estimate){t_s, ONSET_FACTOR * measured->summary.touchdown_t_s.error};
+            braking->has_edge = true;
+            braking->onset_s = (struct mr_estimate){t_s, ONSET_ERROR_FACTOR *
+                                                             measured->summary.touchdown_t_s.error};
         } else if (count == 0 || t_s > pulse[count - 1].t_s) {
             braking->pulses++;
             if (t_s <= measured->summary.stop_t_s.value)
@@ -159,15 +159,15 @@ static size_t take_rows(const struct store_braking_edge *row, size_t rows,
     return count;
 }
 
-static void find_all(const struct measured *measured, const struct pulse *pulse, size_t count,
-                     struct braking *braking)
+static void find_results(const struct measured *measured, const struct pulse *pulse, size_t count,
+                         struct braking *braking)
 {
     const struct mr_site_config *site = &measured->site;
     struct track track;
     track_make(measured, &track);
     if (!track.known)
         return;
-    if (braking->edge)
+    if (braking->has_edge)
         find_thrust(measured, braking);
     if (count < 2 || !site->wheel_pulses)
         return;
@@ -197,8 +197,8 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
     if (status == MR_OK && i < edges && measured->fit_status == MR_OK &&
         measured->t0_is_touchdown) {
         struct pulse *pulse = xcalloc(rows, sizeof *pulse);
-        size_t count = take_rows(row, rows, &edge[i], measured, pulse, braking);
-        find_all(measured, pulse, count, braking);
+        size_t count = split_rows(row, rows, &edge[i], measured, pulse, braking);
+        find_results(measured, pulse, count, braking);
         free(pulse);
     }
     free(row);
@@ -206,12 +206,12 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
     return status;
 }
 
-void braking_answer(const struct braking *braking, struct answer *answer)
+void braking_to_answer(const struct braking *braking, struct answer *answer)
 {
-    if (!braking->edge && !braking->pulses)
+    if (!braking->has_edge && !braking->pulses)
         return;
     answer_open(answer, "braking", "");
-    if (braking->edge)
+    if (braking->has_edge)
         answer_estimate(answer, "onset", "brake applied", UNIT_TIME, braking->onset_s.value,
                         braking->onset_s.error, 4);
     answer_count(answer, "pulses", NULL, (int64_t)braking->pulses);
@@ -230,7 +230,7 @@ void braking_answer(const struct braking *braking, struct answer *answer)
         }
         answer_close(answer);
     }
-    if (braking->edge) {
+    if (braking->has_edge) {
         answer_estimate(answer, "deceleration", "braked", UNIT_DECELERATION,
                         braking->deceleration_ft_s2.value, braking->deceleration_ft_s2.error, 3);
         answer_estimate(answer, "thrust", "thrust on the strip", UNIT_TENSION,

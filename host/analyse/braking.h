@@ -24,7 +24,7 @@
 #define BRAKING_SHARE_ERROR 0.1732051 /* 0.3 / sqrt 3 */
 
 struct braking {
-    bool edge;     /* the edge of the brake was recorded */
+    bool has_edge; /* the edge of the brake was recorded */
     size_t pulses; /* of the wheel */
     /* NaN: not known. Times are t_s of measured.h. */
     struct mr_estimate onset_s; /* edge of the brake after touchdown */
@@ -39,6 +39,6 @@ struct braking {
 
 enum mr_status braking_load(struct store *store, const struct measured *measured,
                             struct braking *braking, struct error *error);
-void braking_answer(const struct braking *braking, struct answer *answer);
+void braking_to_answer(const struct braking *braking, struct answer *answer);
 
 #endif

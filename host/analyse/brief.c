@@ -7,26 +7,25 @@
 #include "host/analyse/record.h"
 #include "host/base/units.h"
 
-static void predicted_answer(const struct summary *summary, struct answer *answer)
+static void add_prediction(const struct summary *summary, struct answer *answer)
 {
     const struct zone_warning *w = &summary->zones.warning;
     const bool si = answer_is_si(answer);
     char wheel[UNIT_TEXT], after[UNIT_TEXT];
-    if (!w->warned || w->coming_mats <= 0 || isnan(w->coming_wheel_ft))
+    if (!w->warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
-    unit_value_text(UNIT_STATION, si, w->coming_wheel_ft, 1, wheel);
-    unit_value_text(UNIT_TIME, si, w->coming_after_s, 3, after);
+    unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
+    unit_value_text(UNIT_TIME, si, w->predicted_wheel_after_s, 3, after);
     answer_words(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
-                 (long long)w->coming_mats, wheel);
-    if (isfinite(w->coming_after_s))
+                 (long long)w->predicted_mats, wheel);
+    if (isfinite(w->predicted_wheel_after_s))
         answer_remark(answer, ", which it reached %s after the warning", after);
 }
 
 /* The outcome by survey and transducers, without the predictor. */
-static void outcome_answer(struct store *store, const struct summary *summary,
-                           struct answer *answer)
+static void add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
 {
-    const struct record_given given = {&summary->measured, &summary->zones};
+    const struct record_landing given = {&summary->measured, &summary->zones};
     struct record record;
     struct error error = {0};
     const struct record_row *row = NULL;
@@ -34,15 +33,15 @@ static void outcome_answer(struct store *store, const struct summary *summary,
     if (record_begin(store, &record, &error) == MR_OK &&
         record_judge(store, &record, &given, &error) == MR_OK)
         row = record_find(&record, summary->measured.landing.id);
-    if (row && row->judged) {
+    if (row && row->is_judged) {
         const struct outcome *outcome = &row->outcome;
-        if (row->verdict == RECORD_NOT_KNOWN && row->why)
-            snprintf(what, sizeof what, ": %s", row->why);
+        if (row->verdict == RECORD_NOT_KNOWN && row->reason)
+            snprintf(what, sizeof what, ": %s", row->reason);
         else if (isfinite(outcome->t_s))
             snprintf(what, sizeof what,
                      ": wheel at %d closed mats about %.1f s after touchdown, in segments of ten",
                      OUTCOME_MATS, outcome->t_s);
-        else if (outcome->came == OUTCOME_DID_NOT && outcome->mats >= 0)
+        else if (outcome->reached == OUTCOME_NOT_REACHED && outcome->mats >= 0)
             snprintf(what, sizeof what, ": wheel at %lld closed mats at most",
                      (long long)outcome->mats);
         answer_words(answer, NULL, "outcome", "%s%s", record_verdict_text(row->verdict), what);
@@ -50,17 +49,17 @@ static void outcome_answer(struct store *store, const struct summary *summary,
     record_free(&record);
 }
 
-static void motion_answer(const struct measured *measured, struct answer *answer)
+static void add_motion(const struct measured *measured, struct answer *answer)
 {
     const struct mr_gates_summary *fit = &measured->summary;
-    char reason[MEASURED_REASON];
+    char reason[MEASURED_REASON_SIZE];
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         answer_estimate(answer, NULL, "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s.value,
                         fit->touchdown_speed_ft_s.error, 3);
     else
         answer_words(answer, NULL, "motion", "not known: %s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_TRUNCATED) {
-        measured_no_stop_text(measured, reason);
+        measured_format_no_stop(measured, reason);
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     }
     if (measured->fit_status != MR_OK)
@@ -74,7 +73,7 @@ static void motion_answer(const struct measured *measured, struct answer *answer
 }
 
 /* The channel with the largest peak. */
-static void movement_answer(const struct measured *measured, struct answer *answer)
+static void add_movement(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
     char station[UNIT_TEXT];
@@ -93,7 +92,7 @@ static void movement_answer(const struct measured *measured, struct answer *answ
 }
 
 /* The band gages with the smallest and the largest tension. */
-static void tension_answer(const struct measured *measured, struct answer *answer)
+static void add_tension(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *low = NULL, *high = NULL;
     char least[UNIT_TEXT], most[UNIT_TEXT], at_least[UNIT_TEXT], at_most[UNIT_TEXT];
@@ -117,10 +116,10 @@ static void tension_answer(const struct measured *measured, struct answer *answe
 }
 
 /* Missing switches and lost frames. */
-static void data_answer(const struct summary *summary, struct answer *answer)
+static void add_data_quality(const struct summary *summary, struct answer *answer)
 {
     char switches[200], lost[200] = "";
-    summary_switches(&summary->measured, switches, sizeof switches);
+    summary_format_switches(&summary->measured, switches, sizeof switches);
     answer_words(answer, NULL, "switches", "%s", switches);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct summary_link *link = &summary->link[kind];
@@ -140,20 +139,20 @@ static void data_answer(const struct summary *summary, struct answer *answer)
 bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out)
 {
     struct answer *answer = answer_new(si);
-    char heading[SUMMARY_HEADING];
+    char heading[SUMMARY_HEADING_SIZE];
     if (all) {
-        summary_answer(summary, answer);
+        summary_to_answer(summary, answer);
     } else {
-        summary_heading(summary, heading);
+        summary_format_heading(summary, heading);
         answer_open(answer, NULL, heading);
-        summary_alerts_answer(summary, answer);
-        zones_warned_answer(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
-        predicted_answer(summary, answer);
-        outcome_answer(store, summary, answer);
-        motion_answer(&summary->measured, answer);
-        movement_answer(&summary->measured, answer);
-        tension_answer(&summary->measured, answer);
-        data_answer(summary, answer);
+        summary_add_alerts(summary, answer);
+        zones_add_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
+        add_prediction(summary, answer);
+        add_outcome(store, summary, answer);
+        add_motion(&summary->measured, answer);
+        add_movement(&summary->measured, answer);
+        add_tension(&summary->measured, answer);
+        add_data_quality(summary, answer);
         answer_words(answer, NULL, "more", "matrig show %s %lld", store_path(store),
                      (long long)summary->measured.landing.id);
         answer_close(answer);

@@ -111,15 +111,15 @@ double inspection_number(const json_t *values, const char *name, const char *wha
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-void inspection_text(const struct inspection_field *field, const json_t *values,
-                     char out[INSPECTION_TEXT])
+void inspection_format(const struct inspection_field *field, const json_t *values,
+                       char out[INSPECTION_TEXT_SIZE])
 {
     const char *text = json_string_value(json_object_get(values, field->name));
     double value = inspection_number(values, field->name, ""),
            error = inspection_number(values, field->name, "_error");
-    snprintf(out, INSPECTION_TEXT, "%s", text ? text : "");
+    snprintf(out, INSPECTION_TEXT_SIZE, "%s", text ? text : "");
     if (!isnan(value))
-        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
+        snprintf(out, INSPECTION_TEXT_SIZE, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
 }
 
 /* A temperature has a zero that no unit has: 20 degC are 68 F. */
@@ -217,11 +217,11 @@ static enum mr_status read_text(const struct inspection_field *field, const char
                                 json_t *values, struct error *error)
 {
     char digest[SHA256_DIGEST_STRING_LENGTH];
-    json_t *value = strlen(text) < INSPECTION_TEXT - 40 ? json_string(text) : NULL;
+    json_t *value = strlen(text) < INSPECTION_TEXT_SIZE - 40 ? json_string(text) : NULL;
     if (!value)
         return error_set(error, MR_USAGE,
                          "not a text: the value of %s; give at most %d characters of UTF-8",
-                         field->name, INSPECTION_TEXT - 41);
+                         field->name, INSPECTION_TEXT_SIZE - 41);
     set_value(values, field, "", value);
     if (field->type != INSPECTION_PICTURE)
         return MR_OK;
@@ -339,7 +339,7 @@ static enum inspection_verdict judge_field(const struct inspection_field *field,
     if (isnan(value) || !field->limit)
         return INSPECTION_NO_LIMIT;
     if (fabs(above) <= error || fabs(below) <= error)
-        return INSPECTION_NEAR;
+        return INSPECTION_MARGINAL;
     return above < 0.0 || below < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
 }
 
@@ -361,9 +361,9 @@ const char *inspection_verdict_text(enum inspection_verdict verdict)
 
 /* ---- answers ---- */
 
-/* As inspection_text, in the units of the answer. */
-static void shown_text(const struct inspection_field *field, const json_t *values, bool si,
-                       char out[INSPECTION_TEXT])
+/* As inspection_format, in the units of the answer. */
+static void format_shown(const struct inspection_field *field, const json_t *values, bool si,
+                         char out[INSPECTION_TEXT_SIZE])
 {
     const char *unit = quantity_unit_of_name(field->name);
     double value = inspection_number(values, field->name, ""),
@@ -373,31 +373,31 @@ static void shown_text(const struct inspection_field *field, const json_t *value
         factor = 1.0 / 1.8;
         zero = 32.0;
     }
-    inspection_text(field, values, out);
+    inspection_format(field, values, out);
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
     if (!isnan(value))
-        snprintf(out, INSPECTION_TEXT, isnan(error) ? "%.6g" : "%.6g +- %.2g",
+        snprintf(out, INSPECTION_TEXT_SIZE, isnan(error) ? "%.6g" : "%.6g +- %.2g",
                  factor * (value - zero), factor * error);
     else if (field->type == INSPECTION_PICTURE && digest)
         snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
 }
 
-static void label_of(const struct inspection_field *field, bool si, char label[80])
+static void format_label(const struct inspection_field *field, bool si, char label[80])
 {
     const char *unit = inspection_unit(field, si);
     snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->words, unit);
 }
 
 /* A value, and the one before a correction. */
-static void cell(const struct inspection *entry, const struct inspection_field *field,
-                 struct answer *answer)
+static void add_cell(const struct inspection *entry, const struct inspection_field *field,
+                     struct answer *answer)
 {
-    char is[INSPECTION_TEXT], was[INSPECTION_TEXT], label[80];
+    char is[INSPECTION_TEXT_SIZE], was[INSPECTION_TEXT_SIZE], label[80];
     const bool si = answer_is_si(answer);
-    shown_text(field, entry->values, si, is);
-    shown_text(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
+    format_shown(field, entry->values, si, is);
+    format_shown(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
     bool changed = strcmp(is, was) != 0;
-    label_of(field, si, label);
+    format_label(field, si, label);
     struct answer_fact *fact = answer_words(answer, NULL, label, "%s%s%s%s", is[0] ? is : "-",
                                             changed ? " (was " : "",
                                             !changed ? ""
@@ -408,8 +408,8 @@ static void cell(const struct inspection *entry, const struct inspection_field *
     fact->number = field->type == INSPECTION_NUMBER;
 }
 
-static void place_answer(const struct inspection *entry, const char *name, const char *label,
-                         struct answer *answer)
+static void add_place(const struct inspection *entry, const char *name, const char *label,
+                      struct answer *answer)
 {
     if (entry->kind->place == INSPECTION_STATION)
         answer_value(answer, name ? "station" : NULL, label ? "station" : NULL, UNIT_STATION,
@@ -431,8 +431,8 @@ static int compare_rows(const void *a, const void *b)
     return worse ?: p->row.id < q->row.id ? -1 : 1;
 }
 
-void inspection_table(const struct inspections *all, const struct inspection_kind *kind,
-                      int64_t run, struct answer *answer)
+void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
+                          int64_t run, struct answer *answer)
 {
     const struct inspection **rows = xcalloc(all->count + 1, sizeof(struct inspection *));
     size_t count = 0, verdicts[INSPECTION_FAIL + 1] = {0};
@@ -449,7 +449,7 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
     for (size_t i = 0; i < count; i++)
         verdicts[inspection_judge(rows[i])] += !rows[i]->withdrawn;
-    const size_t judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_NEAR] +
+    const size_t judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
                           verdicts[INSPECTION_FAIL];
     answer_table(answer, NULL, kind->words);
     for (size_t i = 0; i < count; i++) {
@@ -457,9 +457,9 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
         answer_row(answer);
         answer_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
-            place_answer(rows[i], NULL,
-                         kind->place == INSPECTION_LANDING ? "RUN" : inspection_place_name(kind),
-                         answer);
+            add_place(rows[i], NULL,
+                      kind->place == INSPECTION_LANDING ? "RUN" : inspection_place_name(kind),
+                      answer);
         if (rows[i]->withdrawn)
             answer_words(answer, NULL, "withdrawn", "%s", rows[i]->withdrawn);
         if (judged)
@@ -467,7 +467,7 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
                 verdict == INSPECTION_FAIL;
         for (size_t f = 0; f < kind->fields; f++)
             if (used[f])
-                cell(rows[i], &kind->field[f], answer);
+                add_cell(rows[i], &kind->field[f], answer);
         answer_words_or_none(answer, NULL, "by", rows[i]->row.who, "-");
         if (rows[i]->row.reason[0])
             answer_words(answer, NULL, "reason", "%s", rows[i]->row.reason);
@@ -476,12 +476,12 @@ void inspection_table(const struct inspections *all, const struct inspection_kin
     if (judged)
         answer_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
                         verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
-                        verdicts[INSPECTION_NEAR]);
+                        verdicts[INSPECTION_MARGINAL]);
     free(rows);
 }
 
-void inspection_json(const struct inspections *all, const struct inspection_kind *kind, int64_t run,
-                     struct answer *answer)
+void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
+                         int64_t run, struct answer *answer)
 {
     answer_table(answer, "records", "");
     for (size_t i = 0; i < all->count; i++) {
@@ -492,7 +492,7 @@ void inspection_json(const struct inspections *all, const struct inspection_kind
         answer_row(answer);
         answer_count(answer, "id", NULL, row->id);
         answer_words(answer, "kind", NULL, "%s", row->kind);
-        place_answer(entry, inspection_place_name(entry->kind), NULL, answer);
+        add_place(entry, inspection_place_name(entry->kind), NULL, answer);
         answer_json_value(answer, "fields",
                           entry->values ? json_deep_copy(entry->values) : json_null());
         answer_words_or_none(
@@ -515,8 +515,8 @@ struct difference {
     size_t count;
 };
 
-static void differ(struct difference *d, const char *kind, const char *field, const char *label,
-                   const char *from, const char *to)
+static void add_difference(struct difference *d, const char *kind, const char *field,
+                           const char *label, const char *from, const char *to)
 {
     if (strcmp(from, to) == 0)
         return;
@@ -533,7 +533,7 @@ static void differ(struct difference *d, const char *kind, const char *field, co
 }
 
 /* What `matrig landing` has of them. */
-static void journal_differences(struct store *store, struct difference *d, struct error *error)
+static void add_journal_differences(struct store *store, struct difference *d, struct error *error)
 {
     struct store_series series[2];
     char weight[2][STORE_JOURNAL_TEXT];
@@ -544,31 +544,31 @@ static void journal_differences(struct store *store, struct difference *d, struc
             store_change_get(store, d->run[i], "weight_lb", weight[i], NULL, error) != MR_OK)
             return;
     }
-    differ(d, "landing", "series", "series", series[0].name, series[1].name);
-    differ(d, "landing", "pattern", "pattern", series[0].pattern, series[1].pattern);
-    differ(d, "landing", "modification", "modification", series[0].modification,
-           series[1].modification);
-    differ(d, "landing", "runway", "runway", series[0].runway, series[1].runway);
-    differ(d, "landing", "weight_lb", "weight (lb)", weight[0], weight[1]);
+    add_difference(d, "landing", "series", "series", series[0].name, series[1].name);
+    add_difference(d, "landing", "pattern", "pattern", series[0].pattern, series[1].pattern);
+    add_difference(d, "landing", "modification", "modification", series[0].modification,
+                   series[1].modification);
+    add_difference(d, "landing", "runway", "runway", series[0].runway, series[1].runway);
+    add_difference(d, "landing", "weight_lb", "weight (lb)", weight[0], weight[1]);
 }
 
-size_t inspection_differences(struct store *store, const struct inspections *all, int64_t from,
-                              int64_t to, struct answer *answer, struct error *error)
+size_t inspection_add_differences(struct store *store, const struct inspections *all, int64_t from,
+                                  int64_t to, struct answer *answer, struct error *error)
 {
     struct difference d = {answer, {from, to}, 0};
     const bool si = answer_is_si(answer);
     answer_table(answer, "differences", "");
-    journal_differences(store, &d, error);
+    add_journal_differences(store, &d, error);
     for (size_t k = 0; k < COUNT(inspection_kinds); k++) {
         const struct inspection_kind *kind = &inspection_kinds[k];
         const struct inspection *a = inspection_newest(all, kind, from),
                                 *b = inspection_newest(all, kind, to);
         for (size_t f = 0; f < kind->fields && inspection_is_single(kind); f++) {
-            char is[2][INSPECTION_TEXT], label[80];
-            shown_text(&kind->field[f], a ? a->values : NULL, si, is[0]);
-            shown_text(&kind->field[f], b ? b->values : NULL, si, is[1]);
-            label_of(&kind->field[f], si, label);
-            differ(&d, kind->name, kind->field[f].name, label, is[0], is[1]);
+            char is[2][INSPECTION_TEXT_SIZE], label[80];
+            format_shown(&kind->field[f], a ? a->values : NULL, si, is[0]);
+            format_shown(&kind->field[f], b ? b->values : NULL, si, is[1]);
+            format_label(&kind->field[f], si, label);
+            add_difference(&d, kind->name, kind->field[f].name, label, is[0], is[1]);
         }
     }
     answer_close(answer);

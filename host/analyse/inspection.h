@@ -88,14 +88,14 @@ enum mr_status inspection_add(struct store *store, const struct store_record *ro
 /* The number of a field with `what` behind its name: "", "_error". NaN: none. */
 double inspection_number(const json_t *values, const char *name, const char *what);
 /* A value as people type it, "12.3+-0.4"; "": none. */
-#define INSPECTION_TEXT 300
-void inspection_text(const struct inspection_field *field, const json_t *values,
-                     char out[INSPECTION_TEXT]);
+#define INSPECTION_TEXT_SIZE 300
+void inspection_format(const struct inspection_field *field, const json_t *values,
+                       char out[INSPECTION_TEXT_SIZE]);
 
 enum inspection_verdict {
     INSPECTION_NO_LIMIT,
     INSPECTION_PASS,
-    INSPECTION_NEAR, /* a limit is within the standard error of the value */
+    INSPECTION_MARGINAL, /* a limit is within the standard error of the value */
     INSPECTION_FAIL
 };
 /* The worst verdict of the fields. */
@@ -104,13 +104,13 @@ const char *inspection_verdict_text(enum inspection_verdict verdict);
 
 /* Adds a table of the records of a kind for people, with counts where it has limits: the worst
  * first, withdrawn ones last. `run` 0: of all landings. */
-void inspection_table(const struct inspections *all, const struct inspection_kind *kind,
-                      int64_t run, struct answer *answer);
+void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
+                          int64_t run, struct answer *answer);
 /* Adds all rows with their history, for programs. `kind` NULL: any. */
-void inspection_json(const struct inspections *all, const struct inspection_kind *kind, int64_t run,
-                     struct answer *answer);
+void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
+                         int64_t run, struct answer *answer);
 /* Adds a row for each value in which two landings differ. Returns the number of rows. */
-size_t inspection_differences(struct store *store, const struct inspections *all, int64_t from,
-                              int64_t to, struct answer *answer, struct error *error);
+size_t inspection_add_differences(struct store *store, const struct inspections *all, int64_t from,
+                                  int64_t to, struct answer *answer, struct error *error);
 
 #endif

@@ -6,7 +6,7 @@
 #include "host/base/units.h"
 #include "host/survey/survey.h"
 
-void journal_observation_answer(const struct store_observation *o, struct answer *answer)
+void journal_add_observation(const struct store_observation *o, struct answer *answer)
 {
     answer_words(answer, "kind", "observed", "%s", o->kind);
     answer_count(answer, "id", "no", o->id);
@@ -23,7 +23,7 @@ void journal_observation_answer(const struct store_observation *o, struct answer
 }
 
 /* Prints the name and the value of a field; quantities in SI units with --si. */
-static void field_answer(const struct store_change *c, struct answer *answer)
+static void add_field(const struct store_change *c, struct answer *answer)
 {
     static const struct {
         const char *field, *bare;
@@ -45,13 +45,13 @@ static void field_answer(const struct store_change *c, struct answer *answer)
     answer_words(answer, NULL, "value", "%s", c->value);
 }
 
-void journal_change_answer(const struct store_change *c, struct answer *answer)
+void journal_add_change(const struct store_change *c, struct answer *answer)
 {
     char when[40];
     survey_time_text(c->made_us, when, sizeof when);
     answer_words(answer, NULL, "when", "%s", when);
     answer_words_or_none(answer, "who", "by", c->who, "");
-    field_answer(c, answer);
+    add_field(c, answer);
     answer_words(answer, "field", NULL, "%s", c->field);
     answer_words_or_none(answer, "was", NULL, c->was, "");
     answer_words(answer, "value", NULL, "%s", c->value);
@@ -75,18 +75,18 @@ void journal_free(struct journal *j)
     free(j->observation);
 }
 
-void journal_tables_answer(const struct journal *j, struct answer *answer)
+void journal_add_tables(const struct journal *j, struct answer *answer)
 {
     answer_table(answer, "observations", "waves and breaks");
     for (size_t i = 0; i < j->observations; i++) {
         answer_row(answer);
-        journal_observation_answer(&j->observation[i], answer);
+        journal_add_observation(&j->observation[i], answer);
     }
     answer_close(answer);
     answer_table(answer, "changes", "notes and corrections");
     for (size_t i = 0; i < j->changes; i++) {
         answer_row(answer);
-        journal_change_answer(&j->change[i], answer);
+        journal_add_change(&j->change[i], answer);
     }
     answer_close(answer);
 }

@@ -6,9 +6,9 @@
 #include "host/store/store_journal.h"
 
 /* Adds the facts of one observation: a wave, a break or another event that a person saw. */
-void journal_observation_answer(const struct store_observation *observation, struct answer *answer);
+void journal_add_observation(const struct store_observation *observation, struct answer *answer);
 /* Adds the facts of one change: a note, a correction or a voided landing. */
-void journal_change_answer(const struct store_change *change, struct answer *answer);
+void journal_add_change(const struct store_change *change, struct answer *answer);
 /* All entries of a landing, and the series that the landing belongs to (id 0: none). */
 struct journal {
     struct store_series series;
@@ -24,6 +24,6 @@ enum mr_status journal_load(struct store *store, const struct store_landing *lan
                             struct journal *journal, struct error *error);
 void journal_free(struct journal *journal);
 /* Adds observations and changes as tables. */
-void journal_tables_answer(const struct journal *journal, struct answer *answer);
+void journal_add_tables(const struct journal *journal, struct answer *answer);
 
 #endif

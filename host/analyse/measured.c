@@ -23,8 +23,8 @@ double measured_value(const struct measured_channel *channel, size_t sample)
     return channel->config.kind == MR_KIND_DISPLACEMENT ? raw - channel->baseline : raw;
 }
 
-double measured_smooth(const struct measured *measured, const struct measured_channel *channel,
-                       size_t sample, size_t half)
+double measured_moving_mean(const struct measured *measured, const struct measured_channel *channel,
+                            size_t sample, size_t half)
 {
     size_t from = sample > half ? sample - half : 0;
     size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
@@ -40,7 +40,8 @@ double measured_smooth(const struct measured *measured, const struct measured_ch
     return count ? sum / (double)count : (double)NAN;
 }
 
-int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number)
+int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
+                           unsigned number)
 {
     for (int i = 0; i < (int)MR_CHANNELS; i++) {
         if (measured->channel[i].config.kind == kind &&
@@ -80,13 +81,13 @@ static enum mr_status fit_gates(struct measured *measured)
 }
 
 /* True: no source has data for that time. */
-static bool is_in_hole(const struct measured *measured, double t_s)
+static bool is_in_gap(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
     for (size_t i = 0; i < measured->stretches; i++) {
         const struct measured_stretch *stretch = &measured->stretch[i];
         if (block >= (double)stretch->from_block && block <= (double)stretch->to_block)
-            return stretch->source == MEASURED_NOTHING;
+            return stretch->source == MEASURED_NO_SOURCE;
     }
     return false;
 }
@@ -94,19 +95,20 @@ static bool is_in_hole(const struct measured *measured, double t_s)
 /* The first switch beyond the last one seen that the gear, by the fit, passed during a hole in
  * the record; 0: none. A hole distorts the fit, so a switch up to 3 standard errors beyond the
  * stop counts, too. */
-static unsigned find_hidden(const struct measured *measured)
+static unsigned find_hidden_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     double last_ft = measured->gates ? measured->gate[measured->gates - 1].station_ft
                                      : (double)INFINITY;
     for (unsigned p = 0; p < 64; p++) {
-        if (!(measured->fitted & ~measured->seen & 1ull << p) || measured->switch_ft[p] < last_ft ||
+        if (!(measured->fitted_switches & ~measured->seen_switches & 1ull << p) ||
+            measured->switch_ft[p] < last_ft ||
             measured->switch_ft[p] > stop->value + 3.0 * stop->error)
             continue;
         double due_s = measured->switch_ft[p] < stop->value
                          ? measured_reach_s(measured, measured->switch_ft[p])
                          : measured->summary.stop_t_s.value;
-        if (is_in_hole(measured, due_s))
+        if (is_in_gap(measured, due_s))
             return p + 1;
     }
     return 0;
@@ -115,12 +117,12 @@ static unsigned find_hidden(const struct measured *measured)
 /* The first of several unseen switches between the last one seen and the stop; 0: none. Either a
  * cable is broken, or the gear stopped before reaching them. A single unseen switch may be
  * broken itself. */
-static unsigned find_silent(const struct measured *measured)
+static unsigned find_silent_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     unsigned first = 0, silent = 0;
     for (unsigned p = 0; p < 64; p++)
-        if (measured->fitted & ~measured->seen & 1ull << p &&
+        if (measured->fitted_switches & ~measured->seen_switches & 1ull << p &&
             measured->switch_ft[p] > measured->gate[measured->gates - 1].station_ft &&
             measured->switch_ft[p] < stop->value - 3.0 * stop->error)
             first = silent++ ? first : p + 1;
@@ -128,7 +130,7 @@ static unsigned find_silent(const struct measured *measured)
 }
 
 /* True: by the last state received, the gear is awaited or moving. */
-static bool was_moving_at_end(const struct measured *measured)
+static bool is_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
            measured->landing.state == MR_LANDING_LANDING;
@@ -139,7 +141,7 @@ static bool was_moving_at_end(const struct measured *measured)
 static bool ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
-    double surely_s = stop_t_s->value + (was_moving_at_end(measured) ? 2.0 * stop_t_s->error : 0.0);
+    double surely_s = stop_t_s->value + (is_moving_at_end(measured) ? 2.0 * stop_t_s->error : 0.0);
     return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
@@ -172,9 +174,9 @@ void measured_fit_gear(struct measured *measured)
         add_clock_error(&measured->summary);
     /* A stop after the end of the record is extrapolated, so the landing has no measured stop.
      * The same holds if the last edges are missing: the fitted gear rolls on. */
-    measured->hidden_switch = measured->edges_told ? 0 : find_hidden(measured);
-    measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent(measured);
-    if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
+    measured->hidden_switch = measured->edges_complete ? 0 : find_hidden_switch(measured);
+    measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent_switch(measured);
+    if (measured->missing_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
         ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
@@ -184,7 +186,7 @@ bool measured_is_cut_short(const struct measured *measured)
     if (measured->samples == 0)
         return false;
     if (measured->fit_status == MR_TOO_FEW) /* the record ends too soon to fit a stop */
-        return measured->gates > 0 && !measured->torn && was_moving_at_end(measured);
+        return measured->gates > 0 && !measured->torn && is_moving_at_end(measured);
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
 
@@ -196,21 +198,21 @@ const char *measured_motion_at_end_text(const struct measured *measured)
     return past ? "may still move" : "moves";
 }
 
-void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON])
+void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE])
 {
-    if (measured->unheard_edges > 0)
-        snprintf(out, MEASURED_REASON,
+    if (measured->missing_edges > 0)
+        snprintf(out, MEASURED_REASON_SIZE,
                  "the board reported %zu switches, %zu of which are missing in the record",
-                 measured->gates + measured->unheard_edges, measured->unheard_edges);
+                 measured->gates + measured->missing_edges, measured->missing_edges);
     else if (measured->hidden_switch > 0)
-        snprintf(out, MEASURED_REASON, "nothing was recorded when switch %u was due",
+        snprintf(out, MEASURED_REASON_SIZE, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
     else if (measured->silent_switch > 0)
-        snprintf(out, MEASURED_REASON,
+        snprintf(out, MEASURED_REASON_SIZE,
                  "switch %u and later ones did not open, though the gear passed them",
                  measured->silent_switch);
     else
-        snprintf(out, MEASURED_REASON, "the record ends while the gear %s",
+        snprintf(out, MEASURED_REASON_SIZE, "the record ends while the gear %s",
                  measured_motion_at_end_text(measured));
 }
 
@@ -221,7 +223,7 @@ struct moment {
     double speed_ft_s;
 };
 
-static struct moment fit_at(const struct measured *measured, double t_s)
+static struct moment fit_moment(const struct measured *measured, double t_s)
 {
     struct mr_motion_estimate motion;
     mr_gates_motion_at(&measured->fit, t_s, &motion);
@@ -244,7 +246,7 @@ static struct moment interpolate_moment(struct moment from, struct moment to, do
 
 /* Station and speed at a time: touchdown and stop from the summary, the fit between its first
  * and last gate, and cubics in between. */
-static struct moment gear_at(const struct measured *measured, double t_s, double *error_ft_s)
+static struct moment gear_moment(const struct measured *measured, double t_s, double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     const struct moment unknown = {t_s, (double)NAN, (double)NAN};
@@ -264,10 +266,10 @@ static struct moment gear_at(const struct measured *measured, double t_s, double
         struct moment touchdown = {0.0, measured->landing.touchdown_ft,
                                    summary->touchdown_speed_ft_s.value};
         *error_ft_s = summary->touchdown_speed_ft_s.error;
-        return interpolate_moment(touchdown, fit_at(measured, first_s), t_s);
+        return interpolate_moment(touchdown, fit_moment(measured, first_s), t_s);
     }
-    return t_s <= last_s ? fit_at(measured, t_s)
-                         : interpolate_moment(fit_at(measured, last_s), stop, t_s);
+    return t_s <= last_s ? fit_moment(measured, t_s)
+                         : interpolate_moment(fit_moment(measured, last_s), stop, t_s);
 }
 
 double measured_block_s(const struct measured *measured, int64_t block)
@@ -278,12 +280,12 @@ double measured_block_s(const struct measured *measured, int64_t block)
 double measured_station_ft(const struct measured *measured, double t_s)
 {
     double error_ft_s;
-    return gear_at(measured, t_s, &error_ft_s).station_ft;
+    return gear_moment(measured, t_s, &error_ft_s).station_ft;
 }
 
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
 {
-    return gear_at(measured, t_s, error_ft_s).speed_ft_s;
+    return gear_moment(measured, t_s, error_ft_s).speed_ft_s;
 }
 
 double measured_reach_s(const struct measured *measured, double station_ft)
@@ -327,7 +329,8 @@ static bool begins_at_arming(const struct measured *measured)
 /* Samples of the baseline: those before the first edge. If the board had counted edges before, or
  * there is no edge, the mat may have moved by then: those after arming. An imported record without
  * an edge has no arming: its first ones. Returns false if there are none. */
-static bool find_rest(const struct measured *measured, size_t edge, size_t *from, size_t *to)
+static bool find_rest_samples(const struct measured *measured, size_t edge, size_t *from,
+                              size_t *to)
 {
     size_t begin = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
     bool first = measured->torn || measured->gates == 0;
@@ -370,19 +373,19 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
         count++;
     }
     channel->baseline = count ? sum / (double)count : (double)NAN;
-    channel->rest = count;
+    channel->rest_samples = count;
     find_noise(channel, from, to);
 }
 
 static void find_extremes(const struct measured *measured, struct measured_channel *channel,
                           size_t from)
 {
-    measured_peaks(measured, channel, from, &channel->high, &channel->low);
+    measured_find_peaks(measured, channel, from, &channel->high, &channel->low);
     channel->end = (double)NAN;
     if (measured->samples > MEASURED_END_BLOCKS)
-        channel->end = measured_smooth(measured, channel,
-                                       measured->samples - 1 - MEASURED_END_BLOCKS / 2,
-                                       MEASURED_END_BLOCKS / 2);
+        channel->end = measured_moving_mean(measured, channel,
+                                            measured->samples - 1 - MEASURED_END_BLOCKS / 2,
+                                            MEASURED_END_BLOCKS / 2);
     /* The end value is an extreme, too. It then has the larger error of a peak, whose budget
      * `uncertainty` prints. */
     if (channel->end > channel->high)
@@ -401,7 +404,7 @@ static void find_extremes(const struct measured *measured, struct measured_chann
 static void find_missing(const struct measured *measured, struct measured_channel *channel,
                          size_t from)
 {
-    size_t begin = from, longest = MEASURED_WINDOW;
+    size_t begin = from, longest = MEASURED_WINDOW_BLOCKS;
     channel->missing_from = channel->missing_to = 0;
     if (channel->valid == 0) /* no valid sample: no results */
         return;
@@ -417,10 +420,10 @@ static void find_missing(const struct measured *measured, struct measured_channe
     }
 }
 
-void measured_find_facts(struct measured *measured)
+void measured_find_results(struct measured *measured)
 {
     size_t edge = first_edge_sample(measured), from, to;
-    measured->no_rest = !find_rest(measured, edge, &from, &to);
+    measured->no_rest = !find_rest_samples(measured, edge, &from, &to);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_DISPLACEMENT && channel->config.kind != MR_KIND_TENSION)
@@ -438,10 +441,10 @@ void measured_find_facts(struct measured *measured)
 /* Source of a block: that of its record, else CAN if any channel has a CAN sample. */
 static enum measured_source source_of_block(const struct measured *measured, size_t sample)
 {
-    enum measured_source source = MEASURED_NOTHING;
+    enum measured_source source = MEASURED_NO_SOURCE;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         enum measured_source of_channel = (enum measured_source)measured->channel[c].source[sample];
-        if (of_channel != MEASURED_NOTHING)
+        if (of_channel != MEASURED_NO_SOURCE)
             source = of_channel;
     }
     return source;
@@ -462,18 +465,18 @@ void measured_find_stretches(struct measured *measured)
     }
 }
 
-void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT])
+void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE])
 {
     out[0] = '\0';
     const char *lost = measured->no_rest ? "no speeds and no movements are given"
                                          : "no speeds are given";
     if (measured->torn && measured->first_edge > 0)
-        snprintf(out, MEASURED_TORN_TEXT,
+        snprintf(out, MEASURED_TORN_SIZE,
                  "torn: the switch edges before number %lld were not received; %s",
                  (long long)measured->first_edge, lost);
     else if (measured->torn)
-        snprintf(out, MEASURED_TORN_TEXT, "torn: none of %zu switch edges was received; %s",
-                 measured->unheard_edges, lost);
+        snprintf(out, MEASURED_TORN_SIZE, "torn: none of %zu switch edges was received; %s",
+                 measured->missing_edges, lost);
 }
 
 const char *measured_origin_text(const struct measured *measured)
@@ -510,13 +513,14 @@ void measured_free(struct measured *measured)
     }
 }
 
-size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels)
+size_t measured_list_channels(const struct measured *measured,
+                              const struct measured_channel **channels)
 {
     static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
     size_t count = 0;
     for (size_t k = 0; k < 2; k++) {
         for (unsigned number = 1; number <= MR_CHANNELS; number++) {
-            int c = measured_find(measured, kinds[k], number);
+            int c = measured_channel_index(measured, kinds[k], number);
             if (c >= 0)
                 channels[count++] = &measured->channel[c];
         }
@@ -537,7 +541,8 @@ struct mr_error_case measured_error_case(const struct measured *measured,
         .value = (float)value,
         .noise = (float)channel->noise,
         .averaged = (float)fmax(samples / stride, 1.0),
-        .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
+        .baseline_blocks = movement ? (float)fmax((double)channel->rest_samples / stride, 1.0)
+                                    : 0.0f,
         /* Hours since power-on: zero_error covers the age of the zero. A landing ends before its
          * baseline drifts. */
         .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
@@ -554,21 +559,22 @@ double measured_error(const struct measured *measured, const struct measured_cha
 
 #define SUM_BITS 61 /* of a running sum, without the sign bit */
 
-/* A peak is found in means over search_reach samples to each side, then taken from means over
- * peak_reach. The narrower mean excludes a step at the edge of the wider one. Each half of the
+/* A peak is found in means over search_half_width samples to each side, then taken from means over
+ * peak_half_width. The narrower mean excludes a step at the edge of the wider one. Each half of the
  * values contributes at least two. */
-static size_t search_reach(const struct measured_channel *channel)
+static size_t search_half_width(const struct measured_channel *channel)
 {
-    return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
+    return channel->stride > MEASURED_WINDOW_BLOCKS / 4 ? 2 * channel->stride
+                                                        : MEASURED_WINDOW_BLOCKS / 2;
 }
-static size_t peak_reach(const struct measured_channel *channel)
+static size_t peak_half_width(const struct measured_channel *channel)
 {
-    return search_reach(channel) - channel->stride;
+    return search_half_width(channel) - channel->stride;
 }
 
 double measured_peak_samples(const struct measured_channel *channel)
 {
-    return 2.0 * (double)peak_reach(channel) + 1.0;
+    return 2.0 * (double)peak_half_width(channel) + 1.0;
 }
 
 /* Running sums over all earlier samples, for each half of the values; the halves alternate. The
@@ -580,7 +586,8 @@ struct sums {
     double unit;
 };
 
-static struct sums sums_of(const struct measured *measured, const struct measured_channel *channel)
+static struct sums make_sums(const struct measured *measured,
+                             const struct measured_channel *channel)
 {
     struct sums sums = {.unit = 1.0};
     double most = 1e-30; /* any unit works if all samples are 0 */
@@ -625,14 +632,14 @@ static double half_mean(const struct sums *sums, size_t half, size_t sample, siz
              : (double)NAN;
 }
 
-void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
-                    size_t from, double *high, double *low)
+void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
+                         size_t from, double *high, double *low)
 {
     *high = *low = (double)NAN;
     if (measured->samples == 0) /* the stride is not set either */
         return;
-    const size_t search = search_reach(channel), peak = peak_reach(channel);
-    struct sums sums = sums_of(measured, channel);
+    const size_t search = search_half_width(channel), peak = peak_half_width(channel);
+    struct sums sums = make_sums(measured, channel);
     *high = *low = 0.0;
     for (size_t half = 0; half < 2; half++) {
         double most = (double)NAN, least = (double)NAN, at_most = (double)NAN,
@@ -665,7 +672,7 @@ static const struct {
     char letter;
     const char *alone, *filled;
 } sources[MEASURED_SOURCES] = {
-    [MEASURED_NOTHING] = {"none", '-', "no readings were received", "from no source"},
+    [MEASURED_NO_SOURCE] = {"none", '-', "no readings were received", "from no source"},
     [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
@@ -685,9 +692,9 @@ char measured_source_letter(enum measured_source source)
 }
 
 /* Text on the records excluded because of their time; false: none. */
-static bool excluded_text(const struct measured *measured, char *out, size_t size)
+static bool format_excluded(const struct measured *measured, char *out, size_t size)
 {
-    const struct measured_aside *aside = &measured->aside;
+    const struct measured_excluded *aside = &measured->excluded;
     const struct {
         size_t count;
         const char *one, *many;
@@ -708,45 +715,45 @@ static bool excluded_text(const struct measured *measured, char *out, size_t siz
     return used != 0;
 }
 
-void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
+void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE])
 {
     static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
-                                                 MEASURED_IMPORT, MEASURED_NOTHING};
-    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s",
+                                                 MEASURED_IMPORT, MEASURED_NO_SOURCE};
+    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_SIZE, "%s",
                                    sources[measured->source].alone);
     const char *separator = ";";
-    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
+    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_SIZE; k++) {
         size_t stretches = 0;
         if (order[k] == measured->source || !measured->blocks_from[order[k]])
             continue;
         for (size_t i = 0; i < measured->stretches; i++)
             stretches += measured->stretch[i].source == order[k];
         used += (size_t)snprintf(
-            out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
+            out + used, MEASURED_SOURCE_SIZE - used, "%s %lld of %zu ms %s, %zu %s", separator,
             (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled,
             stretches, stretches == 1 ? "stretch" : "stretches");
         separator = ",";
     }
-    if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
+    if (measured->skipped_blocks && used < MEASURED_SOURCE_SIZE)
         used +=
-            (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used,
+            (size_t)snprintf(out + used, MEASURED_SOURCE_SIZE - used,
                              "; the %lld ms before these are stored in the campaign but not shown",
                              (long long)measured->skipped_blocks);
-    if (used < MEASURED_SOURCE_TEXT &&
-        excluded_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+    if (used < MEASURED_SOURCE_SIZE &&
+        format_excluded(measured, out + used + 2, MEASURED_SOURCE_SIZE - used - 2))
         memcpy(out + used, "; ", 2);
 }
 
-void measured_excluded_note(const struct measured *measured, const struct cli *cli)
+void measured_print_excluded(const struct measured *measured, const struct cli *cli)
 {
-    char text[MEASURED_SOURCE_TEXT];
-    if (excluded_text(measured, text, sizeof text))
+    char text[MEASURED_SOURCE_SIZE];
+    if (format_excluded(measured, text, sizeof text))
         cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
 }
 
 json_t *measured_excluded_json(const struct measured *measured)
 {
-    const struct measured_aside *aside = &measured->aside;
+    const struct measured_excluded *aside = &measured->excluded;
     if (aside->blocks + aside->messages + aside->edges == 0)
         return json_null();
     return json_pack("{sIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",

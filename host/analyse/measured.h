@@ -30,13 +30,13 @@
  * edge, or before the end of the record if there is no edge. */
 #define MEASURED_BEFORE_BLOCKS   60000
 /* length of the moving mean in which peaks are located, blocks */
-#define MEASURED_WINDOW          11
+#define MEASURED_WINDOW_BLOCKS   11
 #define MEASURED_END_BLOCKS      200 /* blocks of the mean that is a channel's final value */
 #define MEASURED_LOST            255 /* validity: the block is missing */
 #define MEASURED_NOT_VALID       254 /* validity: not valid, and CAN gave no reason */
 
 enum measured_source {
-    MEASURED_NOTHING,
+    MEASURED_NO_SOURCE,
     MEASURED_SERIAL,
     MEASURED_CAN,
     MEASURED_BOX,
@@ -53,13 +53,13 @@ struct measured_stretch {
 
 struct measured_channel {
     struct mr_channel_config config;
-    float *raw;        /* per sample, in or lb, without the baseline subtracted */
-    uint8_t *validity; /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
-    uint8_t *source;   /* enum measured_source: the source of each sample */
-    size_t valid;      /* number of samples with MR_VALID */
-    double baseline;   /* mean at rest, before the first edge; NaN: none */
-    double noise;      /* standard deviation of one sample before the first edge */
-    size_t rest;       /* number of samples in the baseline */
+    float *raw;          /* per sample, in or lb, without the baseline subtracted */
+    uint8_t *validity;   /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
+    uint8_t *source;     /* enum measured_source: the source of each sample */
+    size_t valid;        /* number of samples with MR_VALID */
+    double baseline;     /* mean at rest, before the first edge; NaN: none */
+    double noise;        /* standard deviation of one sample before the first edge */
+    size_t rest_samples; /* number of samples in the baseline */
     /* Number of consecutive samples that share one value. 1 for block records; if any sample is
      * from CAN, the number of blocks that a CAN message is the mean of; for an imported file, the
      * number stored with it. */
@@ -79,7 +79,7 @@ struct measured_channel {
 
 /* Records that were set aside because their time is far from the landing's. Such a group is
  * separated by a pause of at least half a minute and is small compared with the largest group. */
-struct measured_aside {
+struct measured_excluded {
     size_t blocks, messages, edges;
     int64_t block; /* block of the first record set aside */
 };
@@ -94,22 +94,22 @@ struct measured {
     /* Earlier blocks of a landing that was armed long before the first edge: not loaded, and
      * available only in the campaign. */
     int64_t skipped_blocks;
-    struct measured_aside aside;
+    struct measured_excluded excluded;
     size_t samples;
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;
 
     struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s counts as in the file comment */
     size_t gates;
-    size_t edges;         /* number of captured edges, named or not */
-    size_t switches;      /* number of fitted switches in the board's table */
-    uint64_t fitted;      /* the fitted switches: bit p-1 is switch p */
-    uint64_t seen;        /* switches with an edge: bit p-1 is switch p */
-    double switch_ft[64]; /* station of switch p at index p-1, for fitted switches */
+    size_t edges;             /* number of captured edges, named or not */
+    size_t switches;          /* number of fitted switches in the board's table */
+    uint64_t fitted_switches; /* the fitted switches: bit p-1 is switch p */
+    uint64_t seen_switches;   /* switches with an edge: bit p-1 is switch p */
+    double switch_ft[64];     /* station of switch p at index p-1, for fitted switches */
     /* Edges that the board named and that are missing in the record, as far as the board's own
      * result shows. */
-    size_t unheard_edges;
-    bool edges_told; /* the board's result was received: no other edges are missing */
+    size_t missing_edges;
+    bool edges_complete; /* the board's result was received: no other edges are missing */
     /* Without the board's result: a switch that the gear should have passed while nothing was
      * recorded, so it may have opened. 0: none. */
     unsigned hidden_switch;
@@ -129,7 +129,7 @@ struct measured {
     /* Torn, and the record begins after arming: the mat may have moved before. No baselines. */
     bool no_rest;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
-    int64_t recalibrated;
+    int64_t recalibrated_channels;
     bool dates_known;           /* the configuration was read, so calibration dates are known */
     struct mr_site_config site; /* 0 if it was not */
     double thrust_lb_per_g;     /* of the predictor; NaN: not known */
@@ -139,8 +139,8 @@ struct measured {
 
 void measured_free(struct measured *measured);
 /* Text "torn: ...", to be printed above numbers; "" if the landing has its first edges. */
-#define MEASURED_TORN_TEXT 120u
-void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
+#define MEASURED_TORN_SIZE 120u
+void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE]);
 /* What t_s counts from: "touchdown", "the first switch edge" (of a torn landing with " received"),
  * "arming" or "the record's begin". Static text. */
 const char *measured_origin_text(const struct measured *measured);
@@ -152,8 +152,8 @@ bool measured_is_emulated(const struct store_landing *landing);
  * storage. */
 const char *measured_marks(const struct measured *measured);
 /* For MR_TRUNCATED: the reason why the stop is not known, as part of a sentence. */
-#define MEASURED_REASON 100
-void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);
+#define MEASURED_REASON_SIZE 100
+void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
 
 /* True if the record ends while the gear moves or may still move. */
 bool measured_is_cut_short(const struct measured *measured);
@@ -167,8 +167,8 @@ double measured_block_s(const struct measured *measured, int64_t block);
  * missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN if none is valid. */
-double measured_smooth(const struct measured *measured, const struct measured_channel *channel,
-                       size_t sample, size_t half);
+double measured_moving_mean(const struct measured *measured, const struct measured_channel *channel,
+                            size_t sample, size_t half);
 /* Standard error (common/channels.h) of `value`, the mean of `samples` samples. `value` is as
  * returned by measured_value. */
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
@@ -184,7 +184,7 @@ void measured_fit_gear(struct measured *measured);
 void measured_find_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
-void measured_find_facts(struct measured *measured);
+void measured_find_results(struct measured *measured);
 /* Station and speed of the lead wheel at a time. NaN before touchdown or without a fit; after the
  * stop, the wheel is at rest. */
 double measured_station_ft(const struct measured *measured, double t_s);
@@ -193,25 +193,27 @@ double measured_speed_ft_s(const struct measured *measured, double t_s, double *
  * station, or there is no fit. */
 double measured_reach_s(const struct measured *measured, double station_ft);
 /* Channel index of transducer or gage `number`; -1: none. */
-int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number);
+int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
+                           unsigned number);
 /* Lists the measuring channels in the order of tables: displacements from 1, then tensions from 1.
  * `channels` has room for MR_CHANNELS entries. Returns their number. */
-size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels);
+size_t measured_list_channels(const struct measured *measured,
+                              const struct measured_channel **channels);
 
 /* Peaks of a channel: the largest and the smallest mean of a few readings. */
 
 /* Extremes of the moving mean of the value (measured_value) from sample `from` on. Each extreme is
  * located in every second reading, and its value is the mean of the other readings; both halves are
  * used (see the file comment). NaN: no mean has a valid reading. */
-void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
-                    size_t from, double *high, double *low);
+void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
+                         size_t from, double *high, double *low);
 /* Number of samples in the mean that is a peak, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 
 /* Sources of the samples of a measured landing: serial, the black box, CAN, a file of another
  * instrument, or none. */
 
-#define MEASURED_SOURCE_TEXT 600
+#define MEASURED_SOURCE_SIZE 600
 
 /* "serial", "can", "blackbox", "import", "none". Static storage. */
 const char *measured_source_name(enum measured_source source);
@@ -219,10 +221,10 @@ const char *measured_source_name(enum measured_source source);
 char measured_source_letter(enum measured_source source);
 /* Source of the samples as text: "serial block records, 1 kHz", the parts filled from CAN and the
  * black box, and the missing parts. */
-void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
-/* Prints the records that were set aside as a note, for output without measured_source_text, which
+void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE]);
+/* Prints the excluded records as a note, for output without measured_format_source, which
  * also contains them. */
-void measured_excluded_note(const struct measured *measured, const struct cli *cli);
+void measured_print_excluded(const struct measured *measured, const struct cli *cli);
 /* The records set aside as JSON numbers; null if there are none. */
 json_t *measured_excluded_json(const struct measured *measured);
 

@@ -26,7 +26,7 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
         /* possible in a damaged campaign */
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
-        measured->fitted |= 1ull << (places[p].position - 1);
+        measured->fitted_switches |= 1ull << (places[p].position - 1);
         measured->switch_ft[places[p].position - 1] = places[p].station_ft;
         measured->switches++;
     }
@@ -34,10 +34,10 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
         for (size_t p = 0; p < place_count; p++) {
             uint64_t bit = 1ull << ((places[p].position - 1) & 63);
             if (places[p].position < 1 || places[p].position > 64 ||
-                places[p].position != edges[e].position || measured->seen & bit ||
+                places[p].position != edges[e].position || measured->seen_switches & bit ||
                 isnan(edges[e].board_us) || measured->gates == MR_GATES_MAX)
                 continue;
-            measured->seen |= bit;
+            measured->seen_switches |= bit;
             measured->gate[measured->gates++] = (struct mr_gate){edges[e].board_us / 1e6,
                                                                  places[p].station_ft};
         }
@@ -50,11 +50,12 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
  * belong to it: one wrong time would make the record hours long. Data outside all groups is
  * counted and excluded; the campaign keeps it ---- */
 
-#define PAUSE_S 30
-#define SHARE   100u /* a group below a hundredth of the largest one is excluded, */
-#define LEAST   100u /* unless it has edges and this many entries (a link that was down before) */
+#define GROUP_PAUSE_S 30
+#define GROUP_SHARE   100u /* a group below a hundredth of the largest one is excluded, */
+#define GROUP_MIN_ENTRIES \
+    100u /* unless it has edges and this many entries (a link that was down before) */
 
-struct moments {
+struct time_groups {
     struct group {
         int64_t from_s, to_s; /* both inclusive */
         size_t count, edges;
@@ -62,12 +63,12 @@ struct moments {
     size_t groups;
 };
 
-static void moments_add(struct moments *moments, int64_t second, size_t count, size_t edges)
+static void time_groups_add(struct time_groups *groups, int64_t second, size_t count, size_t edges)
 {
-    struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
+    struct group *last = groups->groups ? &groups->group[groups->groups - 1] : NULL;
     if (!last || second < last->from_s || second > last->to_s + 1) {
-        xlist_grow(&moments->group, moments->groups, sizeof *moments->group);
-        last = &moments->group[moments->groups++];
+        xlist_grow(&groups->group, groups->groups, sizeof *groups->group);
+        last = &groups->group[groups->groups++];
         *last = (struct group){second, second, 0, 0};
     }
     last->to_s = second > last->to_s ? second : last->to_s;
@@ -80,56 +81,56 @@ static int64_t edge_second(double board_s)
     return (int64_t)floor(fmax(-9e15, fmin(9e15, board_s)));
 }
 
-static int by_time(const void *a, const void *b)
+static int compare_groups(const void *a, const void *b)
 {
     int64_t x = ((const struct group *)a)->from_s, y = ((const struct group *)b)->from_s;
     return (x > y) - (x < y);
 }
 
 /* Keeps only the groups that belong to the landing, in order. */
-static void moments_judge(struct moments *moments)
+static void time_groups_select(struct time_groups *groups)
 {
     size_t joined = 0, left = 0, most = 0;
-    if (moments->groups)
-        qsort(moments->group, moments->groups, sizeof *moments->group, by_time);
-    for (size_t g = 0; g < moments->groups; g++) {
-        const struct group next = moments->group[g];
-        struct group *last = joined ? &moments->group[joined - 1] : NULL;
-        if (last && next.from_s - PAUSE_S <= last->to_s) {
+    if (groups->groups)
+        qsort(groups->group, groups->groups, sizeof *groups->group, compare_groups);
+    for (size_t g = 0; g < groups->groups; g++) {
+        const struct group next = groups->group[g];
+        struct group *last = joined ? &groups->group[joined - 1] : NULL;
+        if (last && next.from_s - GROUP_PAUSE_S <= last->to_s) {
             last->to_s = next.to_s > last->to_s ? next.to_s : last->to_s;
             last->count += next.count;
             last->edges += next.edges;
         } else {
-            moments->group[joined++] = next;
+            groups->group[joined++] = next;
         }
-        most = moments->group[joined - 1].count > most ? moments->group[joined - 1].count : most;
+        most = groups->group[joined - 1].count > most ? groups->group[joined - 1].count : most;
     }
     for (size_t g = 0; g < joined; g++) {
-        const struct group group = moments->group[g];
-        if (group.count && (group.count > most / SHARE || group.count == most ||
-                            (group.edges && group.count >= LEAST)))
-            moments->group[left++] = group;
+        const struct group group = groups->group[g];
+        if (group.count && (group.count > most / GROUP_SHARE || group.count == most ||
+                            (group.edges && group.count >= GROUP_MIN_ENTRIES)))
+            groups->group[left++] = group;
     }
-    moments->groups = left;
+    groups->groups = left;
 }
 
 /* True if a group contains the time, or if there are no groups. */
-static bool moments_hold(const struct moments *moments, int64_t second)
+static bool time_groups_contain(const struct time_groups *groups, int64_t second)
 {
-    for (size_t g = 0; g < moments->groups; g++) {
-        if (second >= moments->group[g].from_s && second <= moments->group[g].to_s)
+    for (size_t g = 0; g < groups->groups; g++) {
+        if (second >= groups->group[g].from_s && second <= groups->group[g].to_s)
             return true;
     }
-    return moments->groups == 0;
+    return groups->groups == 0;
 }
 
 /* ---- block records and CAN messages ---- */
 
 /* The data from which the samples of a landing are built. */
-struct record {
+struct series_data {
     struct measured *measured;
-    struct moments moments;
-    int64_t from; /* earlier blocks are skipped */
+    struct time_groups groups;
+    int64_t from_block; /* earlier blocks are skipped */
     struct mr_block *block;
     uint8_t *source; /* enum measured_source, one per block */
     size_t blocks;
@@ -142,14 +143,14 @@ struct record {
     int64_t first, last; /* seconds of the first and the last data; last < first: no data */
 };
 
-static void exclude(struct measured_aside *aside, size_t *count, int64_t block)
+static void exclude_record(struct measured_excluded *aside, size_t *count, int64_t block)
 {
     if (aside->blocks + aside->messages + aside->edges == 0)
         aside->block = block;
     ++*count;
 }
 
-static void span_add(struct record *record, int64_t first, int64_t last)
+static void extend_span(struct series_data *record, int64_t first, int64_t last)
 {
     bool any = record->last >= record->first;
     record->first = any && record->first < first ? record->first : first;
@@ -158,17 +159,17 @@ static void span_add(struct record *record, int64_t first, int64_t last)
 
 static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t length, int link)
 {
-    struct record *record = context;
-    struct measured_aside *aside = &record->measured->aside;
+    struct series_data *record = context;
+    struct measured_excluded *aside = &record->measured->excluded;
     struct mr_block block;
     enum mr_status status = mr_block_get(&block, bytes, length);
     if (status != MR_OK)
         return status;
-    if (!moments_hold(&record->moments, block.index / BLOCKS_PER_S)) {
-        exclude(aside, &aside->blocks, block.index);
+    if (!time_groups_contain(&record->groups, block.index / BLOCKS_PER_S)) {
+        exclude_record(aside, &aside->blocks, block.index);
         return MR_OK;
     }
-    if ((int64_t)block.index < record->from) {
+    if ((int64_t)block.index < record->from_block) {
         record->measured->skipped_blocks++;
         return MR_OK;
     }
@@ -176,13 +177,13 @@ static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t len
     xlist_grow(&record->source, record->blocks, sizeof *record->source);
     record->source[record->blocks] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
     record->block[record->blocks++] = block;
-    span_add(record, block.index, block.index);
+    extend_span(record, block.index, block.index);
     return MR_OK;
 }
 
 static void add_block(void *context, int64_t index)
 {
-    moments_add(context, index / BLOCKS_PER_S, 1, 0);
+    time_groups_add(context, index / BLOCKS_PER_S, 1, 0);
 }
 
 static const struct mr_series_pack *find_pack(const struct store_frame *frame)
@@ -196,23 +197,23 @@ static const struct mr_series_pack *find_pack(const struct store_frame *frame)
 static enum mr_status add_message(void *context, const struct store_frame *frame)
 {
     if (find_pack(frame))
-        moments_add(context, frame->board_us / 1000000, 1, 0);
+        time_groups_add(context, frame->board_us / 1000000, 1, 0);
     return MR_OK;
 }
 
 static enum mr_status keep_message(void *context, const struct store_frame *frame)
 {
-    struct record *record = context;
-    struct measured_aside *aside = &record->measured->aside;
+    struct series_data *record = context;
+    struct measured_excluded *aside = &record->measured->excluded;
     const struct mr_series_pack *pack = find_pack(frame);
     if (!pack)
         return MR_OK;
     int64_t newest = frame->board_us / 1000;
-    if (!moments_hold(&record->moments, newest / BLOCKS_PER_S)) {
-        exclude(aside, &aside->messages, newest);
+    if (!time_groups_contain(&record->groups, newest / BLOCKS_PER_S)) {
+        exclude_record(aside, &aside->messages, newest);
         return MR_OK;
     }
-    if (newest - mr_series_at(pack->series)->blocks + 1 < record->from)
+    if (newest - mr_series_at(pack->series)->blocks + 1 < record->from_block)
         return MR_OK;
     xlist_grow(&record->message, record->messages, sizeof *record->message);
     struct message *message = &record->message[record->messages++];
@@ -257,7 +258,7 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
 /* A channel may have left its range and returned during a hole, which only the board observed.
  * Channels that were not stuck are therefore judged anew. */
 #define WATCH_HOLE_BLOCKS 20
-static void pass_hole(struct mr_watch *watch)
+static void reset_after_hole(struct mr_watch *watch)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (!watch->channel[c].is_stuck)
@@ -265,7 +266,7 @@ static void pass_hole(struct mr_watch *watch)
     }
 }
 
-static void set_stuck(struct measured_channel *channel, size_t sample)
+static void invalidate_stuck(struct measured_channel *channel, size_t sample)
 {
     channel->validity[sample] = MR_INVALID_STUCK;
     channel->raw[sample] = MR_NAN;
@@ -288,20 +289,20 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
         channel->source[i] = (uint8_t)source;
         if (reading.validity != MR_INVALID_STUCK)
             continue;
-        set_stuck(channel, i);
+        invalidate_stuck(channel, i);
         for (size_t k = i; k-- > 0 &&
                            (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
                            channel->validity[k] != MR_INVALID_STUCK;) {
             if (channel->validity[k] == MR_VALID)
-                set_stuck(channel, k);
+                invalidate_stuck(channel, k);
         }
     }
 }
 
 /* Invalidates CAN samples of a channel that the board reported stuck, until its next report on
  * that channel. */
-static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured,
-                                             struct error *error)
+static enum mr_status apply_stuck_events(struct store *store, struct measured *measured,
+                                         struct error *error)
 {
     struct store_fault *event = NULL;
     size_t count = 0;
@@ -318,7 +319,7 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
             int64_t i = block - measured->first_block;
             struct measured_channel *channel = &measured->channel[event[e].detail];
             if (i >= 0 && i < (int64_t)measured->samples && channel->source[i] == MEASURED_CAN)
-                set_stuck(channel, (size_t)i);
+                invalidate_stuck(channel, (size_t)i);
         }
     }
     free(event);
@@ -346,7 +347,7 @@ static void fill_from_message(struct measured *measured, const struct message *m
     int64_t newest = message->newest - measured->first_block;
     unsigned count = mr_series_pack_get(message->pack, message->data, values);
     for (unsigned k = 0; k < count; k++) {
-        int c = measured_find(measured, series->kind, message->pack->first + k);
+        int c = measured_channel_index(measured, series->kind, message->pack->first + k);
         for (unsigned age = 0; c >= 0 && age < series->blocks; age++) {
             int64_t i = newest - (int64_t)age;
             if (i >= 0 && i < (int64_t)measured->samples)
@@ -356,7 +357,7 @@ static void fill_from_message(struct measured *measured, const struct message *m
     }
 }
 
-static void read_blocks(struct measured *measured, const struct record *record)
+static void read_blocks(struct measured *measured, const struct series_data *record)
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
@@ -365,7 +366,7 @@ static void read_blocks(struct measured *measured, const struct record *record)
         if (!watch.is_recording && (int64_t)block->index >= measured->landing.armed_block)
             begin_watch(&watch, measured, block->index);
         if (b > 0 && block->index - record->block[b - 1].index > WATCH_HOLE_BLOCKS)
-            pass_hole(&watch);
+            reset_after_hole(&watch);
         read_block(measured, &watch, block, (enum measured_source)record->source[b]);
         from_box += record->source[b] == MEASURED_BOX;
     }
@@ -374,47 +375,46 @@ static void read_blocks(struct measured *measured, const struct record *record)
 
 /* First block to load: a board may be armed for hours before the landing, and so many blocks do
  * not fit into memory. INT64_MIN: load all. */
-static int64_t find_from(const struct measured *measured, const struct moments *moments)
+static int64_t find_first_block(const struct measured *measured, const struct time_groups *groups)
 {
-    const struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
+    const struct group *last = groups->groups ? &groups->group[groups->groups - 1] : NULL;
     if (!last || measured->landing.armed_block == STORE_NONE ||
-        BLOCKS_PER_S * (last->to_s - moments->group[0].from_s) <= 2 * MEASURED_BEFORE_BLOCKS)
+        BLOCKS_PER_S * (last->to_s - groups->group[0].from_s) <= 2 * MEASURED_BEFORE_BLOCKS)
         return INT64_MIN;
     int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
                                     : BLOCKS_PER_S * (last->to_s + 1);
     return until - MEASURED_BEFORE_BLOCKS;
 }
 
-static void judge_moments(struct measured *measured, struct moments *moments)
+static void select_groups(struct measured *measured, struct time_groups *groups)
 {
     size_t kept = 0;
     for (size_t g = 0; g < measured->gates; g++)
-        moments_add(moments, edge_second(measured->gate[g].t_s), 0, 1);
-    moments_judge(moments);
+        time_groups_add(groups, edge_second(measured->gate[g].t_s), 0, 1);
+    time_groups_select(groups);
     for (size_t g = 0; g < measured->gates; g++) {
-        if (moments_hold(moments, edge_second(measured->gate[g].t_s)))
+        if (time_groups_contain(groups, edge_second(measured->gate[g].t_s)))
             measured->gate[kept++] = measured->gate[g];
         else
-            exclude(&measured->aside, &measured->aside.edges,
-                    edge_second(1000.0 * measured->gate[g].t_s));
+            exclude_record(&measured->excluded, &measured->excluded.edges,
+                           edge_second(1000.0 * measured->gate[g].t_s));
     }
     measured->gates = kept;
 }
 
-static enum mr_status series_from_board(struct store *store, struct record *record,
+static enum mr_status load_board_series(struct store *store, struct series_data *record,
                                         struct error *error)
 {
     struct measured *measured = record->measured;
     int64_t run = measured->landing.id;
-    enum mr_status status = store_block_indexes_each(store, run, add_block, &record->moments,
-                                                     error);
-    bool messages = record->moments.groups == 0 || !measured->recalibrated;
+    enum mr_status status = store_block_indexes_each(store, run, add_block, &record->groups, error);
+    bool messages = record->groups.groups == 0 || !measured->recalibrated_channels;
     if (status == MR_OK && messages)
-        status = store_frames_each(store, run, LINK_CAN, add_message, &record->moments, error);
+        status = store_frames_each(store, run, LINK_CAN, add_message, &record->groups, error);
     if (status != MR_OK)
         return status;
-    judge_moments(measured, &record->moments);
-    record->from = find_from(measured, &record->moments);
+    select_groups(measured, &record->groups);
+    record->from_block = find_first_block(measured, &record->groups);
     if (store_blocks_each(store, run, keep_block, record, error) != MR_OK)
         return error_set(error, MR_MALFORMED,
                          "damaged block record: RUN %lld of %s; the database is damaged",
@@ -427,7 +427,7 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
         const struct message *message = &record->message[i];
         int64_t oldest = message->newest - mr_series_at(message->pack->series)->blocks + 1;
         if (!record->blocks || message->newest < first || oldest > last)
-            span_add(record, oldest, message->newest);
+            extend_span(record, oldest, message->newest);
     }
     if (status != MR_OK || record->last < record->first)
         return status;
@@ -439,15 +439,15 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
         read_blocks(measured, record);
     for (size_t i = 0; i < record->messages; i++)
         fill_from_message(measured, &record->message[i]);
-    return messages ? take_stuck_from_events(store, measured, error) : MR_OK;
+    return messages ? apply_stuck_events(store, measured, error) : MR_OK;
 }
 
 #define STRIDE_MAX 1000
-#define BLOCK_MOST (INT64_MAX / 2)
+#define BLOCK_MAX  (INT64_MAX / 2)
 
 /* Builds samples from the first to the last block of all imported rows. */
-static enum mr_status series_from_import(struct store *store, struct record *record,
-                                         struct error *error)
+static enum mr_status load_imported_series(struct store *store, struct series_data *record,
+                                           struct error *error)
 {
     struct measured *measured = record->measured;
     struct store_imported *rows = NULL;
@@ -455,10 +455,11 @@ static enum mr_status series_from_import(struct store *store, struct record *rec
     enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
-            rows[r].first_block >= BLOCK_MOST)
+            rows[r].first_block >= BLOCK_MAX)
             rows[r].count = 0; /* possible in a damaged campaign */
         else
-            span_add(record, rows[r].first_block, rows[r].first_block + (int64_t)rows[r].count - 1);
+            extend_span(record, rows[r].first_block,
+                        rows[r].first_block + (int64_t)rows[r].count - 1);
     }
     if (status == MR_OK && count) {
         status = make_series(measured, record->first, record->last, error);
@@ -487,13 +488,13 @@ static enum mr_status series_from_import(struct store *store, struct record *rec
 static enum mr_status load_series(struct store *store, struct measured *measured,
                                   struct error *error)
 {
-    struct record record = {.measured = measured, .last = -1};
-    enum mr_status status = series_from_board(store, &record, error);
+    struct series_data record = {.measured = measured, .last = -1};
+    enum mr_status status = load_board_series(store, &record, error);
     if (status == MR_OK && record.last < record.first)
-        status = series_from_import(store, &record, error);
-    if (status == MR_OK && measured->source != MEASURED_NOTHING)
+        status = load_imported_series(store, &record, error);
+    if (status == MR_OK && measured->source != MEASURED_NO_SOURCE)
         measured_find_stretches(measured);
-    free(record.moments.group);
+    free(record.groups.group);
     free(record.block);
     free(record.source);
     free(record.message);
@@ -529,10 +530,10 @@ static enum mr_status count_missing_edges(struct store *store, int64_t run,
     struct store_result result;
     bool found;
     enum mr_status status = store_result_get(store, run, &result, &found, error);
-    measured->edges_told = status == MR_OK && found && result.switches != STORE_NONE;
-    if (measured->edges_told && result.switches > (int64_t)measured->gates)
-        measured->unheard_edges = (size_t)result.switches - measured->gates;
-    measured->torn |= measured->edges == 0 && measured->unheard_edges > 0;
+    measured->edges_complete = status == MR_OK && found && result.switches != STORE_NONE;
+    if (measured->edges_complete && result.switches > (int64_t)measured->gates)
+        measured->missing_edges = (size_t)result.switches - measured->gates;
+    measured->torn |= measured->edges == 0 && measured->missing_edges > 0;
     return status;
 }
 
@@ -555,7 +556,7 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     char *text = NULL;
     struct error ignored = {0};
     int64_t crc = measured->landing.config_crc;
-    enum mr_status status = store_recalibrated(store, run, &measured->recalibrated, error);
+    enum mr_status status = store_recalibrated(store, run, &measured->recalibrated_channels, error);
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
     measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
@@ -581,8 +582,8 @@ static enum mr_status find_thrust(struct store *store, int64_t run, struct measu
     return status;
 }
 
-static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
-                                 struct error *error)
+static enum mr_status load_details(struct store *store, int64_t run, struct measured *measured,
+                                   struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
@@ -600,14 +601,14 @@ static enum mr_status load_all(struct store *store, int64_t run, struct measured
     if (status != MR_OK)
         return status;
     measured_fit_gear(measured);
-    measured_find_facts(measured);
+    measured_find_results(measured);
     return MR_OK;
 }
 
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error)
 {
-    return load_facts(store, run, measured, error) ?: load_all(store, run, measured, error);
+    return load_details(store, run, measured, error) ?: load_all(store, run, measured, error);
 }
 
 #define NEAR_BLOCKS 1000 /* one second: a block record that close to an edge covers the edge */
@@ -619,7 +620,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
 {
     const struct store_landing *landing = &measured->landing;
     int64_t first = -1, near = 0;
-    *enough = measured->edges_told && measured->unheard_edges == 0 && measured->gates > 0 &&
+    *enough = measured->edges_complete && measured->missing_edges == 0 && measured->gates > 0 &&
               !measured->torn &&
               (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
     enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
@@ -647,7 +648,7 @@ enum mr_status measured_load_gear(struct store *store, int64_t run, struct measu
                                   struct error *error)
 {
     bool enough = false;
-    enum mr_status status = load_facts(store, run, measured, error)
+    enum mr_status status = load_details(store, run, measured, error)
                               ?: fit_without_series(store, measured, &enough, error);
     if (status != MR_OK || enough)
         return status;

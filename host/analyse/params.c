@@ -7,8 +7,8 @@
 #define ROUNDING 1e-9
 
 /* Product of powers: the squares of the relative errors, each multiplied by its power, add up. */
-static struct estimate product(double constant, const struct estimate *factors,
-                               const double *powers, size_t count)
+static struct estimate product_of_powers(double constant, const struct estimate *factors,
+                                         const double *powers, size_t count)
 {
     double value = constant, relative2 = 0.0;
     for (size_t i = 0; i < count; i++) {
@@ -26,42 +26,42 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
      * W d^2 a/(4 l). */
     const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
     const double powers[] = {1, 2, -1, 2};
-    return product(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
+    return product_of_powers(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
 }
 
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in)
 {
     const struct estimate factors[] = {slope_lb_in_in, joint_in};
     const double powers[] = {1, 1};
-    return product(12.0, factors, powers, 2);
+    return product_of_powers(12.0, factors, powers, 2);
 }
 
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider)
 {
     const struct estimate factors[] = {strip_ft_lb_rad, wider};
     const double powers[] = {1, 1};
-    return product(1.0, factors, powers, 2);
+    return product_of_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_area(struct estimate length_ft, struct estimate width_ft)
 {
     const struct estimate factors[] = {length_ft, width_ft};
     const double powers[] = {1, 1};
-    return product(1.0, factors, powers, 2);
+    return product_of_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
 {
     const struct estimate factors[] = {pull_lb, weight_lb};
     const double powers[] = {1, -1};
-    return product(1.0, factors, powers, 2);
+    return product_of_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats)
 {
     const struct estimate factors[] = {load_lb, deflection_ft};
     const double powers[] = {1, -1};
-    return product(1.0 / (2.0 * mats), factors, powers, 2);
+    return product_of_powers(1.0 / (2.0 * mats), factors, powers, 2);
 }
 
 enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
@@ -74,7 +74,7 @@ enum mr_status params_plate(const double *load_lb, const double *settlement_ft, 
         return error->status;
     line.slope.error *= mr_gates_student_factor((unsigned)count - 2u);
     const struct estimate factors[] = {line.slope, plate_ft, mat_ft2};
-    *kv_lb_ft = product(0.5 / (M_PI / 4.0), factors, powers, 3);
+    *kv_lb_ft = product_of_powers(0.5 / (M_PI / 4.0), factors, powers, 3);
     return MR_OK;
 }
 
@@ -109,12 +109,12 @@ enum mr_status params_spring(const double *x, const double *y, size_t count,
            variance = line.intercept.error * line.intercept.error + 2.0 * free * line.covariance +
                       free * free * line.slope.error * line.slope.error;
     *spring = (struct params_spring){
-        .known = slope > student_t(count - 2) * line.slope.error,
+        .is_known = slope > student_t(count - 2) * line.slope.error,
         .scatter = line.scatter,
         .k = line.slope,
         .free = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},
     };
     for (size_t i = 0; i < count && slope > 0.0; i++)
-        spring->within += x[i] < free - ROUNDING * fabs(free);
+        spring->below_free += x[i] < free - ROUNDING * fabs(free);
     return MR_OK;
 }

@@ -27,9 +27,9 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
 /* A straight line through readings of a part with free travel: it yields freely up to x = free and
  * is a spring beyond, y = k (x - free). Only readings beyond `free` belong to the line. */
 struct params_spring {
-    bool known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
-    size_t within;  /* number of readings below `free`; if not 0, the line is not valid */
-    double scatter; /* standard deviation of y about the line */
+    bool is_known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
+    size_t below_free; /* number of readings below `free`; if not 0, the line is not valid */
+    double scatter;    /* standard deviation of y about the line */
     struct estimate k, free;
 };
 

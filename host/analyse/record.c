@@ -16,23 +16,23 @@
 
 /* ---- predictions ---- */
 
-static enum mr_status take_risk(struct store *store, struct record_row *row, struct error *error)
+static enum mr_status load_risk(struct store *store, struct record_row *row, struct error *error)
 {
     struct store_risk *risk = NULL;
     size_t risks = 0;
-    row->risk_most = (double)NAN;
+    row->max_risk = (double)NAN;
     enum mr_status status = store_risks(store, row->run, &risk, &risks, error);
     for (size_t i = 0; status == MR_OK && i < risks; i++)
-        row->risk_most = fmax(row->risk_most, risk[i].risk);
+        row->max_risk = fmax(row->max_risk, risk[i].risk);
     free(risk);
     return status;
 }
 
-static void take_warning(const struct measured *measured, const struct zones *zones,
-                         struct record_row *row)
+static void set_warning(const struct measured *measured, const struct zones *zones,
+                        struct record_row *row)
 {
     const struct zone_warning *warning = &zones->warning;
-    char doubt[ZONES_HEARD_TEXT];
+    char doubt[ZONES_DOUBT_SIZE];
     row->warned_t_s = row->warned_ft = row->wheel_ft = row->lead_s = (double)NAN;
     if (warning->warned) {
         row->warned = RECORD_WARNED;
@@ -40,23 +40,24 @@ static void take_warning(const struct measured *measured, const struct zones *zo
         row->warned_ft = warning->start_ft;
         row->wheel_ft = warning->wheel_ft;
     } else if (measured->source == MEASURED_IMPORT)
-        row->warned = RECORD_UNWATCHED;
+        row->warned = RECORD_NO_BOARD;
     else
-        row->warned = zones_received_doubt(&zones->heard, (double)INFINITY, doubt) ? RECORD_UNHEARD
-                                                                                   : RECORD_QUIET;
+        row->warned = zones_format_doubt(&zones->received, (double)INFINITY, doubt)
+                        ? RECORD_NOT_RECEIVED
+                        : RECORD_NO_WARNING;
 }
 
 /* Compares the landing with its advice: off plan if braking or speed differ. */
-static void take_plan(const struct measured *measured, struct record_row *row)
+static void compare_with_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
-    if (!row->advised || measured->fit_status != MR_OK)
+    if (!row->has_advice || measured->fit_status != MR_OK)
         return;
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
            stopping_distance_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
            braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
     bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
-    row->flown = true;
+    row->has_motion = true;
     row->off_plan = off_speed || (stopping_distance_ft > 0.0 &&
                                   fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
                                       RECORD_OFF_BRAKING);
@@ -66,11 +67,11 @@ static void take_plan(const struct measured *measured, struct record_row *row)
 
 /* ---- outcome ---- */
 
-static void judge_warned_landing(struct record_row *row)
+static void set_warned_verdict(struct record_row *row)
 {
     const struct outcome *outcome = &row->outcome;
-    if (outcome->came == OUTCOME_DID_NOT)
-        row->verdict = RECORD_FALSE;
+    if (outcome->reached == OUTCOME_NOT_REACHED)
+        row->verdict = RECORD_FALSE_ALARM;
     else if (outcome->t_s < row->warned_t_s)
         row->verdict = RECORD_LATE;
     else {
@@ -79,39 +80,39 @@ static void judge_warned_landing(struct record_row *row)
     }
 }
 
-static void judge(struct record_row *row)
+static void set_verdict(struct record_row *row)
 {
     row->verdict = RECORD_NOT_KNOWN;
     if (row->is_void)
-        row->why = "the landing is void";
-    else if (row->outcome.came == OUTCOME_UNKNOWN)
-        row->why = row->outcome.why;
-    else if (row->warned == RECORD_UNWATCHED)
-        row->why = "no board was recording";
-    else if (row->warned == RECORD_UNHEARD)
-        row->why = "no warning was received, but one may have been sent";
+        row->reason = "the landing is void";
+    else if (row->outcome.reached == OUTCOME_UNKNOWN)
+        row->reason = row->outcome.reason;
+    else if (row->warned == RECORD_NO_BOARD)
+        row->reason = "no board was recording";
+    else if (row->warned == RECORD_NOT_RECEIVED)
+        row->reason = "no warning was received, but one may have been sent";
     else if (row->warned == RECORD_WARNED)
-        judge_warned_landing(row);
+        set_warned_verdict(row);
     else
-        row->verdict = row->outcome.came == OUTCOME_CAME ? RECORD_MISS : RECORD_SILENCE;
+        row->verdict = row->outcome.reached == OUTCOME_REACHED ? RECORD_MISS : RECORD_TRUE_NEGATIVE;
 }
 
 /* The landings before and after, of the same board; NULL: none. */
-struct outcome_between {
+struct neighbours {
     const struct store_landing *before, *after;
-    bool restored; /* the one after began on a runway from before this one */
+    bool is_runway_restored; /* the one after began on a runway from before this one */
 };
 
-#define STEP_SAMPLES  20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
-#define STEADY_STEPS  5   /* 0.1 s: a zone shorter than that is an artefact of coarse segments */
-#define SLOW_FT_S     2.0 /* below, the wheel is about to stop */
-#define LEAST_WATCHED 0.5
+#define STEP_SAMPLES      20 /* samples of 1 ms: the wheel rolls 0.7 ft at most */
+#define MIN_ZONE_STEPS    5  /* 0.1 s: a zone shorter than that is an artefact of coarse segments */
+#define MIN_SPEED_FT_S    2.0 /* below, the wheel is about to stop */
+#define MIN_COVERED_SHARE 0.5
 
 const char *outcome_basis_text(enum outcome_basis basis)
 {
     static const char *const text[OUTCOME_BASES] = {
-        [OUTCOME_NOTHING] = "nothing",
-        [OUTCOME_SEEN] = "observation",
+        [OUTCOME_NO_BASIS] = "nothing",
+        [OUTCOME_OBSERVATION] = "observation",
         [OUTCOME_TRANSDUCERS] = "survey before and transducers",
         [OUTCOME_SURVEY_AFTER] = "survey after",
     };
@@ -123,8 +124,8 @@ const char *outcome_basis_text(enum outcome_basis basis)
 /* A board sends its survey with each landing, even an old one. The survey counts as new if at
  * least half of its openings changed. Otherwise only the changed openings are new: two readings
  * of a closed segment may be equal to the last digit. */
-static enum mr_status board_survey(struct store *store, int64_t run, int64_t run_before,
-                                   struct zones_closure *told, struct error *error)
+static enum mr_status load_board_survey(struct store *store, int64_t run, int64_t run_before,
+                                        struct zones_closure *told, struct error *error)
 {
     struct zones_closure last;
     size_t changed = 0;
@@ -148,8 +149,8 @@ static enum mr_status board_survey(struct store *store, int64_t run, int64_t run
 
 /* Replaces the board's survey with the newest gage survey that has readings and was begun
  * between the two times. */
-static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t to_us,
-                                  struct zones_closure *slack, struct error *error)
+static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int64_t to_us,
+                                       struct zones_closure *slack, struct error *error)
 {
     static struct survey_found found;
     bool there;
@@ -166,14 +167,15 @@ static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t 
 
 /* The longest zone that the wheel reached, and the first time the wheel was at a zone of 50
  * mats. */
-struct came {
+struct reached_zone {
     unsigned mats;
-    double start_ft, t_s; /* NaN: never for STEADY_STEPS */
+    double start_ft, t_s; /* NaN: never for MIN_ZONE_STEPS */
 };
 
-static struct came play(const struct measured *measured, const struct zones_closure *slack)
+static struct reached_zone find_reached_zone(const struct measured *measured,
+                                             const struct zones_closure *slack)
 {
-    struct came came = {.start_ft = (double)NAN, .t_s = (double)NAN};
+    struct reached_zone reached = {.start_ft = (double)NAN, .t_s = (double)NAN};
     unsigned steady = 0;
     double since_s = (double)NAN;
     for (size_t i = 0; i < measured->samples; i += STEP_SAMPLES) {
@@ -183,27 +185,27 @@ static struct came play(const struct measured *measured, const struct zones_clos
                wheel_ft = measured_station_ft(measured, t_s);
         if (t_s > measured->summary.stop_t_s.value)
             break;
-        if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > SLOW_FT_S))
+        if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_closed(measured, slack, i, left_in, &zone);
+        zones_find_closed(measured, slack, i, left_in, &zone);
         bool at_it = zone.mats > 0 && (double)zone.start_ft - wheel_ft < OUTCOME_NEAR_FT;
         steady = at_it && zone.mats >= OUTCOME_MATS ? steady + 1 : 0;
         since_s = steady == 1 ? t_s : since_s;
-        if (isnan(came.t_s) && steady == STEADY_STEPS)
-            came.t_s = since_s;
+        if (isnan(reached.t_s) && steady == MIN_ZONE_STEPS)
+            reached.t_s = since_s;
         if (!at_it)
             continue;
-        if (zone.mats > came.mats) {
-            came.mats = zone.mats;
-            came.start_ft = (double)zone.start_ft;
+        if (zone.mats > reached.mats) {
+            reached.mats = zone.mats;
+            reached.start_ft = (double)zone.start_ft;
         }
     }
-    return came;
+    return reached;
 }
 
 /* Fraction of the distance from touchdown to 50 mats beyond the stop that lies between the first
  * and the last transducer that worked to the end. */
-static double watched_share(const struct measured *measured)
+static double covered_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,
            to_ft = measured->summary.stop_station_ft.value +
@@ -221,49 +223,49 @@ static double watched_share(const struct measured *measured)
     return isnan(first_ft) || !(to_ft > from_ft) ? 0.0 : fmax(0.0, watched_ft) / (to_ft - from_ft);
 }
 
-static void by_transducers(const struct measured *measured, const struct zones_closure *slack,
-                           struct outcome *outcome)
+static void judge_by_transducers(const struct measured *measured, const struct zones_closure *slack,
+                                 struct outcome *outcome)
 {
     struct zones_closure closed = *slack; /* segments without survey count as closed */
     if (measured->fit_status != MR_OK) {
-        outcome->why = "the motion of the gear up to its stop is unknown";
+        outcome->reason = "the motion of the gear up to its stop is unknown";
         return;
     }
     if (slack->surveyed == 0) {
-        outcome->why = "there was no survey between the previous landing and this landing";
+        outcome->reason = "there was no survey between the previous landing and this landing";
         return;
     }
-    outcome->watched = watched_share(measured);
-    if (!(outcome->watched > 0.0)) {
-        outcome->why = "fewer than two transducers gave readings";
+    outcome->covered_share = covered_share(measured);
+    if (!(outcome->covered_share > 0.0)) {
+        outcome->reason = "fewer than two transducers gave readings";
         return;
     }
-    struct came came = play(measured, slack);
-    outcome->mats = (int64_t)came.mats;
-    outcome->start_ft = came.start_ft;
-    outcome->t_s = came.t_s;
-    if (isfinite(came.t_s)) {
-        outcome->came = OUTCOME_CAME;
+    struct reached_zone reached = find_reached_zone(measured, slack);
+    outcome->mats = (int64_t)reached.mats;
+    outcome->start_ft = reached.start_ft;
+    outcome->t_s = reached.t_s;
+    if (isfinite(reached.t_s)) {
+        outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
         return;
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closed.slack_in[s] = isnan(closed.slack_in[s]) ? 0.0f : closed.slack_in[s];
-    if (outcome->watched < LEAST_WATCHED)
-        outcome->why = "the transducers cover less than half of the gear's path";
-    else if (slack->surveyed < MR_SEGMENTS && isfinite(play(measured, &closed).t_s))
-        outcome->why =
+    if (outcome->covered_share < MIN_COVERED_SHARE)
+        outcome->reason = "the transducers cover less than half of the gear's path";
+    else if (slack->surveyed < MR_SEGMENTS && isfinite(find_reached_zone(measured, &closed).t_s))
+        outcome->reason =
             "the survey before the landing leaves out segments where a zone may have been";
     else {
-        outcome->came = OUTCOME_DID_NOT;
+        outcome->reached = OUTCOME_NOT_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
     }
 }
 
 /* ---- survey afterwards and observations ---- */
 
-static void by_survey_after(const struct measured *measured, const struct zones_closure *slack,
-                            struct outcome *outcome)
+static void judge_by_survey_after(const struct measured *measured,
+                                  const struct zones_closure *slack, struct outcome *outcome)
 {
     float nothing_in[MR_TRANSDUCERS], station_ft[MR_TRANSDUCERS];
     struct mr_closure_zone zone;
@@ -279,21 +281,21 @@ static void by_survey_after(const struct measured *measured, const struct zones_
     float left_in[MR_SEGMENTS];
     mr_closure_find(&input, &zone, left_in);
     bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_NEAR_FT;
-    outcome->left_mats = at_it ? (int64_t)zone.mats : 0;
-    if (outcome->left_mats < OUTCOME_MATS || outcome->came == OUTCOME_CAME)
+    outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
+    if (outcome->closed_after_mats < OUTCOME_MATS || outcome->reached == OUTCOME_REACHED)
         return;
-    if (outcome->came == OUTCOME_DID_NOT) {
-        outcome->came = OUTCOME_UNKNOWN;
-        outcome->basis = OUTCOME_NOTHING;
-        outcome->why = "the transducers and the survey after the landing disagree";
+    if (outcome->reached == OUTCOME_NOT_REACHED) {
+        outcome->reached = OUTCOME_UNKNOWN;
+        outcome->basis = OUTCOME_NO_BASIS;
+        outcome->reason = "the transducers and the survey after the landing disagree";
     } else {
-        outcome->came = OUTCOME_CAME;
+        outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_SURVEY_AFTER;
     }
 }
 
-static enum mr_status by_what_was_seen(struct store *store, int64_t run, struct outcome *outcome,
-                                       struct error *error)
+static enum mr_status judge_by_observations(struct store *store, int64_t run,
+                                            struct outcome *outcome, struct error *error)
 {
     struct store_observation *row = NULL;
     size_t count = 0;
@@ -306,11 +308,11 @@ static enum mr_status by_what_was_seen(struct store *store, int64_t run, struct 
         outcome->breaks += strcmp(row[i].kind, "break") == 0;
         if (outcome->waves + outcome->breaks == 0)
             continue;
-        if (outcome->basis != OUTCOME_SEEN && isnan(outcome->t_s))
+        if (outcome->basis != OUTCOME_OBSERVATION && isnan(outcome->t_s))
             outcome->t_s = row[i].time_s;
-        outcome->came = OUTCOME_CAME;
-        outcome->basis = OUTCOME_SEEN;
-        outcome->why = NULL;
+        outcome->reached = OUTCOME_REACHED;
+        outcome->basis = OUTCOME_OBSERVATION;
+        outcome->reason = NULL;
     }
     free(row);
     return status;
@@ -318,49 +320,53 @@ static enum mr_status by_what_was_seen(struct store *store, int64_t run, struct 
 
 /* `measured` must be loaded with samples (measured_load). */
 static enum mr_status outcome_load(struct store *store, const struct measured *measured,
-                                   const struct outcome_between *between, struct outcome *outcome,
+                                   const struct neighbours *between, struct outcome *outcome,
                                    struct error *error)
 {
     struct zones_closure before, after = {.surveyed = 0};
     const struct store_landing *landing = &measured->landing;
-    *outcome = (struct outcome){
-        .mats = STORE_NONE, .left_mats = STORE_NONE, .start_ft = (double)NAN, .t_s = (double)NAN};
+    *outcome = (struct outcome){.mats = STORE_NONE,
+                                .closed_after_mats = STORE_NONE,
+                                .start_ft = (double)NAN,
+                                .t_s = (double)NAN};
     enum mr_status status =
-        board_survey(store, landing->id, between->before ? between->before->id : 0, &before, error)
-            ?: gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
-                           landing->armed_us, &before, error);
-    if (status == MR_OK && between->after && !between->restored)
-        status = board_survey(store, between->after->id, landing->id, &after, error);
+        load_board_survey(store, landing->id, between->before ? between->before->id : 0, &before,
+                          error)
+            ?: load_gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
+                                landing->armed_us, &before, error);
+    if (status == MR_OK && between->after && !between->is_runway_restored)
+        status = load_board_survey(store, between->after->id, landing->id, &after, error);
     if (status == MR_OK)
-        status = gage_survey(store, landing->armed_us,
-                             between->after ? between->after->armed_us : INT64_MAX, &after, error);
+        status = load_gage_survey(store, landing->armed_us,
+                                  between->after ? between->after->armed_us : INT64_MAX, &after,
+                                  error);
     if (status != MR_OK)
         return status;
-    by_transducers(measured, &before, outcome);
-    by_survey_after(measured, &after, outcome);
-    status = by_what_was_seen(store, landing->id, outcome, error);
-    if (outcome->came != OUTCOME_UNKNOWN)
-        outcome->why = NULL;
+    judge_by_transducers(measured, &before, outcome);
+    judge_by_survey_after(measured, &after, outcome);
+    status = judge_by_observations(store, landing->id, outcome, error);
+    if (outcome->reached != OUTCOME_UNKNOWN)
+        outcome->reason = NULL;
     return status;
 }
 
 /* ---- a landing ---- */
 
 /* The newest advice between the previous landing of the campaign and this one. */
-static void take_advice(const struct store_advice *advice, size_t count, int64_t before,
-                        struct record_row *row)
+static void set_advice(const struct store_advice *advice, size_t count, int64_t before,
+                       struct record_row *row)
 {
     for (size_t i = 0; i < count; i++) {
         if (advice[i].after_run < before || advice[i].after_run >= row->run)
             continue;
-        row->advised = true;
+        row->has_advice = true;
         row->advice = advice[i];
     }
 }
 
 /* What landings have made of the runway that a landing of an emulated board began on, apart from
  * surveys; 0: none, or not known. */
-static uint64_t emulated_history(struct store *store, const struct store_landing *landing)
+static uint64_t runway_history_id(struct store *store, const struct store_landing *landing)
 {
     struct mr_predictor_state state;
     struct error ignored = {0};
@@ -376,23 +382,23 @@ static uint64_t emulated_history(struct store *store, const struct store_landing
 }
 
 /* A runway that was restored, and with it the advice that was kept for it. */
-static void take_same_runway(const struct record *record, const uint64_t *history,
-                             struct record_row *row)
+static void set_same_runway(const struct record *record, const uint64_t *history,
+                            struct record_row *row)
 {
     const size_t at = (size_t)(row - record->row);
     for (size_t i = 0; i < at && row->same_runway_run == STORE_NONE && history[at]; i++) {
         if (history[i] != history[at])
             continue;
         row->same_runway_run = record->row[i].run;
-        if (!row->advised) {
-            row->advised = record->row[i].advised;
+        if (!row->has_advice) {
+            row->has_advice = record->row[i].has_advice;
             row->advice = record->row[i].advice;
         }
     }
 }
 
-static const struct store_landing *neighbour(const struct store_landing *all, size_t count,
-                                             size_t at, int step)
+static const struct store_landing *find_neighbour(const struct store_landing *all, size_t count,
+                                                  size_t at, int step)
 {
     for (size_t i = at + (size_t)step; i < count; i += (size_t)step) {
         if (strcmp(all[i].board_uid, all[at].board_uid) == 0)
@@ -414,22 +420,22 @@ static enum mr_status has_survey(struct store *store, int64_t run, bool *has, st
     return status;
 }
 
-static enum mr_status judge_landing(struct store *store, const struct outcome_between *between,
-                                    const struct record_given *given, struct record_row *row,
+static enum mr_status judge_landing(struct store *store, const struct neighbours *between,
+                                    const struct record_landing *given, struct record_row *row,
                                     struct error *error)
 {
-    take_warning(given->measured, given->zones, row);
-    take_plan(given->measured, row);
-    enum mr_status status = take_risk(store, row, error);
+    set_warning(given->measured, given->zones, row);
+    compare_with_plan(given->measured, row);
+    enum mr_status status = load_risk(store, row, error);
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, given->measured, between, &row->outcome, error);
     if (status == MR_OK)
-        judge(row);
-    row->judged = status == MR_OK;
+        set_verdict(row);
+    row->is_judged = status == MR_OK;
     return status;
 }
 
-static enum mr_status load_landing(struct store *store, const struct outcome_between *between,
+static enum mr_status load_landing(struct store *store, const struct neighbours *between,
                                    struct record_row *row, struct error *error)
 {
     static struct measured measured; /* static: some ten kilobytes */
@@ -444,8 +450,8 @@ static enum mr_status load_landing(struct store *store, const struct outcome_bet
         status = zones_load(store, &measured, &zones, error);
     if (status == MR_OK)
         status = judge_landing(store, between,
-                               &(struct record_given){.measured = &measured, .zones = &zones}, row,
-                               error);
+                               &(struct record_landing){.measured = &measured, .zones = &zones},
+                               row, error);
     zones_free(&zones);
     measured_free(&measured);
     return status;
@@ -453,20 +459,20 @@ static enum mr_status load_landing(struct store *store, const struct outcome_bet
 
 /* ---- totals ---- */
 
-static void add_row(struct record *record, const struct record_row *row)
+static void count_row(struct record *record, const struct record_row *row)
 {
     record->voided += row->is_void;
     if (row->is_void)
         return;
     record->landings++;
     record->verdict[row->verdict]++;
-    if (row->advised && (row->off_plan || row->followed))
+    if (row->has_advice && (row->off_plan || row->followed))
         record->off_plan++;
-    else if (row->advised)
+    else if (row->has_advice)
         record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
                        : strcmp(row->advice.verdict, "caution") == 0
                            ? RECORD_CAUTION
-                           : RECORD_CLEAR][row->outcome.came]++;
+                           : RECORD_CLEAR][row->outcome.reached]++;
 }
 
 /* ---- the campaign ---- */
@@ -484,13 +490,13 @@ struct record_row *record_find(struct record *record, int64_t run)
     return low < record->rows && record->row[low].run == run ? &record->row[low] : NULL;
 }
 
-static struct outcome_between between_of(const struct record *record, const struct record_row *row)
+static struct neighbours find_neighbours(const struct record *record, const struct record_row *row)
 {
     size_t at = (size_t)(row - record->row);
-    const struct store_landing *after = neighbour(record->landing, record->rows, at, 1);
-    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1), after,
-                                    after && record->row[after - record->landing].same_runway_run !=
-                                                 STORE_NONE};
+    const struct store_landing *after = find_neighbour(record->landing, record->rows, at, 1);
+    return (struct neighbours){find_neighbour(record->landing, record->rows, at, -1), after,
+                               after && record->row[after - record->landing].same_runway_run !=
+                                            STORE_NONE};
 }
 
 enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
@@ -507,9 +513,9 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
         struct record_row *row = &record->row[record->rows++];
         row->run = record->landing[i].id;
         row->same_runway_run = STORE_NONE;
-        history[i] = emulated_history(store, &record->landing[i]);
-        take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
-        take_same_runway(record, history, row);
+        history[i] = runway_history_id(store, &record->landing[i]);
+        set_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
+        set_same_runway(record, history, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
     free(advice);
@@ -518,12 +524,12 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
 }
 
 enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_given *given, struct error *error)
+                            const struct record_landing *given, struct error *error)
 {
     struct record_row *row = record_find(record, given->measured->landing.id);
     if (!row)
         return MR_OK;
-    const struct outcome_between between = between_of(record, row);
+    const struct neighbours between = find_neighbours(record, row);
     return judge_landing(store, &between, given, row, error);
 }
 
@@ -532,12 +538,12 @@ enum mr_status record_end(struct store *store, struct record *record, struct err
     enum mr_status status = MR_OK;
     for (size_t i = 0; status == MR_OK && i < record->rows; i++) {
         struct record_row *row = &record->row[i];
-        const struct outcome_between between = between_of(record, row);
-        if (!row->judged)
+        const struct neighbours between = find_neighbours(record, row);
+        if (!row->is_judged)
             status = load_landing(store, &between, row, error);
     }
     for (size_t i = 0; status == MR_OK && i < record->rows; i++)
-        add_row(record, &record->row[i]);
+        count_row(record, &record->row[i]);
     return status;
 }
 
@@ -558,28 +564,25 @@ void record_free(struct record *record)
 const char *record_verdict_text(enum record_verdict verdict)
 {
     static const char *const text[RECORD_VERDICTS] = {
-        [RECORD_NOT_KNOWN] = "not known",
-        [RECORD_HIT] = "hit",
-        [RECORD_LATE] = "warned, but too late",
-        [RECORD_MISS] = "missed",
-        [RECORD_FALSE] = "false",
-        [RECORD_SILENCE] = "correctly quiet",
+        [RECORD_NOT_KNOWN] = "not known",       [RECORD_HIT] = "hit",
+        [RECORD_LATE] = "warned, but too late", [RECORD_MISS] = "missed",
+        [RECORD_FALSE_ALARM] = "false",         [RECORD_TRUE_NEGATIVE] = "correctly quiet",
     };
     return text[verdict];
 }
 
-const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE])
+const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE])
 {
-    bool against = row->advised && strcmp(row->advice.verdict, "against") == 0;
-    snprintf(out, RECORD_ADVICE, "%s%s", row->advised ? row->advice.verdict : "none",
-             row->followed                   ? ", followed"
-             : row->advised && row->off_plan ? ", plan not followed"
-             : against && row->flown         ? ", not followed"
-                                             : "");
+    bool against = row->has_advice && strcmp(row->advice.verdict, "against") == 0;
+    snprintf(out, RECORD_ADVICE_SIZE, "%s%s", row->has_advice ? row->advice.verdict : "none",
+             row->followed                      ? ", followed"
+             : row->has_advice && row->off_plan ? ", plan not followed"
+             : against && row->has_motion       ? ", not followed"
+                                                : "");
     return out;
 }
 
-static void warnings_answer(const struct record *record, struct answer *answer)
+static void add_warnings(const struct record *record, struct answer *answer)
 {
     static const char *const names[RECORD_VERDICTS] = {"unknown", "hits",  "late",
                                                        "misses",  "false", "silences"};
@@ -592,22 +595,23 @@ static void warnings_answer(const struct record *record, struct answer *answer)
     answer_close(answer);
 }
 
-static void advice_answer(const struct record *record, struct answer *answer)
+static void add_advice(const struct record *record, struct answer *answer)
 {
     static const char *const names[RECORD_ADVICES] = {"clear", "caution", "against"};
     answer_table(answer, "advice", "advice before landings");
     for (size_t i = 0; i < RECORD_ADVICES; i++) {
         answer_row(answer);
         answer_words(answer, "advice", "advice", "%s", names[i]);
-        answer_count(answer, "came", "zone reached", (int64_t)record->advice[i][OUTCOME_CAME]);
-        answer_count(answer, "did_not", "not reached", (int64_t)record->advice[i][OUTCOME_DID_NOT]);
+        answer_count(answer, "came", "zone reached", (int64_t)record->advice[i][OUTCOME_REACHED]);
+        answer_count(answer, "did_not", "not reached",
+                     (int64_t)record->advice[i][OUTCOME_NOT_REACHED]);
         answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
     }
     answer_close(answer);
     answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan);
 }
 
-static void line_answer(const struct record *record, struct answer *answer)
+static void add_summary_line(const struct record *record, struct answer *answer)
 {
     const size_t *verdict = record->verdict;
     answer_sentence(
@@ -615,18 +619,18 @@ static void line_answer(const struct record *record, struct answer *answer)
         "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, %zu missed. "
         "%zu false warnings, %zu correctly quiet, %zu unknown (matrig report lists each).",
         verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS], verdict[RECORD_HIT],
-        verdict[RECORD_LATE], verdict[RECORD_MISS], verdict[RECORD_FALSE], verdict[RECORD_SILENCE],
-        verdict[RECORD_NOT_KNOWN]);
+        verdict[RECORD_LATE], verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM],
+        verdict[RECORD_TRUE_NEGATIVE], verdict[RECORD_NOT_KNOWN]);
 }
 
-void record_answer(const struct record *record, bool brief, struct answer *answer)
+void record_to_answer(const struct record *record, bool brief, struct answer *answer)
 {
     answer_open(answer, "record", brief ? NULL : "");
     answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landings);
     answer_count(answer, "voided", brief ? NULL : "void, not counted", (int64_t)record->voided);
-    warnings_answer(record, answer);
-    advice_answer(record, answer);
+    add_warnings(record, answer);
+    add_advice(record, answer);
     answer_close(answer);
     if (brief)
-        line_answer(record, answer);
+        add_summary_line(record, answer);
 }

@@ -34,27 +34,27 @@
 /* distance at which a zone counts as reached: seven mats, as in tests/score */
 #define OUTCOME_NEAR_FT 2.0
 
-enum outcome_came { OUTCOME_UNKNOWN, OUTCOME_CAME, OUTCOME_DID_NOT };
+enum outcome_reached { OUTCOME_UNKNOWN, OUTCOME_REACHED, OUTCOME_NOT_REACHED };
 enum outcome_basis {
-    OUTCOME_NOTHING,
-    OUTCOME_SEEN,
+    OUTCOME_NO_BASIS,
+    OUTCOME_OBSERVATION,
     OUTCOME_TRANSDUCERS,
     OUTCOME_SURVEY_AFTER,
     OUTCOME_BASES
 };
 
 struct outcome {
-    enum outcome_came came;
+    enum outcome_reached reached;
     enum outcome_basis basis;
-    const char *why; /* why the outcome is unknown; static */
+    const char *reason; /* why the outcome is unknown; static */
     /* Longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known. */
     int64_t mats;
     double start_ft; /* start of that longest zone */
     /* time at which the wheel reached a zone of 50 mats; NaN: it did not, or not known */
     double t_s;
-    double watched; /* share of the gear's path that lies between transducers */
+    double covered_share; /* share of the gear's path that lies between transducers */
     /* Closed run at the wheel, by the survey after the landing; STORE_NONE: no survey was read. */
-    int64_t left_mats;
+    int64_t closed_after_mats;
     size_t waves, breaks; /* numbers of waves and breaks that were observed and not withdrawn */
 };
 
@@ -67,42 +67,42 @@ const char *outcome_basis_text(enum outcome_basis basis);
 #define RECORD_OFF_SPEED   0.10
 
 enum record_warned {
-    RECORD_UNWATCHED, /* readings of another instrument: no board could warn */
+    RECORD_NO_BOARD, /* readings of another instrument: no board could warn */
     RECORD_WARNED,
-    RECORD_QUIET,
-    RECORD_UNHEARD /* no warning was received, but one may have been sent */
+    RECORD_NO_WARNING,
+    RECORD_NOT_RECEIVED /* no warning was received, but one may have been sent */
 };
 enum record_verdict {
     RECORD_NOT_KNOWN,
-    RECORD_HIT,     /* warned before the wheel reached the zone */
-    RECORD_LATE,    /* warned after the wheel reached the zone */
-    RECORD_MISS,    /* zone without a warning */
-    RECORD_FALSE,   /* warning without a zone */
-    RECORD_SILENCE, /* no warning and no zone */
+    RECORD_HIT,           /* warned before the wheel reached the zone */
+    RECORD_LATE,          /* warned after the wheel reached the zone */
+    RECORD_MISS,          /* zone without a warning */
+    RECORD_FALSE_ALARM,   /* warning without a zone */
+    RECORD_TRUE_NEGATIVE, /* no warning and no zone */
     RECORD_VERDICTS
 };
-enum record_advised { RECORD_CLEAR, RECORD_CAUTION, RECORD_AGAINST, RECORD_ADVICES };
+enum record_advice { RECORD_CLEAR, RECORD_CAUTION, RECORD_AGAINST, RECORD_ADVICES };
 
 struct record_row {
     int64_t run;
-    bool judged; /* false: the fields after `advice` have not been computed yet */
+    bool is_judged; /* false: the fields after `advice` have not been computed yet */
     bool is_void;
     enum record_warned warned;
     double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
     /* time from the warning until the wheel reached a zone; NaN: no warning, or no zone */
     double lead_s;
-    double risk_most; /* largest risk reported during the landing; NaN: none */
+    double max_risk; /* largest risk reported during the landing; NaN: none */
     /* First landing that began on the same runway, which was restored; STORE_NONE: none. Only the
      * runway of an emulated board can be: its memory is a file. */
     int64_t same_runway_run;
-    bool advised;
+    bool has_advice;
     struct store_advice advice; /* newest advice before the landing, on its runway */
-    bool flown;                 /* its motion is known: the next two are, too */
+    bool has_motion;            /* its motion is known: the next two are, too */
     bool off_plan;
     bool followed; /* advised against the plan: it braked no harder than advised */
     struct outcome outcome;
     enum record_verdict verdict;
-    const char *why; /* reason for RECORD_NOT_KNOWN; static */
+    const char *reason; /* reason for RECORD_NOT_KNOWN; static */
 };
 
 struct record {
@@ -112,14 +112,14 @@ struct record {
     /* Totals over the landings that are not void. */
     size_t landings, voided;
     size_t verdict[RECORD_VERDICTS];
-    size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_came */
+    size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_reached */
     /* landings that differed from their plan, or followed the advice against it; not counted in
      * `advice` */
     size_t off_plan;
 };
 
 /* A loaded landing, with its samples. */
-struct record_given {
+struct record_landing {
     const struct measured *measured;
     const struct zones *zones;
 };
@@ -131,7 +131,7 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
 struct record_row *record_find(struct record *record, int64_t run);
 /* Judges a landing that the caller has loaded. */
 enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_given *given, struct error *error);
+                            const struct record_landing *given, struct error *error);
 /* Loads and judges the rows that are not judged yet, and computes the totals. */
 enum mr_status record_end(struct store *store, struct record *record, struct error *error);
 /* record_begin and record_end in one call. */
@@ -140,10 +140,10 @@ void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);
 /* The advice before a landing and whether it was followed: "against, followed"; "none". */
-#define RECORD_ADVICE 48
-const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE]);
+#define RECORD_ADVICE_SIZE 48
+const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE]);
 /* Adds the totals as JSON. Text output has one line with `brief` (for `matrig show`), otherwise all
  * totals. */
-void record_answer(const struct record *record, bool brief, struct answer *answer);
+void record_to_answer(const struct record *record, bool brief, struct answer *answer);
 
 #endif

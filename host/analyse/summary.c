@@ -49,8 +49,7 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
     }
 }
 
-static enum mr_status summary_links_load(struct store *store, struct summary *summary,
-                                         struct error *error)
+static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
 {
     int64_t run = summary->measured.landing.id;
     enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
@@ -71,7 +70,7 @@ static enum mr_status summary_links_load(struct store *store, struct summary *su
     return status;
 }
 
-void summary_troubles(const int64_t *trouble, char *out, size_t size)
+void summary_format_troubles(const int64_t *trouble, char *out, size_t size)
 {
     size_t used = 0;
     out[0] = '\0';
@@ -118,7 +117,7 @@ static const char *gap_reason(const char *cause)
     return "lost";
 }
 
-static void gap_answer(const struct store_gap *gap, struct answer *answer)
+static void add_gap(const struct store_gap *gap, struct answer *answer)
 {
     answer_row(answer);
     answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
@@ -132,7 +131,7 @@ static void gap_answer(const struct store_gap *gap, struct answer *answer)
     answer_count(answer, "to_block", "to block", gap->to_block);
 }
 
-static void link_answer(const struct summary_link *link, int kind, struct answer *answer)
+static void add_link(const struct summary_link *link, int kind, struct answer *answer)
 {
     char line[400], label[20];
     if (!link->used) {
@@ -143,7 +142,7 @@ static void link_answer(const struct summary_link *link, int kind, struct answer
                  "%lld frames received, %lld lost, %lld not sent by the board%s",
                  (long long)link->received, (long long)link->lost, (long long)link->dropped,
                  link->silent ? "; silent in part: more may be lost" : "");
-    summary_troubles(link->trouble, line, sizeof line);
+    summary_format_troubles(link->trouble, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
         answer_words(answer, NULL, label, "%s", line);
@@ -156,22 +155,22 @@ static void link_answer(const struct summary_link *link, int kind, struct answer
     answer_close(answer);
 }
 
-static void summary_links_answer(const struct summary *summary, struct answer *answer)
+static void add_links(const struct summary *summary, struct answer *answer)
 {
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        link_answer(&summary->link[kind], kind, answer);
+        add_link(&summary->link[kind], kind, answer);
     answer_close(answer);
     if (summary->gaps == 0)
         answer_words(answer, NULL, "gaps", "none");
     answer_table(answer, "gaps", "gaps");
     for (size_t i = 0; i < summary->gaps; i++)
-        gap_answer(&summary->gap[i], answer);
+        add_gap(&summary->gap[i], answer);
     answer_close(answer);
 }
 
-static enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
-                                        struct error *error)
+static enum mr_status load_mean(struct store *store, int64_t run, struct store_mean *mean,
+                                struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_QUANTITIES && status == MR_OK; i++)
@@ -179,7 +178,7 @@ static enum mr_status summary_mean_load(struct store *store, int64_t run, struct
     return status;
 }
 
-static void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
+static void add_mean(const struct store_mean *mean, struct answer *answer)
 {
     for (unsigned i = 0; i < MR_QUANTITIES; i++) {
         const struct mr_quantity_info *info = mr_quantity_at(i);
@@ -209,7 +208,7 @@ static bool is_missing_samples(const struct measured_channel *channel, enum mr_c
 
 /* "1, 2, 5": the channels with the same missing time as channel `c`. False: an earlier channel
  * already listed `c`. */
-static bool numbers_text(const struct measured *measured, unsigned c, char *out, size_t size)
+static bool format_channels(const struct measured *measured, unsigned c, char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
     size_t used = 0;
@@ -228,8 +227,8 @@ static bool numbers_text(const struct measured *measured, unsigned c, char *out,
     return true;
 }
 
-static void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
-                                   struct answer *answer)
+static void add_missing(const struct measured *measured, enum mr_channel_kind kind,
+                        struct answer *answer)
 {
     char numbers[120];
     if (measured->no_rest && kind == MR_KIND_DISPLACEMENT)
@@ -250,7 +249,7 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!is_missing_samples(channel, kind) ||
-            !numbers_text(measured, c, numbers, sizeof numbers))
+            !format_channels(measured, c, numbers, sizeof numbers))
             continue;
         answer_sentence(answer, NULL,
                         "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "
@@ -264,12 +263,12 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
 
 #define US_PER_MIN 60e6
 
-static const char *summary_ready_kind(int kind)
+static const char *ready_kind_name(int kind)
 {
     return kind == 0 ? "ready" : "walk";
 }
 
-static void take_no_go(const char *checks, char *out, size_t size)
+static void copy_no_go(const char *checks, char *out, size_t size)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
     size_t i;
@@ -285,44 +284,43 @@ static void take_no_go(const char *checks, char *out, size_t size)
     json_decref(object);
 }
 
-static enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
-                                         struct summary_ready ready[SUMMARY_READY_KINDS],
-                                         struct error *error)
+static enum mr_status load_ready(struct store *store, const struct store_landing *landing,
+                                 struct summary_ready ready[SUMMARY_READY_KINDS],
+                                 struct error *error)
 {
     enum mr_status status = MR_OK;
     memset(ready, 0, SUMMARY_READY_KINDS * sizeof *ready);
     for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
          kind++) {
         struct store_readiness row;
-        status = store_readiness_get(store, landing->board_uid, summary_ready_kind(kind),
+        status = store_readiness_get(store, landing->board_uid, ready_kind_name(kind),
                                      landing->armed_us, true, &row, &ready[kind].known, error);
         if (status != MR_OK || !ready[kind].known)
             continue;
         ready[kind].go = strcmp(row.verdict, "go") == 0;
         ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
-        take_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
+        copy_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
         free(row.checks);
     }
     return status;
 }
 
-static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
-                                 struct answer *answer)
+static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], struct answer *answer)
 {
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         const struct summary_ready *r = &ready[kind];
         if (r->known)
-            answer_words(answer, NULL, summary_ready_kind(kind), "%s, %.0f min before%s%s",
+            answer_words(answer, NULL, ready_kind_name(kind), "%s, %.0f min before%s%s",
                          r->go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "", r->no_go)
                 ->warn = !r->go;
     }
     answer_open(answer, "readiness", NULL);
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         if (!ready[kind].known) {
-            answer_none(answer, summary_ready_kind(kind), NULL, "");
+            answer_none(answer, ready_kind_name(kind), NULL, "");
             continue;
         }
-        answer_open(answer, summary_ready_kind(kind), NULL);
+        answer_open(answer, ready_kind_name(kind), NULL);
         answer_flag(answer, "go", NULL, ready[kind].go);
         answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
             4;
@@ -332,18 +330,18 @@ static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_
     answer_close(answer);
 }
 
-#define DAY_MOST_US 1e17 /* the year 5138 */
+#define TIME_MAX_US 1e17 /* the year 5138 */
 
 /* Order of time maps: good ones first, of these CAN, which has the shorter delay. Of two bad
  * ones the refusal with more information is better. */
-static bool is_better(const struct store_time_map *a, const struct store_time_map *b)
+static bool is_better_clock(const struct store_time_map *a, const struct store_time_map *b)
 {
     if (a->refusal != TIMEMAP_OK || b->refusal != TIMEMAP_OK)
         return b->refusal != TIMEMAP_OK && (a->refusal == TIMEMAP_OK || a->refusal > b->refusal);
     return a->link == LINK_CAN && b->link != LINK_CAN;
 }
 
-enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+enum mr_status summary_load_clock(struct store *store, int64_t run, struct store_time_map *clock,
                                   bool *known, struct error *error)
 {
     struct store_time_map *map = NULL;
@@ -351,7 +349,7 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
     *known = false;
     enum mr_status status = store_time_maps(store, run, &map, &maps, error);
     for (size_t i = 0; status == MR_OK && i < maps; i++) {
-        if (!*known || is_better(&map[i], clock))
+        if (!*known || is_better_clock(&map[i], clock))
             *clock = map[i];
         *known = true;
     }
@@ -359,7 +357,7 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
     return status;
 }
 
-struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
+struct summary_moment summary_convert_time(const struct store_time_map *clock, double board_us)
 {
     double since_us = board_us - (double)clock->board_us;
     return (struct summary_moment){
@@ -367,11 +365,10 @@ struct summary_moment summary_time_by(const struct store_time_map *clock, double
         clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
 }
 
-static enum mr_status summary_time_load(struct store *store, struct summary *summary,
-                                        struct error *error)
+static enum mr_status load_time(struct store *store, struct summary *summary, struct error *error)
 {
     return film_load(store, &summary->measured, &summary->film, error)
-             ?: summary_time_clock(store, summary->measured.landing.id, &summary->clock,
+             ?: summary_load_clock(store, summary->measured.landing.id, &summary->clock,
                                    &summary->clock_known, error);
 }
 
@@ -379,16 +376,16 @@ struct summary_moment summary_time_of_day(const struct summary *summary, double 
 {
     if (!summary->clock_known || summary->clock.refusal != TIMEMAP_OK)
         return (struct summary_moment){(double)NAN, (double)NAN};
-    return summary_time_by(&summary->clock, board_us);
+    return summary_convert_time(&summary->clock, board_us);
 }
 
 /* "2026-11-21 22:28:14.1234 UTC" */
-static void day_text(double host_us, char *out, size_t size)
+static void format_day(double host_us, char *out, size_t size)
 {
-    time_t second = fabs(host_us) < DAY_MOST_US ? (time_t)floor(host_us / 1e6) : 0;
+    time_t second = fabs(host_us) < TIME_MAX_US ? (time_t)floor(host_us / 1e6) : 0;
     struct tm utc;
     char text[40];
-    if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
+    if (!(fabs(host_us) < TIME_MAX_US) || !gmtime_r(&second, &utc)) {
         snprintf(out, size, "a time outside the calendar");
         return;
     }
@@ -396,7 +393,7 @@ static void day_text(double host_us, char *out, size_t size)
     snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
 }
 
-static void clock_answer(const struct summary *summary, struct answer *answer)
+static void add_clock(const struct summary *summary, struct answer *answer)
 {
     const struct store_time_map *clock = &summary->clock;
     const struct summary_moment touchdown = summary_time_of_day(summary,
@@ -420,19 +417,19 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
         answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
         answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
         answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
-        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
+        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_width_us, 0);
     } else {
         answer_words(answer, NULL, "clock", "times of day unknown: %s",
                      timemap_refusal_text((unsigned)clock->refusal));
     }
     if (good && summary->measured.t0_is_touchdown) {
-        day_text(touchdown.host_us, day, sizeof day);
+        format_day(touchdown.host_us, day, sizeof day);
         answer_words(answer, NULL, "touchdown at", "%s", day);
     }
     answer_close(answer);
 }
 
-static void film_answer(const struct summary *summary, struct answer *answer)
+static void add_film(const struct summary *summary, struct answer *answer)
 {
     const struct film *film = &summary->film;
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
@@ -449,7 +446,7 @@ static void film_answer(const struct summary *summary, struct answer *answer)
     }
     if (placed)
         snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed,
-                 SUMMARY_95 * worst_ft * station->factor, station->text);
+                 SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open(answer, "film", "");
     answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
                  film->rate_hz, (long long)film->missing, gear);
@@ -459,10 +456,10 @@ static void film_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-void summary_time_answer(const struct summary *summary, struct answer *answer)
+void summary_add_time(const struct summary *summary, struct answer *answer)
 {
-    clock_answer(summary, answer);
-    film_answer(summary, answer);
+    add_clock(summary, answer);
+    add_film(summary, answer);
 }
 
 /* ---- the summary ---- */
@@ -478,7 +475,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_session_get(store, summary->measured.landing.session, &summary->session, error) ?:
            store_import_get(store, summary->measured.landing.session, &summary->import,
                             &summary->imported, error) ?:
-           summary_links_load(store, summary, error) ?: summary_time_load(store, summary, error) ?:
+           load_links(store, summary, error) ?: load_time(store, summary, error) ?:
            store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
                         error) ?:
            store_switch_events(store, run, &summary->switch_event, &summary->switch_events,
@@ -486,12 +483,12 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
                                 error) ?:
            store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
-           store_orders(store, run, &summary->order, &summary->orders, error) ?:
+           store_orders(store, run, &summary->command, &summary->commands, error) ?:
            store_keys(store, run, &summary->key, &summary->keys, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
-           summary_mean_load(store, run, summary->mean, error) ?:
-           summary_ready_load(store, &summary->measured.landing, summary->ready, error) ?:
-           store_find_twin(store, run, &summary->twin, error);
+           load_mean(store, run, summary->mean, error) ?:
+           load_ready(store, &summary->measured.landing, summary->ready, error) ?:
+           store_find_twin(store, run, &summary->duplicate_run, error);
 }
 
 void summary_free(struct summary *summary)
@@ -505,21 +502,23 @@ void summary_free(struct summary *summary)
     free(summary->switch_event);
     free(summary->channel_event);
     free(summary->restart);
-    free(summary->order);
+    free(summary->command);
     free(summary->key);
 }
 
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
-void summary_switches(const struct measured *measured, char *out, size_t size)
+void summary_format_switches(const struct measured *measured, char *out, size_t size)
 {
     size_t seen = measured->gates;
     bool all = seen == measured->switches && seen > 0;
     int length = all ? snprintf(out, size, "all %zu seen", seen)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
-    uint64_t unseen = measured->fitted & ~measured->seen;
+    uint64_t unseen = measured->fitted_switches & ~measured->seen_switches;
     /* the gear may have stopped before reaching the switches beyond the last one seen */
-    unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u;
+    unsigned last = measured->seen_switches
+                      ? 63u - (unsigned)__builtin_clzll(measured->seen_switches)
+                      : 63u;
     uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
         if (!(unseen & ~beyond & 1ull << p))
@@ -545,7 +544,7 @@ static double event_time_s(const struct measured *measured, const struct store_f
 
 /* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The end of a fault is
  * part of its line, so events of a channel that is valid again are skipped. */
-static void damage_answer(const struct summary *summary, size_t i, struct answer *answer)
+static void add_damage(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     const struct store_fault *event = &summary->channel_event[i];
@@ -568,10 +567,10 @@ static void damage_answer(const struct summary *summary, size_t i, struct answer
                  event_time_s(measured, event), until);
 }
 
-static void channel_events_answer(const struct summary *summary, struct answer *answer)
+static void add_channel_events(const struct summary *summary, struct answer *answer)
 {
     for (size_t i = 0; i < summary->channel_events; i++)
-        damage_answer(summary, i, answer);
+        add_damage(summary, i, answer);
     answer_table(answer, "channel_events", NULL);
     for (size_t i = 0; i < summary->channel_events; i++) {
         const struct store_fault *event = &summary->channel_event[i];
@@ -585,7 +584,7 @@ static void channel_events_answer(const struct summary *summary, struct answer *
     answer_close(answer);
 }
 
-static void restart_answer(const struct summary *summary, struct answer *answer)
+static void add_restarts(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     char cause[100], after[40] = "";
@@ -607,10 +606,10 @@ static void restart_answer(const struct summary *summary, struct answer *answer)
 }
 
 /* One line for each order except an accepted arming, which every landing has. */
-static void orders_answer(const struct summary *summary, struct answer *answer)
+static void add_commands(const struct summary *summary, struct answer *answer)
 {
-    for (size_t i = 0; i < summary->orders; i++) {
-        const struct store_fault *order = &summary->order[i];
+    for (size_t i = 0; i < summary->commands; i++) {
+        const struct store_fault *order = &summary->command[i];
         enum mr_status status = (enum mr_status)order->detail;
         if (order->code != MR_COMMAND_ARM || status != MR_OK)
             answer_words(answer, NULL, "order", "%s by %s at %.3f s: %s%s",
@@ -622,8 +621,8 @@ static void orders_answer(const struct summary *summary, struct answer *answer)
                 ->warn = status != MR_OK;
     }
     answer_table(answer, "orders", NULL);
-    for (size_t i = 0; i < summary->orders; i++) {
-        const struct store_fault *order = &summary->order[i];
+    for (size_t i = 0; i < summary->commands; i++) {
+        const struct store_fault *order = &summary->command[i];
         answer_row(answer);
         answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
         answer_count(answer, "status", NULL, order->detail);
@@ -634,7 +633,7 @@ static void orders_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-static void switch_events_answer(const struct summary *summary, struct answer *answer)
+static void add_switch_events(const struct summary *summary, struct answer *answer)
 {
     answer_table(answer, "switch_events", NULL);
     for (size_t i = 0; i < summary->switch_events; i++) {
@@ -658,8 +657,8 @@ static void switch_events_answer(const struct summary *summary, struct answer *a
     }
 }
 
-static void motion_estimate(const char *name, const char *label, enum unit_kind unit,
-                            struct mr_estimate value, int decimals, struct answer *answer)
+static void add_motion_estimate(const char *name, const char *label, enum unit_kind unit,
+                                struct mr_estimate value, int decimals, struct answer *answer)
 {
     struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error,
                                                decimals);
@@ -667,23 +666,23 @@ static void motion_estimate(const char *name, const char *label, enum unit_kind 
     fact->interval = true;
 }
 
-static void motion_answer(const struct summary *summary, struct answer *answer)
+static void add_motion(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     const struct mr_gates_summary *fit = &measured->summary;
     char switches[200];
-    summary_switches(measured, switches, sizeof switches);
+    summary_format_switches(measured, switches, sizeof switches);
     answer_words(answer, NULL, "switches", "%s", switches);
-    switch_events_answer(summary, answer);
+    add_switch_events(summary, answer);
     answer_count(answer, "switches", NULL, (int64_t)measured->switches);
     answer_count(answer, "switches_seen", NULL, (int64_t)measured->gates);
     answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
-        motion_estimate("touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s, 4,
-                        answer);
+        add_motion_estimate("touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s,
+                            4, answer);
     if (measured->fit_status == MR_TRUNCATED) {
-        char reason[MEASURED_REASON];
-        measured_no_stop_text(measured, reason);
+        char reason[MEASURED_REASON_SIZE];
+        measured_format_no_stop(measured, reason);
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
@@ -691,9 +690,9 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
                          ? "the landing is torn: its first switch edges were not received"
                          : mr_status_text(measured->fit_status));
     } else {
-        motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
-                        fit->mean_deceleration_ft_s2, 4, answer);
-        motion_estimate("stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3, answer);
+        add_motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
+                            fit->mean_deceleration_ft_s2, 4, answer);
+        add_motion_estimate("stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3, answer);
         answer_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
                      fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
             ->digits = 9;
@@ -701,8 +700,8 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     }
 }
 
-static void summary_channel_answer(const struct measured *measured,
-                                   const struct measured_channel *channel, struct answer *answer)
+static void add_channel(const struct measured *measured, const struct measured_channel *channel,
+                        struct answer *answer)
 {
     const bool gage = channel->config.kind == MR_KIND_TENSION;
     const enum unit_kind unit = gage ? UNIT_TENSION : UNIT_DISPLACEMENT;
@@ -741,12 +740,12 @@ static void summary_channel_answer(const struct measured *measured,
     answer_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
 }
 
-void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
-                             const char *label, struct answer *answer)
+void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
+                          const char *label, struct answer *answer)
 {
     bool any = false;
     if (label)
-        summary_missing_answer(measured, kind, answer);
+        add_missing(measured, kind, answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         any |= measured->channel[c].config.kind == kind;
     answer_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
@@ -755,23 +754,23 @@ void summary_channels_answer(const struct measured *measured, enum mr_channel_ki
         if (measured->channel[c].config.kind != kind)
             continue;
         answer_row(answer);
-        summary_channel_answer(measured, &measured->channel[c], answer);
+        add_channel(measured, &measured->channel[c], answer);
     }
     answer_close(answer);
 }
 
-static void channels_answer(const struct measured *measured, struct answer *answer)
+static void add_channels(const struct measured *measured, struct answer *answer)
 {
-    bool read = measured->source != MEASURED_NOTHING;
-    summary_channels_answer(
+    bool read = measured->source != MEASURED_NO_SOURCE;
+    summary_add_channels(
         measured, MR_KIND_DISPLACEMENT,
         read ? "movement of the mat (+- is one standard error, - not valid)" : NULL, answer);
-    summary_channels_answer(
+    summary_add_channels(
         measured, MR_KIND_TENSION,
         read ? "tension of the bands (+- is one standard error, - not valid)" : NULL, answer);
 }
 
-static void faults_answer(const struct summary *summary, struct answer *answer)
+static void add_faults(const struct summary *summary, struct answer *answer)
 {
     if (summary->faults == 0)
         answer_words(answer, NULL, "faults", "none");
@@ -787,7 +786,7 @@ static void faults_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-static void import_answer(const struct summary *summary, struct answer *answer)
+static void add_import(const struct summary *summary, struct answer *answer)
 {
     const struct store_import *import = &summary->import;
     if (!summary->imported) {
@@ -806,10 +805,10 @@ static void import_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-static void source_answer(const struct measured *measured, struct answer *answer)
+static void add_source(const struct measured *measured, struct answer *answer)
 {
-    char source[MEASURED_SOURCE_TEXT];
-    measured_source_text(measured, source);
+    char source[MEASURED_SOURCE_SIZE];
+    measured_format_source(measured, source);
     answer_words(answer, NULL, "readings", "%s", source);
     answer_words(answer, "source", NULL, "%s", measured_source_name(measured->source));
     answer_table(answer, "stretches", NULL);
@@ -829,8 +828,7 @@ static const char *or_unknown(const char *text)
     return text[0] ? text : "unknown";
 }
 
-static void board_answer(const struct store_landing *landing, int64_t can_base,
-                         struct answer *answer)
+static void add_board(const struct store_landing *landing, int64_t can_base, struct answer *answer)
 {
     answer_words(answer, NULL, "board", "%s", or_unknown(landing->board_uid));
     if (can_base > 0)
@@ -852,87 +850,88 @@ static void board_answer(const struct store_landing *landing, int64_t can_base,
                                                      : "crystal");
 }
 
-void summary_dates_answer(const struct measured *measured, struct answer *answer)
+void summary_add_dates(const struct measured *measured, struct answer *answer)
 {
     answer_json_value(answer, "uncalibrated",
                       measured->dates_known ? json_boolean(measured->uncalibrated) : json_null());
 }
 
-void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
+void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE])
 {
     const struct store_landing *landing = &summary->measured.landing;
-    snprintf(out, SUMMARY_HEADING, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
+    snprintf(out, SUMMARY_HEADING_SIZE, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
              (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
              measured_marks(&summary->measured));
 }
 
-void summary_alerts_answer(const struct summary *summary, struct answer *answer)
+void summary_add_alerts(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
-    char torn[MEASURED_TORN_TEXT];
-    measured_torn_text(measured, torn);
+    char torn[MEASURED_TORN_SIZE];
+    measured_format_torn(measured, torn);
     if (torn[0])
         answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
-    if (summary->twin)
+    if (summary->duplicate_run)
         answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
-                     (long long)summary->twin)
+                     (long long)summary->duplicate_run)
             ->warn = true;
-    answer_count(answer, "same_as", NULL, summary->twin ? summary->twin : ANSWER_UNKNOWN);
-    summary_dates_answer(measured, answer);
-    restart_answer(summary, answer);
-    orders_answer(summary, answer);
-    summary_ready_answer(summary->ready, answer);
+    answer_count(answer, "same_as", NULL,
+                 summary->duplicate_run ? summary->duplicate_run : ANSWER_UNKNOWN);
+    summary_add_dates(measured, answer);
+    add_restarts(summary, answer);
+    add_commands(summary, answer);
+    add_ready(summary->ready, answer);
 }
 
-void summary_facts_answer(const struct summary *summary, struct answer *answer)
+void summary_add_facts(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
-    summary_alerts_answer(summary, answer);
-    motion_answer(summary, answer);
-    braking_answer(&summary->braking, answer);
-    channel_events_answer(summary, answer);
-    source_answer(measured, answer);
-    import_answer(summary, answer);
-    summary_mean_answer(summary->mean, answer);
-    foresight_answer(&summary->foresight, measured, answer);
-    board_answer(&measured->landing, summary->session.can_base, answer);
+    summary_add_alerts(summary, answer);
+    add_motion(summary, answer);
+    braking_to_answer(&summary->braking, answer);
+    add_channel_events(summary, answer);
+    add_source(measured, answer);
+    add_import(summary, answer);
+    add_mean(summary->mean, answer);
+    foresight_to_answer(&summary->foresight, measured, answer);
+    add_board(&measured->landing, summary->session.can_base, answer);
 }
 
-void summary_health_answer(const struct summary *summary, struct answer *answer)
+void summary_add_health(const struct summary *summary, struct answer *answer)
 {
-    summary_time_answer(summary, answer);
-    summary_links_answer(summary, answer);
-    faults_answer(summary, answer);
+    summary_add_time(summary, answer);
+    add_links(summary, answer);
+    add_faults(summary, answer);
 }
 
-void summary_zone_answer(const struct summary *summary, struct answer *answer)
+void summary_add_zone(const struct summary *summary, struct answer *answer)
 {
-    zones_answer(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
+    zones_to_answer(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
 }
 
-void summary_answer(const struct summary *summary, struct answer *answer)
+void summary_to_answer(const struct summary *summary, struct answer *answer)
 {
     const struct store_landing *landing = &summary->measured.landing;
-    char heading[SUMMARY_HEADING];
-    summary_heading(summary, heading);
+    char heading[SUMMARY_HEADING_SIZE];
+    summary_format_heading(summary, heading);
     answer_open(answer, NULL, heading);
     answer_count(answer, "run", NULL, landing->id);
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
-    summary_facts_answer(summary, answer);
-    summary_zone_answer(summary, answer);
-    channels_answer(&summary->measured, answer);
-    bands_answer(&summary->bands, &summary->measured, answer);
-    bands_shunts_answer(&summary->bands, false, answer);
-    summary_health_answer(summary, answer);
+    summary_add_facts(summary, answer);
+    summary_add_zone(summary, answer);
+    add_channels(&summary->measured, answer);
+    bands_to_answer(&summary->bands, &summary->measured, answer);
+    bands_add_shunts(&summary->bands, false, answer);
+    summary_add_health(summary, answer);
     answer_close(answer);
 }
 
 json_t *summary_json(const struct summary *summary, bool si)
 {
     struct answer *answer = answer_new(si);
-    summary_answer(summary, answer);
+    summary_to_answer(summary, answer);
     json_t *json = answer_json(answer);
     answer_free(answer);
     return json;

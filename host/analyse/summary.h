@@ -30,7 +30,7 @@ struct summary_ready {
 
 /* Half width of a 95 % interval in standard errors. The errors of switch positions are assumed to
  * be normal with known standard deviation. */
-#define SUMMARY_95 1.959964
+#define SUMMARY_HALF_WIDTH_95 1.959964
 
 struct summary_link {
     bool used;
@@ -68,13 +68,13 @@ struct summary {
     struct store_fault *restart; /* restarts of the board during the landing */
     size_t restarts;
     /* commands of another program, or refused commands; count 1: sent by the log itself */
-    struct store_fault *order;
-    size_t orders;
+    struct store_fault *command;
+    size_t commands;
     struct store_fault *key;               /* states of the board key; code: enum mr_key_state */
     size_t keys;                           /* number of states; 0: not reported */
     struct store_mean mean[MR_QUANTITIES]; /* means of the messages that the board repeats */
     struct summary_ready ready[SUMMARY_READY_KINDS];
-    int64_t twin; /* earlier RUN that is a record of the same landing; 0: none */
+    int64_t duplicate_run; /* earlier RUN that is a record of the same landing; 0: none */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
@@ -82,33 +82,33 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
 void summary_free(struct summary *summary); /* call also after an error */
 
 /* Heading as text: "RUN 5: landing 5, done". */
-#define SUMMARY_HEADING 80
-void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
+#define SUMMARY_HEADING_SIZE 80
+void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
-void summary_dates_answer(const struct measured *measured, struct answer *answer);
+void summary_add_dates(const struct measured *measured, struct answer *answer);
 /* Adds the whole summary under its heading. The functions below add parts that a page shows in
  * separate sections. */
-void summary_answer(const struct summary *summary, struct answer *answer);
+void summary_to_answer(const struct summary *summary, struct answer *answer);
 /* Adds what makes the landing doubtful: torn, recorded twice, restarted, commands received, not
  * ready. */
-void summary_alerts_answer(const struct summary *summary, struct answer *answer);
+void summary_add_alerts(const struct summary *summary, struct answer *answer);
 /* Adds the outcome and the recorder. */
-void summary_facts_answer(const struct summary *summary, struct answer *answer);
+void summary_add_facts(const struct summary *summary, struct answer *answer);
 /* Adds the first warning. */
-void summary_zone_answer(const struct summary *summary, struct answer *answer);
+void summary_add_zone(const struct summary *summary, struct answer *answer);
 /* Adds clock, film, links, gaps and faults. */
-void summary_health_answer(const struct summary *summary, struct answer *answer);
+void summary_add_health(const struct summary *summary, struct answer *answer);
 /* Adds the channels of one kind as a table. */
-void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
-                             const char *label, struct answer *answer);
+void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
+                          const char *label, struct answer *answer);
 
-/* The summary as JSON, as summary_answer has it. The caller owns the object. */
+/* The summary as JSON, as summary_to_answer has it. The caller owns the object. */
 json_t *summary_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
 /* Switches as text: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
-void summary_switches(const struct measured *measured, char *out, size_t size);
+void summary_format_switches(const struct measured *measured, char *out, size_t size);
 /* LINK_TROUBLES counts as text: "bus off 1, no acknowledgement 12"; "" if all are 0. */
-void summary_troubles(const int64_t *trouble, char *out, size_t size);
+void summary_format_troubles(const int64_t *trouble, char *out, size_t size);
 /* LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the object. */
 json_t *summary_troubles_json(const int64_t *trouble);
 
@@ -120,15 +120,15 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
  * known. */
 struct summary_moment {
     double host_us;
-    double half_us;
+    double half_width_us;
 };
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
 /* Loads the best clock of a landing's links, as in summary->clock. `*known` is false if no link has
- * a clock. summary_time_by converts a board time with this clock. */
-enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+ * a clock. summary_convert_time converts a board time with this clock. */
+enum mr_status summary_load_clock(struct store *store, int64_t run, struct store_time_map *clock,
                                   bool *known, struct error *error);
-struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
+struct summary_moment summary_convert_time(const struct store_time_map *clock, double board_us);
 
-void summary_time_answer(const struct summary *summary, struct answer *answer);
+void summary_add_time(const struct summary *summary, struct answer *answer);
 
 #endif

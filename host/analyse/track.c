@@ -8,10 +8,10 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define PARABOLA         3u
-#define INWARD_S         1e-3 /* offset from a gate at which its speed is taken */
-#define LEAST_HALF_POWER (-16)
-#define MOST_HALF_POWER  6
+#define PARABOLA       3u
+#define SPEED_OFFSET_S 1e-3 /* offset from a gate at which its speed is taken */
+#define MIN_HALF_POWER (-16)
+#define MAX_HALF_POWER 6
 
 /* Covariance of the station at two times since the first gate, for q = 1: the integral over u of
  * (s - u)^2 (t - u)^2 / 4. */
@@ -90,7 +90,7 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
 
 /* Minus twice the restricted log likelihood, without a constant. The bordered determinant is |S|
  * |X' S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
-static double unlikeliness(const struct track *track, struct track_model *model)
+static double restricted_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
     size_t size = set_system(track, model, system);
@@ -126,11 +126,11 @@ static void find_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
     double unlikely[TRACK_MODELS], least = (double)INFINITY, sum = 0.0;
-    for (int half = LEAST_HALF_POWER; half <= MOST_HALF_POWER; half++) {
+    for (int half = MIN_HALF_POWER; half <= MAX_HALF_POWER; half++) {
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
             struct track_model model = {.q = pow(10.0, 0.5 * half),
                                         .ripple_ft = ripples[i] * track->error_ft};
-            double now = unlikeliness(track, &model);
+            double now = restricted_deviance(track, &model);
             if (!isinf(now))
                 keep_model(track, &model, now, unlikely);
         }
@@ -144,8 +144,8 @@ static void find_models(struct track *track)
 }
 
 /* Station by one model, between the first and the last gate. Returns the variance. */
-static double by_model(const struct track *track, const struct track_model *model, double since_s,
-                       double *station_ft)
+static double predict_station(const struct track *track, const struct track_model *model,
+                              double since_s, double *station_ft)
 {
     double side[TRACK_SIZE], variance = model->q * position_covariance(since_s, since_s);
     for (size_t i = 0; i < track->points; i++)
@@ -165,13 +165,14 @@ static double by_model(const struct track *track, const struct track_model *mode
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
-static struct mr_estimate between_gates(const struct track *track, double t_s)
+static struct mr_estimate station_between_gates(const struct track *track, double t_s)
 {
     double mean = 0.0, variance = 0.0, square = 0.0, reference = track->station_ft[0];
     for (size_t m = 0; m < track->models; m++) {
         const struct track_model *model = &track->model[m];
         double station_ft;
-        variance += model->weight * by_model(track, model, t_s - track->first.t_s, &station_ft);
+        variance += model->weight *
+                    predict_station(track, model, t_s - track->first.t_s, &station_ft);
         mean += model->weight * (station_ft - reference);
         square += model->weight * (station_ft - reference) * (station_ft - reference);
     }
@@ -180,8 +181,8 @@ static struct mr_estimate between_gates(const struct track *track, double t_s)
 
 static struct track_moment gate_moment(const struct track *track, double t_s, double inward_s)
 {
-    struct mr_estimate here = between_gates(track, t_s),
-                       inside = between_gates(track, t_s + inward_s);
+    struct mr_estimate here = station_between_gates(track, t_s),
+                       inside = station_between_gates(track, t_s + inward_s);
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
@@ -200,12 +201,12 @@ static void set_ends(const struct measured *measured, struct track *track)
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error,
                             brake_error_ft(summary->mean_deceleration_ft_s2.value));
-    track->begin_s = fmin(measured->gate[0].t_s, 0.0);
+    track->start_s = fmin(measured->gate[0].t_s, 0.0);
     track->touchdown =
         (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
     track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
-    track->first = gate_moment(track, track->first.t_s, INWARD_S);
-    track->last = gate_moment(track, track->last.t_s, -INWARD_S);
+    track->first = gate_moment(track, track->first.t_s, SPEED_OFFSET_S);
+    track->last = gate_moment(track, track->last.t_s, -SPEED_OFFSET_S);
     track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last.t_s),
                                         summary->stop_station_ft, 0.0};
 }
@@ -236,8 +237,8 @@ void track_make(const struct measured *measured, struct track *track)
 }
 
 /* Cubic through station and speed of both moments; the error is interpolated. */
-static struct mr_estimate join(const struct track_moment *from, const struct track_moment *to,
-                               double t_s)
+static struct mr_estimate interpolate_cubic(const struct track_moment *from,
+                                            const struct track_moment *to, double t_s)
 {
     double span_s = to->t_s - from->t_s, x = (t_s - from->t_s) / span_s;
     double rise = to->station_ft.value - from->station_ft.value;
@@ -251,7 +252,7 @@ static struct mr_estimate join(const struct track_moment *from, const struct tra
 struct mr_estimate track_at(const struct track *track, double t_s)
 {
     const struct track_moment *touchdown = &track->touchdown;
-    if (!track->known || t_s < track->begin_s)
+    if (!track->known || t_s < track->start_s)
         return (struct mr_estimate){(double)NAN, (double)NAN};
     if (t_s < 0.0)
         return (struct mr_estimate){
@@ -260,22 +261,22 @@ struct mr_estimate track_at(const struct track *track, double t_s)
     if (t_s >= track->stop.t_s)
         return track->stop.station_ft;
     if (t_s < track->first.t_s)
-        return join(touchdown, &track->first, t_s);
-    return t_s <= track->last.t_s ? between_gates(track, t_s)
-                                  : join(&track->last, &track->stop, t_s);
+        return interpolate_cubic(touchdown, &track->first, t_s);
+    return t_s <= track->last.t_s ? station_between_gates(track, t_s)
+                                  : interpolate_cubic(&track->last, &track->stop, t_s);
 }
 
 /* ---- the film ---- */
 
-#define PERIODS_MOST 1e9 /* limits a gap if a damaged time is huge */
+#define GAP_PERIODS_MAX 1e9 /* limits a gap if a damaged time is huge */
 /* number of steps on each side in the median; up to half of them may be gaps */
-#define AROUND       7u
+#define MEDIAN_STEPS    7u
 
 /* Median of the steps from `from` to `to`. Of two middle steps the shorter one: a longer step
  * may be a gap of several periods. */
 static double median_step(const double *t_us, size_t from, size_t to)
 {
-    double step_us[2 * AROUND + 1];
+    double step_us[2 * MEDIAN_STEPS + 1];
     size_t count = 0;
     for (size_t i = from; i < to; i++)
         step_us[count++] = t_us[i + 1] - t_us[i];
@@ -283,26 +284,26 @@ static double median_step(const double *t_us, size_t from, size_t to)
     return step_us[(count - 1) / 2];
 }
 
-void film_number(const double *t_us, size_t count, int64_t *number)
+void film_number_frames(const double *t_us, size_t count, int64_t *number)
 {
     if (count)
         number[0] = 1;
     for (size_t i = 1; i < count; i++) {
-        size_t from = i - 1 > AROUND ? i - 1 - AROUND : 0;
-        size_t to = i + AROUND < count - 1 ? i + AROUND : count - 1;
+        size_t from = i - 1 > MEDIAN_STEPS ? i - 1 - MEDIAN_STEPS : 0;
+        size_t to = i + MEDIAN_STEPS < count - 1 ? i + MEDIAN_STEPS : count - 1;
         int64_t periods =
-            llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), PERIODS_MOST));
+            llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), GAP_PERIODS_MAX));
         number[i] = number[i - 1] + (periods > 1 ? periods : 1);
     }
 }
 
-static void number_frames(struct film *film)
+static void set_frame_numbers(struct film *film)
 {
     double *t_us = xcalloc(film->frames, sizeof *t_us);
     int64_t *number = xcalloc(film->frames, sizeof *number);
     for (size_t i = 0; i < film->frames; i++)
         t_us[i] = film->frame[i].board_us;
-    film_number(t_us, film->frames, number);
+    film_number_frames(t_us, film->frames, number);
     for (size_t i = 0; i < film->frames; i++)
         film->frame[i].number = number[i];
     free(t_us);
@@ -311,8 +312,8 @@ static void number_frames(struct film *film)
 
 /* Adds a frame, in order of pulses. Skips a pulse whose time is unknown or not later than the
  * previous one. */
-static void take_frame(struct film *film, const struct measured *measured,
-                       const struct track *track, const struct store_film_frame *row)
+static void add_frame(struct film *film, const struct measured *measured, const struct track *track,
+                      const struct store_film_frame *row)
 {
     const struct film_frame *last = film->frames ? &film->frame[film->frames - 1] : NULL;
     if (isnan(row->board_us) || (last && row->board_us <= last->board_us))
@@ -339,9 +340,9 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
     film->frame = xcalloc(count, sizeof *film->frame);
     track_make(measured, &track);
     for (size_t i = 0; i < count; i++)
-        take_frame(film, measured, &track, &row[i]);
+        add_frame(film, measured, &track, &row[i]);
     free(row);
-    number_frames(film);
+    set_frame_numbers(film);
     if (film->frames > 1) {
         const struct film_frame *last = &film->frame[film->frames - 1];
         film->rate_hz = (double)(last->number - 1) /

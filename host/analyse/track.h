@@ -31,7 +31,7 @@ struct track_moment {
 
 struct track {
     bool known;
-    double begin_s; /* first edge, or touchdown; the station is not known before */
+    double start_s; /* first edge, or touchdown; the station is not known before */
     struct track_moment touchdown, first, last, stop;
     double speed_error_ft_s; /* standard error of the speed at touchdown */
     size_t points;           /* number of gates */
@@ -82,6 +82,6 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
 void film_free(struct film *film);
 
 /* Computes frame numbers from ascending pulse times in microseconds. */
-void film_number(const double *t_us, size_t count, int64_t *number);
+void film_number_frames(const double *t_us, size_t count, int64_t *number);
 
 #endif

@@ -9,7 +9,7 @@
 #include "common/wire.h"
 #include "host/store/store.h"
 
-#define ZONES_QUIET (ZONES_HEARD_TEXT + 60)
+#define NO_WARNING_TEXT_SIZE (ZONES_DOUBT_SIZE + 60)
 
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
@@ -17,15 +17,16 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
 }
 
 /* "2.824 s after touchdown" */
-#define ZONES_MOMENT 60
-static const char *moment_text(double t_s, const char *origin, char out[ZONES_MOMENT])
+#define MOMENT_TEXT_SIZE 60
+static const char *format_moment(double t_s, const char *origin, char out[MOMENT_TEXT_SIZE])
 {
-    snprintf(out, ZONES_MOMENT, "%.3f s %s %s", fabs(t_s), t_s < 0.0 ? "before" : "after", origin);
+    snprintf(out, MOMENT_TEXT_SIZE, "%.3f s %s %s", fabs(t_s), t_s < 0.0 ? "before" : "after",
+             origin);
     return out;
 }
 
-static struct zone_warning first_warning(const struct measured *measured,
-                                         const struct store_zone *row)
+static struct zone_warning find_first_warning(const struct measured *measured,
+                                              const struct store_zone *row)
 {
     struct zone_warning warning = {
         .warned = true,
@@ -39,14 +40,14 @@ static struct zone_warning first_warning(const struct measured *measured,
         .lead_s = (double)NAN,
         .lead_t_s = (double)NAN,
         .lead_start_ft = (double)NAN,
-        .lead_became_s = (double)NAN,
+        .lead_actual_s = (double)NAN,
         .reason = STORE_NONE,
         .level = STORE_NONE,
         .start_error_ft = (double)NAN,
         .end_error_ft = (double)NAN,
-        .coming_mats = STORE_NONE,
-        .coming_wheel_ft = (double)NAN,
-        .coming_after_s = (double)NAN,
+        .predicted_mats = STORE_NONE,
+        .predicted_wheel_ft = (double)NAN,
+        .predicted_wheel_after_s = (double)NAN,
     };
     warning.path_known = measured->fit_status == MR_OK;
     warning.reached_t_s = measured_reach_s(measured, row->start_ft);
@@ -58,7 +59,7 @@ static struct zone_warning first_warning(const struct measured *measured,
 }
 
 /* Adds the predictor's data at the first warning. */
-static enum mr_status find_reason(struct store *store, const struct measured *measured,
+static enum mr_status load_reason(struct store *store, const struct measured *measured,
                                   struct zones *zones, struct error *error)
 {
     struct store_prediction *row = NULL;
@@ -74,12 +75,12 @@ static enum mr_status find_reason(struct store *store, const struct measured *me
         warning->level = row[i].level;
         warning->start_error_ft = row[i].start_error_ft;
         warning->end_error_ft = row[i].end_error_ft;
-        warning->coming_mats = row[i].coming_mats;
-        warning->coming_wheel_ft = row[i].coming_wheel_ft;
-        warning->coming_after_s =
+        warning->predicted_mats = row[i].coming_mats;
+        warning->predicted_wheel_ft = row[i].coming_wheel_ft;
+        warning->predicted_wheel_after_s =
             fmax(measured_reach_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
         if (isnan(measured_reach_s(measured, row[i].coming_wheel_ft)))
-            warning->coming_after_s = (double)NAN;
+            warning->predicted_wheel_after_s = (double)NAN;
     }
     free(row);
     return status;
@@ -93,17 +94,17 @@ static void find_warning(const struct measured *measured, struct zones *zones)
         if (row->warning != 1)
             continue;
         if (!warning->warned)
-            *warning = first_warning(measured, row);
+            *warning = find_first_warning(measured, row);
         if (isnan(warning->lead_s) && !isnan(row->lead_s)) {
             warning->lead_s = row->lead_s;
             warning->lead_t_s = zones_time_s(measured, row);
             warning->lead_start_ft = row->start_ft;
-            warning->lead_became_s = measured_reach_s(measured, row->start_ft) - warning->lead_t_s;
+            warning->lead_actual_s = measured_reach_s(measured, row->start_ft) - warning->lead_t_s;
         }
-        if (row->mats > warning->most_mats) {
-            warning->most_mats = row->mats;
-            warning->most_start_ft = row->start_ft;
-            warning->most_end_ft = row->end_ft;
+        if (row->mats > warning->longest_mats) {
+            warning->longest_mats = row->mats;
+            warning->longest_start_ft = row->start_ft;
+            warning->longest_end_ft = row->end_ft;
         }
     }
 }
@@ -111,31 +112,31 @@ static void find_warning(const struct measured *measured, struct zones *zones)
 #define PAUSE_BLOCKS 100 /* two messages: a single lost frame hides no warning for long */
 
 /* `row`: sorted by time. */
-static struct zones_received zones_received(const struct measured *measured,
-                                            const struct store_zone *row, size_t count)
+static struct zones_received find_received(const struct measured *measured,
+                                           const struct store_zone *row, size_t count)
 {
     const struct store_landing *landing = &measured->landing;
-    struct zones_received heard = {.any = count > 0,
-                                   .ended = landing->state == MR_LANDING_DONE ||
-                                            landing->state == MR_LANDING_IDLE,
-                                   .pause_from_s = (double)NAN,
-                                   .pause_to_s = (double)NAN,
-                                   .origin = measured_origin_text(measured)};
+    struct zones_received received = {.any = count > 0,
+                                      .ended = landing->state == MR_LANDING_DONE ||
+                                               landing->state == MR_LANDING_IDLE,
+                                      .pause_from_s = (double)NAN,
+                                      .pause_to_s = (double)NAN,
+                                      .origin = measured_origin_text(measured)};
     int64_t longest = PAUSE_BLOCKS;
     if (count == 0)
-        return heard;
-    heard.first_s = measured_block_s(measured, row[0].block);
-    heard.last_s = measured_block_s(measured, row[count - 1].block);
-    heard.late = landing->armed_block == STORE_NONE ||
-                 row[0].block - landing->armed_block > PAUSE_BLOCKS;
+        return received;
+    received.first_s = measured_block_s(measured, row[0].block);
+    received.last_s = measured_block_s(measured, row[count - 1].block);
+    received.late = landing->armed_block == STORE_NONE ||
+                    row[0].block - landing->armed_block > PAUSE_BLOCKS;
     for (size_t i = 1; i < count; i++) {
         if (row[i].block - row[i - 1].block <= longest)
             continue;
         longest = row[i].block - row[i - 1].block;
-        heard.pause_from_s = measured_block_s(measured, row[i - 1].block);
-        heard.pause_to_s = measured_block_s(measured, row[i].block);
+        received.pause_from_s = measured_block_s(measured, row[i - 1].block);
+        received.pause_to_s = measured_block_s(measured, row[i].block);
     }
-    return heard;
+    return received;
 }
 
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
@@ -146,9 +147,9 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                                         error);
     if (status != MR_OK)
         return status;
-    zones->heard = zones_received(measured, zones->row, zones->count);
+    zones->received = find_received(measured, zones->row, zones->count);
     find_warning(measured, zones);
-    return find_reason(store, measured, zones, error);
+    return load_reason(store, measured, zones, error);
 }
 
 void zones_free(struct zones *zones)
@@ -176,8 +177,8 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     return status;
 }
 
-void zones_closed(const struct measured *measured, const struct zones_closure *closure,
-                  size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
+void zones_find_closed(const struct measured *measured, const struct zones_closure *closure,
+                       size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
 {
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
@@ -186,8 +187,8 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
         const struct measured_channel *channel = &measured->channel[i];
         station_ft[i] = channel->config.station_ft;
         displacement_in[i] = channel->config.kind == MR_KIND_DISPLACEMENT
-                               ? (float)measured_smooth(measured, channel, sample,
-                                                        MEASURED_WINDOW / 2)
+                               ? (float)measured_moving_mean(measured, channel, sample,
+                                                             MEASURED_WINDOW_BLOCKS / 2)
                                : MR_NAN;
     }
     struct mr_closure_input input = {
@@ -201,12 +202,12 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
 
 /* ---- answer ---- */
 
-static const char *if_known(const char *label, double value)
+static const char *label_if_known(const char *label, double value)
 {
     return isnan(value) ? NULL : label;
 }
 
-static void reason_answer(const struct zone_warning *w, struct answer *answer)
+static void add_reason(const struct zone_warning *w, struct answer *answer)
 {
     if (w->reason == STORE_NONE)
         answer_none(answer, "reason", NULL, "");
@@ -217,41 +218,43 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
         answer_none(answer, "level", NULL, "");
     else
         answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
-    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone predicted, mats" : NULL,
-                 w->coming_mats);
-    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "with the wheel at" : NULL,
-                 UNIT_STATION, w->coming_wheel_ft, 1)
+    answer_count(answer, "coming_mats", w->predicted_mats > 0 ? "zone predicted, mats" : NULL,
+                 w->predicted_mats);
+    answer_value(answer, "coming_wheel", w->predicted_mats > 0 ? "with the wheel at" : NULL,
+                 UNIT_STATION, w->predicted_wheel_ft, 1)
         ->digits = 9;
-    answer_value(answer, "coming_after", if_known("wheel reached it", w->coming_after_s), UNIT_TIME,
-                 w->coming_after_s, 3)
+    answer_value(answer, "coming_after",
+                 label_if_known("wheel reached it", w->predicted_wheel_after_s), UNIT_TIME,
+                 w->predicted_wheel_after_s, 3)
         ->end = " after the warning";
 }
 
-static const char *not_reached(const struct zone_warning *w)
+static const char *not_reached_text(const struct zone_warning *w)
 {
     return w->path_known ? "never: the gear stopped before the zone"
                          : "not known: the record does not show where the gear stopped";
 }
 
-static void lead_answer(const struct zone_warning *w, struct answer *answer)
+static void add_lead(const struct zone_warning *w, struct answer *answer)
 {
     const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
-    answer_value(answer, "lead", if_known("predicted time to zone", w->lead_s), UNIT_TIME,
+    answer_value(answer, "lead", label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
                  w->lead_s, 3)
         ->end = ", the first time that the board reported";
-    answer_value(answer, "lead_t", if_known("predicted at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)
+    answer_value(answer, "lead_t", label_if_known("predicted at", w->lead_s), UNIT_TIME,
+                 w->lead_t_s, 3)
         ->digits = 9;
-    answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION,
+    answer_value(answer, "lead_start", label_if_known("zone's start then", w->lead_s), UNIT_STATION,
                  w->lead_start_ft, 1)
         ->digits = 9;
-    if (became && isnan(w->lead_became_s))
-        answer_none(answer, "lead_became_s", became, not_reached(w));
+    if (became && isnan(w->lead_actual_s))
+        answer_none(answer, "lead_became_s", became, not_reached_text(w));
     else
-        answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_became_s, 3);
+        answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_actual_s, 3);
 }
 
 /* The content of a warning, and its outcome. */
-static void warning_answer(const struct zone_warning *w, struct answer *answer)
+static void add_warning(const struct zone_warning *w, struct answer *answer)
 {
     answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
     answer_count(answer, "decided_block", NULL, w->block);
@@ -261,8 +264,8 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
     answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)
         ->digits = 9;
-    answer_value(answer, "wheel", if_known("wheel was at", w->wheel_ft), UNIT_STATION, w->wheel_ft,
-                 1)
+    answer_value(answer, "wheel", label_if_known("wheel was at", w->wheel_ft), UNIT_STATION,
+                 w->wheel_ft, 1)
         ->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
@@ -273,111 +276,112 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end =
             " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel in the zone", not_reached(w));
-    reason_answer(w, answer);
-    lead_answer(w, answer);
-    answer_count(answer, "most_mats", "zone warned of, mats", w->most_mats);
-    answer_value(answer, "most_start", "zone warned of, start", UNIT_STATION, w->most_start_ft, 1)
+        answer_none(answer, "true_lead_s", "wheel in the zone", not_reached_text(w));
+    add_reason(w, answer);
+    add_lead(w, answer);
+    answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
+    answer_value(answer, "most_start", "zone warned of, start", UNIT_STATION, w->longest_start_ft,
+                 1)
         ->digits = 9;
-    answer_value(answer, "most_end", "zone warned of, end", UNIT_STATION, w->most_end_ft, 1)
+    answer_value(answer, "most_end", "zone warned of, end", UNIT_STATION, w->longest_end_ft, 1)
         ->digits = 9;
 }
 
 /* "no warning", or the reason why one may have been missed. */
-static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
+static void format_no_warning(const struct zones *zones, char out[NO_WARNING_TEXT_SIZE])
 {
-    char doubt[ZONES_HEARD_TEXT];
-    if (zones_received_doubt(&zones->heard, (double)INFINITY, doubt))
-        snprintf(out, ZONES_QUIET, "no warning was received, but one may have been sent: %s",
-                 doubt);
+    char doubt[ZONES_DOUBT_SIZE];
+    if (zones_format_doubt(&zones->received, (double)INFINITY, doubt))
+        snprintf(out, NO_WARNING_TEXT_SIZE,
+                 "no warning was received, but one may have been sent: %s", doubt);
     else
-        snprintf(out, ZONES_QUIET, "no warning");
+        snprintf(out, NO_WARNING_TEXT_SIZE, "no warning");
 }
 
-bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT])
+bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
 {
     const struct zone_warning *w = &zones->warning;
-    return w->warned && zones_received_doubt(&zones->heard, w->t_s, out);
+    return w->warned && zones_format_doubt(&zones->received, w->t_s, out);
 }
 
 /* Whether and when a warning was given; notes if the record cannot show it. */
-static void warned_answer(const struct zones *zones, struct answer *answer)
+static void add_warned(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    char when[ZONES_MOMENT], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
-    quiet_text(zones, quiet);
+    char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_DOUBT_SIZE];
+    format_no_warning(zones, quiet);
     if (w->warned)
         answer_words(answer, NULL, "zone", "warned %s, decided in block %lld",
-                     moment_text(w->t_s, zones->heard.origin, when), (long long)w->block)
+                     format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
             ->warn = true;
     else
         answer_words(answer, NULL, "zone", "%s", quiet)->warn =
-            zones_received_doubt(&zones->heard, (double)INFINITY, doubt);
-    if (zones_earlier_text(zones, doubt))
+            zones_format_doubt(&zones->received, (double)INFINITY, doubt);
+    if (zones_format_earlier(zones, doubt))
         answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
             ->warn = true;
 }
 
-void zones_warned_answer(const struct zones *zones, bool watched, struct answer *answer)
+void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer)
 {
     if (watched)
-        warned_answer(zones, answer);
+        add_warned(zones, answer);
     else
         answer_words(answer, NULL, "zone",
                      "no board was recording: the readings are from another instrument");
 }
 
-void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
+void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    const struct zones_received *heard = &zones->heard;
-    char doubt[ZONES_HEARD_TEXT];
-    zones_warned_answer(zones, watched, answer);
-    bool first = !zones_earlier_text(zones, doubt);
+    const struct zones_received *received = &zones->received;
+    char doubt[ZONES_DOUBT_SIZE];
+    zones_add_warned(zones, watched, answer);
+    bool first = !zones_format_earlier(zones, doubt);
     answer_open(answer, "zone",
                 !w->warned ? NULL
                 : first    ? "first warning (+- is one standard error)"
                            : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->warned);
     answer_flag(answer, "all_heard", NULL,
-                watched && !zones_received_doubt(heard, (double)INFINITY, doubt));
-    answer_value(answer, "unheard_from", NULL, UNIT_TIME, heard->pause_from_s, 3)->digits = 9;
-    answer_value(answer, "unheard_to", NULL, UNIT_TIME, heard->pause_to_s, 3)->digits = 9;
+                watched && !zones_format_doubt(received, (double)INFINITY, doubt));
+    answer_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits = 9;
+    answer_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
     if (w->warned)
-        warning_answer(w, answer);
+        add_warning(w, answer);
     answer_close(answer);
 }
 
-static void add(char out[ZONES_HEARD_TEXT], const char *text)
+static void append_reason(char out[ZONES_DOUBT_SIZE], const char *text)
 {
     size_t used = strlen(out);
-    snprintf(out + used, ZONES_HEARD_TEXT - used, "%s%s", used ? "; " : "", text);
+    snprintf(out + used, ZONES_DOUBT_SIZE - used, "%s%s", used ? "; " : "", text);
 }
 
-bool zones_received_doubt(const struct zones_received *heard, double before_s,
-                          char out[ZONES_HEARD_TEXT])
+bool zones_format_doubt(const struct zones_received *received, double before_s,
+                        char out[ZONES_DOUBT_SIZE])
 {
-    char text[160], when[ZONES_MOMENT];
+    char text[160], when[MOMENT_TEXT_SIZE];
     out[0] = '\0';
-    if (!heard->any) {
-        add(out, "the record has no zone messages from the board");
+    if (!received->any) {
+        append_reason(out, "the record has no zone messages from the board");
         return true;
     }
-    if (heard->late) {
+    if (received->late) {
         snprintf(text, sizeof text, "no zone messages until %s",
-                 moment_text(heard->first_s, heard->origin, when));
-        add(out, text);
+                 format_moment(received->first_s, received->origin, when));
+        append_reason(out, text);
     }
-    if (heard->pause_from_s < before_s) {
+    if (received->pause_from_s < before_s) {
         snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
-                 heard->pause_from_s, heard->pause_to_s, heard->origin);
-        add(out, text);
+                 received->pause_from_s, received->pause_to_s, received->origin);
+        append_reason(out, text);
     }
-    if (!heard->ended && isinf(before_s)) {
+    if (!received->ended && isinf(before_s)) {
         snprintf(text, sizeof text,
                  "the record ends %s, before the board reported the end of the landing",
-                 moment_text(heard->last_s, heard->origin, when));
-        add(out, text);
+                 format_moment(received->last_s, received->origin, when));
+        append_reason(out, text);
     }
     return out[0] != '\0';
 }
@@ -388,7 +392,7 @@ bool zones_received_doubt(const struct zones_received *heard, double before_s,
  * count */
 #define SETTLING_BLOCKS 500
 
-static void stretch(struct foresight_span *span, double t_s)
+static void extend_span(struct foresight_span *span, double t_s)
 {
     if (isnan(span->from_s))
         span->from_s = t_s;
@@ -397,7 +401,8 @@ static void stretch(struct foresight_span *span, double t_s)
 
 /* Missing motion counts only at the kinematic level: before the first switches no motion is
  * expected. */
-static void count_lacks(struct foresight *foresight, const struct store_prediction *row, double t_s)
+static void update_lacks(struct foresight *foresight, const struct store_prediction *row,
+                         double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
@@ -407,23 +412,23 @@ static void count_lacks(struct foresight *foresight, const struct store_predicti
                                          row->basis & MR_PREDICTOR_FELL_BACK};
     for (unsigned i = 0; i < FORESIGHT_LACKS; i++) {
         if (lacks[i])
-            stretch(&foresight->lack[i], t_s);
+            extend_span(&foresight->lack[i], t_s);
     }
     if (lacks[FORESIGHT_DEGRADED] && row->level > foresight->worst_level)
         foresight->worst_level = row->level;
 }
 
-static void doubt(struct foresight *foresight, const struct measured *measured,
-                  const struct store_trust *row)
+static void update_doubt(struct foresight *foresight, const struct measured *measured,
+                         const struct store_trust *row)
 {
     double t_s = measured_block_s(measured, row->block);
     for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
         unsigned why = (unsigned)row->doubts >> 2 * i & 3u;
-        foresight->doubted_still[i] = why != 0;
+        foresight->still_left_out[i] = why != 0;
         if (!why || measured->channel[i].config.kind != MR_KIND_DISPLACEMENT)
             continue;
         foresight->doubt[i] = why;
-        stretch(&foresight->left_out[i], t_s);
+        extend_span(&foresight->left_out[i], t_s);
     }
     if (!isnan(row->resistance))
         foresight->resistance = row->resistance;
@@ -434,19 +439,19 @@ static enum mr_status load_risk(struct store *store, const struct measured *meas
 {
     struct store_risk *rows = NULL;
     size_t count = 0;
-    foresight->risk_most = foresight->risk_most_s = foresight->plan_left_s = (double)NAN;
+    foresight->max_risk = foresight->max_risk_s = foresight->off_plan_s = (double)NAN;
     enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         double t_s = measured_block_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
-        foresight->chart_old |= (basis & MR_RISK_CHART_OLD) != 0;
-        if (basis & MR_RISK_PLAN_LEFT && isnan(foresight->plan_left_s))
-            foresight->plan_left_s = t_s;
+        foresight->chart_is_old |= (basis & MR_RISK_CHART_OLD) != 0;
+        if (basis & MR_RISK_PLAN_LEFT && isnan(foresight->off_plan_s))
+            foresight->off_plan_s = t_s;
         if (isnan(rows[i].risk) ||
-            (!isnan(foresight->risk_most) && rows[i].risk <= foresight->risk_most))
+            (!isnan(foresight->max_risk) && rows[i].risk <= foresight->max_risk))
             continue;
-        foresight->risk_most = rows[i].risk;
-        foresight->risk_most_s = t_s;
+        foresight->max_risk = rows[i].risk;
+        foresight->max_risk_s = t_s;
         foresight->risk_basis = basis;
     }
     free(rows);
@@ -472,17 +477,17 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
         store_runway_get(store, measured->landing.id, &state, &foresight->source, &there, error) ?:
         load_risk(store, measured, foresight, error);
     if (status == MR_OK) {
-        foresight->statements = count;
+        foresight->messages = count;
         foresight->landings = there ? state.landings : 0;
         foresight->source = there ? foresight->source : STORE_NONE;
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)
-                count_lacks(foresight, &rows[i], measured_block_s(measured, rows[i].block));
+                update_lacks(foresight, &rows[i], measured_block_s(measured, rows[i].block));
         }
         for (size_t i = 0; i < trust_count; i++) {
             if (trusts[i].block >= settled)
-                doubt(foresight, measured, &trusts[i]);
+                update_doubt(foresight, measured, &trusts[i]);
         }
     }
     free(rows);
@@ -492,7 +497,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
 
 #define LABEL "foresight"
 
-static void begin_answer(const struct foresight *foresight, struct answer *answer)
+static void add_start(const struct foresight *foresight, struct answer *answer)
 {
     char after[40] = "", resists[80] = "";
     if (foresight->landings)
@@ -508,16 +513,16 @@ static void begin_answer(const struct foresight *foresight, struct answer *answe
                  after, resists);
 }
 
-static void lack_answer(const struct foresight *foresight, enum foresight_lack lack,
-                        struct answer *answer)
+static void add_lack(const struct foresight *foresight, enum foresight_lack lack,
+                     struct answer *answer)
 {
     static const char *const words[] = {
         [FORESIGHT_BLIND] = "blind: no transducer corrects the model; zones come only from "
                             "switches, survey and earlier landings",
         [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones come only from "
                                 "transducers and survey, without times",
-        [FORESIGHT_BEGUN_AGAIN] = "the model diverged and was restarted from the last survey or "
-                                  "landing: do not rely on its zones",
+        [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
+                                "landing: do not rely on its zones",
     };
     const struct foresight_span *span = &foresight->lack[lack];
     if (isnan(span->from_s))
@@ -533,15 +538,15 @@ static void lack_answer(const struct foresight *foresight, enum foresight_lack l
                      span->to_s);
 }
 
-static void doubt_answer(const struct foresight *foresight, const struct measured *measured,
-                         unsigned i, struct answer *answer)
+static void add_doubt(const struct foresight *foresight, const struct measured *measured,
+                      unsigned i, struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     const struct foresight_span *span = &foresight->left_out[i];
     char until[40] = " on";
     if (isnan(span->from_s))
         return;
-    if (!foresight->doubted_still[i])
+    if (!foresight->still_left_out[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     answer_words(answer, NULL, LABEL,
                  "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
@@ -550,38 +555,38 @@ static void doubt_answer(const struct foresight *foresight, const struct measure
                  station->text, mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
 }
 
-static void risk_answer(const struct foresight *foresight, struct answer *answer)
+static void add_risk(const struct foresight *foresight, struct answer *answer)
 {
-    if (isnan(foresight->risk_most))
+    if (isnan(foresight->max_risk))
         return;
     answer_words(answer, NULL, LABEL, "largest risk of a zone of %u mats %.2f, at %.3f s%s%s",
-                 MR_PREDICTOR_WARNING_MATS, foresight->risk_most, foresight->risk_most_s,
+                 MR_PREDICTOR_WARNING_MATS, foresight->max_risk, foresight->max_risk_s,
                  foresight->risk_basis & MR_RISK_OF_CHART  ? ", from chart and plan"
                  : foresight->risk_basis & MR_RISK_OF_PLAN ? ", from the plan only (no chart)"
                                                            : ", from neither plan nor chart",
                  foresight->risk_basis & MR_RISK_BLIND ? ", blind" : "");
-    if (!isnan(foresight->plan_left_s))
+    if (!isnan(foresight->off_plan_s))
         answer_words(answer, NULL, LABEL,
                      "the landing left the plan, detected at %.3f s: the risk after that does not "
                      "use the plan",
-                     foresight->plan_left_s);
-    if (foresight->chart_old)
+                     foresight->off_plan_s);
+    if (foresight->chart_is_old)
         answer_words(
             answer, NULL, LABEL,
             "the loaded chart was ignored: it is for a different runway or number of landings");
 }
 
-void foresight_answer(const struct foresight *foresight, const struct measured *measured,
-                      struct answer *answer)
+void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
+                         struct answer *answer)
 {
     answer_list(answer, "foresight", "");
-    if (foresight->statements)
-        begin_answer(foresight, answer);
-    for (unsigned i = 0; foresight->statements && i < FORESIGHT_LACKS; i++)
-        lack_answer(foresight, (enum foresight_lack)i, answer);
-    for (unsigned i = 0; foresight->statements && i < MR_TRANSDUCERS; i++)
-        doubt_answer(foresight, measured, i, answer);
-    if (foresight->statements)
-        risk_answer(foresight, answer);
+    if (foresight->messages)
+        add_start(foresight, answer);
+    for (unsigned i = 0; foresight->messages && i < FORESIGHT_LACKS; i++)
+        add_lack(foresight, (enum foresight_lack)i, answer);
+    for (unsigned i = 0; foresight->messages && i < MR_TRANSDUCERS; i++)
+        add_doubt(foresight, measured, i, answer);
+    if (foresight->messages)
+        add_risk(foresight, answer);
     answer_close(answer);
 }

@@ -21,11 +21,11 @@ struct zones_received {
     const char *origin;              /* what t_s counts from */
 };
 
-#define ZONES_HEARD_TEXT 300
+#define ZONES_DOUBT_SIZE 300
 /* Gives the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
-bool zones_received_doubt(const struct zones_received *heard, double before_s,
-                          char out[ZONES_HEARD_TEXT]);
+bool zones_format_doubt(const struct zones_received *heard, double before_s,
+                        char out[ZONES_DOUBT_SIZE]);
 
 struct zone_warning {
     bool warned;
@@ -45,13 +45,13 @@ struct zone_warning {
      * by an older board. */
     int64_t reason, level;
     double start_error_ft, end_error_ft; /* standard errors */
-    int64_t coming_mats;                 /* longest zone that the predictor expects */
-    double coming_wheel_ft;              /* predicted wheel position at that zone */
-    /* time from the warning until the wheel reached coming_wheel_ft; NaN: it stopped before */
-    double coming_after_s;
+    int64_t predicted_mats;              /* longest zone that the predictor expects */
+    double predicted_wheel_ft;           /* predicted wheel position at that zone */
+    /* time from the warning until the wheel reached predicted_wheel_ft; NaN: it stopped before */
+    double predicted_wheel_after_s;
     /* The zone warned of: the longest run reported while the warning was on. */
-    int64_t most_mats;
-    double most_start_ft, most_end_ft;
+    int64_t longest_mats;
+    double longest_start_ft, longest_end_ft;
     /* The wheel and the zone of the first warning, from the final fit. */
     bool path_known; /* the path up to the stop is known; false: the wheel's position is unknown */
     bool reached;    /* the wheel reached the start of the zone, or was already in it */
@@ -63,14 +63,14 @@ struct zone_warning {
     double lead_t_s;
     double lead_start_ft; /* start of the zone at that time */
     /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or not known */
-    double lead_became_s;
+    double lead_actual_s;
 };
 
 struct zones {
     struct store_zone *row;
     size_t count;
     struct zone_warning warning;
-    struct zones_received heard;
+    struct zones_received received;
 };
 
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
@@ -78,12 +78,12 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
 void zones_free(struct zones *zones);
 /* Adds the first warning and its outcome. `watched`: a board was connected that could have
  * warned. */
-void zones_answer(const struct zones *zones, bool watched, struct answer *answer);
+void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Adds whether and when the board warned, as text for people. */
-void zones_warned_answer(const struct zones *zones, bool watched, struct answer *answer);
+void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer);
 /* Gives the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
-bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT]);
+bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Remaining slack of each segment at a sample, inches (NaN: not surveyed), and the longest closed
@@ -94,8 +94,9 @@ struct zones_closure {
 };
 enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
                                  struct error *error);
-void zones_closed(const struct measured *measured, const struct zones_closure *closure,
-                  size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
+void zones_find_closed(const struct measured *measured, const struct zones_closure *closure,
+                       size_t sample, float remaining_in[MR_SEGMENTS],
+                       struct mr_closure_zone *zone);
 
 /* What the board's predictor used in a landing, as text: the runway it started with, and the inputs
  * it lacked. */
@@ -104,7 +105,7 @@ enum foresight_lack {
     FORESIGHT_BLIND,
     FORESIGHT_NO_MOTION,
     FORESIGHT_DEGRADED,
-    FORESIGHT_BEGUN_AGAIN,
+    FORESIGHT_RESTARTED,
     FORESIGHT_LACKS
 };
 
@@ -115,7 +116,7 @@ struct foresight_span {
 
 struct foresight {
     /* number of predictor messages; 0: the board has no predictor, or sent none */
-    size_t statements;
+    size_t messages;
     int64_t source;    /* enum mr_runway_source; STORE_NONE: not reported */
     unsigned landings; /* number of landings in the history of its runway */
     double resistance; /* joint resistance, relative to the configured one; NaN: not reported */
@@ -125,17 +126,17 @@ struct foresight {
     unsigned doubt[MR_TRANSDUCERS];
     /* left out in this time, as reported once a second and on change */
     struct foresight_span left_out[MR_TRANSDUCERS];
-    bool doubted_still[MR_TRANSDUCERS]; /* still left out at the last report */
-    double risk_most, risk_most_s;      /* largest risk and its time; NaN: no risk was reported */
-    unsigned risk_basis;                /* basis of the largest risk */
-    double plan_left_s;                 /* time from which the landing was off plan; NaN: never */
-    bool chart_old;
+    bool still_left_out[MR_TRANSDUCERS]; /* still left out at the last report */
+    double max_risk, max_risk_s;         /* largest risk and its time; NaN: no risk was reported */
+    unsigned risk_basis;                 /* basis of the largest risk */
+    double off_plan_s;                   /* time from which the landing was off plan; NaN: never */
+    bool chart_is_old;
 };
 
 enum mr_status foresight_load(struct store *store, const struct measured *measured,
                               struct foresight *foresight, struct error *error);
 /* Adds one line per fact of `foresight`. */
-void foresight_answer(const struct foresight *foresight, const struct measured *measured,
-                      struct answer *answer);
+void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
+                         struct answer *answer);
 
 #endif

@@ -115,7 +115,7 @@ static int compare_one(struct store *store, const struct request *request,
         compare_answer(&landing.figures, &verdict, answer);
     else
         compare_brief_answer(&landing.figures, &verdict, answer);
-    measured_excluded_note(&landing.measured, cli);
+    measured_print_excluded(&landing.measured, cli);
     compare_landing_free(&landing);
     return conclude(&verdict, answer, cli);
 }

@@ -704,8 +704,8 @@ static bool note_waves(struct day *day)
 static bool ask_record(struct day *day, const struct inspection_kind *kind,
                        const struct inspection *last)
 {
-    static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT + 80];
-    char run_text[24], was[INSPECTION_TEXT], value[INSPECTION_TEXT];
+    static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
+    char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
     struct line line = line_of("record", day->r.db);
     json_t *values = json_object();
     bool goes_on = true;
@@ -718,7 +718,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
         if (field->marked)
             continue;
         bool ends = f == 0 && !inspection_is_single(kind);
-        inspection_text(field, field->from_last ? last->values : NULL, was);
+        inspection_format(field, field->from_last ? last->values : NULL, was);
         char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
                                    kind->words, field->words, unit,
                                    was[0] ? was

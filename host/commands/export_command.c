@@ -20,15 +20,15 @@
 
 static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
-    char source[MEASURED_SOURCE_TEXT];
+    char source[MEASURED_SOURCE_SIZE];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
             landing->firmware);
-    measured_source_text(measured, source);
+    measured_format_source(measured, source);
     fprintf(out, "# readings from %s\n", source);
-    char torn[MEASURED_TORN_TEXT];
-    measured_torn_text(measured, torn);
+    char torn[MEASURED_TORN_SIZE];
+    measured_format_torn(measured, torn);
     if (torn[0])
         fprintf(out, "# %s\n", torn);
     if (!measured->dates_known)
@@ -108,12 +108,12 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
     struct measured measured;
     const struct measured_channel *channels[MR_CHANNELS];
     measured_load(store, run, &measured, fatal);
-    if (measured.source == MEASURED_NOTHING)
+    if (measured.source == MEASURED_NO_SOURCE)
         error_set(fatal, MR_USAGE,
                   "no readings: RUN %lld of %s; the landing was cancelled before its first "
                   "reading; export a different landing",
                   (long long)run, store_path(store));
-    size_t count = measured_in_order(&measured, channels);
+    size_t count = measured_list_channels(&measured, channels);
     csv_provenance(&measured, cli->si, out);
     csv_errors(&measured, channels, count, cli->si, out);
     fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,

@@ -63,7 +63,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
             request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
         " frames, according to the counts of the board";
-    summary_troubles(result->trouble, troubles, sizeof troubles);
+    summary_format_troubles(result->trouble, troubles, sizeof troubles);
     answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));
     if (troubles[0])
         answer_words(answer, NULL, "CAN link", "%s", troubles);

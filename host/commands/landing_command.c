@@ -312,7 +312,7 @@ static void journal_answer(const struct store_landing *landing, const struct jou
     answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
     answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
-    journal_tables_answer(j, answer);
+    journal_add_tables(j, answer);
     answer_close(answer);
 }
 

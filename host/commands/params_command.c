@@ -258,12 +258,12 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
     struct params_spring spring = {.k = {1.0, 0.0}};
     size_t count = take_pairs(r, x_name, factor, y_name, x, y);
     params_spring(x, y, count, &spring, fatal);
-    if (spring.within)
+    if (spring.below_free)
         error_set(fatal, MR_MALFORMED,
                   "readings within the free travel: %s: %s: %zu of %zu are below the start of the "
                   "fitted line; leave out readings with free movement",
-                  r->path, r->test, spring.within, count);
-    else if (!spring.known)
+                  r->path, r->test, spring.below_free, count);
+    else if (!spring.is_known)
         error_set(fatal, MR_TOO_FEW,
                   "no stiffness: %s: %s: %zu readings with a scatter of %.2g %s about their line "
                   "do not rise; check the signs, and add readings beyond the free travel",

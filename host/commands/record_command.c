@@ -98,11 +98,11 @@ static void copy_kept_fields(const struct inspections *all, const struct inspect
                              json_t *values, struct answer *answer)
 {
     const struct inspection *last = inspection_newest(all, kind, 0);
-    char text[INSPECTION_TEXT], *word;
+    char text[INSPECTION_TEXT_SIZE], *word;
     answer_table(answer, "kept", "");
     for (size_t f = 0; last && f < kind->fields; f++) {
         const struct inspection_field *field = &kind->field[f];
-        inspection_text(field, last->values, text);
+        inspection_format(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
         inspection_read(kind, word = xasprintf("%s=%s", field->name, text), values, fatal);
@@ -170,7 +170,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     const struct inspection_kind *kind = r->kind;
     const char *place = inspection_place_name(kind);
     struct output output;
-    char text[INSPECTION_TEXT];
+    char text[INSPECTION_TEXT_SIZE];
     output_check(r->path, r->words[0], fatal);
     output_begin(&output, r->path, fatal);
     if (*place)
@@ -185,7 +185,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
             fprintf(output.file, "%.15g,",
                     kind->place == INSPECTION_LANDING ? (double)entry->row.run : entry->row.place);
         for (size_t f = 0; f < kind->fields; f++) {
-            inspection_text(&kind->field[f], entry->values, text);
+            inspection_format(&kind->field[f], entry->values, text);
             write_cell(output.file, text, f + 1 < kind->fields ? ',' : '\n');
         }
     }
@@ -196,7 +196,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
 static void read_csv(const struct request *r, struct store *store, const struct inspections *all,
                      struct answer *answer)
 {
-    static char text[WORDS_MAX][INSPECTION_TEXT + 80];
+    static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
     size_t room = 0, columns = 0, number = 0;
     struct error error = {0};
@@ -331,10 +331,10 @@ static void show(const struct cli *cli, const struct request *r, const struct in
 {
     if (all->count == 0)
         cli_note(cli, "no records yet: %s; matrig record --kinds lists the kinds", r->words[0]);
-    inspection_json(all, r->kind, run, answer);
+    inspection_add_json(all, r->kind, run, answer);
     for (size_t k = 0; k < inspection_kind_count; k++)
         if (!r->kind || r->kind == &inspection_kinds[k])
-            inspection_table(all, &inspection_kinds[k], run, answer);
+            inspection_add_table(all, &inspection_kinds[k], run, answer);
 }
 
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
@@ -380,7 +380,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         write_csv(&r, &all, run);
     else if (!r.compare)
         show(cli, &r, &all, run, answer);
-    else if (inspection_differences(store, &all, r.compare, run, answer, fatal) == 0)
+    else if (inspection_add_differences(store, &all, r.compare, run, answer, fatal) == 0)
         answer_sentence(answer, NULL, "No difference was entered.");
     if (adds) {
         store_commit(store, fatal);

@@ -96,14 +96,14 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
 {
     const struct zone_warning *w = &preview->zones.warning;
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
-    char doubt[ZONES_HEARD_TEXT], label[20];
+    char doubt[ZONES_DOUBT_SIZE], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
     bool all_heard = watched &&
-                     !zones_received_doubt(&preview->zones.heard, (double)INFINITY, doubt);
+                     !zones_format_doubt(&preview->zones.received, (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->warned)
-        answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->most_start_ft,
-                     station->factor * w->most_end_ft)
+        answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
+                     station->factor * w->longest_end_ft)
             ->warn = true;
     else
         answer_words(answer, NULL, label, "%s",
@@ -115,10 +115,10 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
     answer_value(answer, "warning_t", NULL, UNIT_TIME, w->warned ? w->t_s : (double)NAN, 3)
         ->digits = 9;
     answer_value(answer, "warning_start", NULL, UNIT_STATION,
-                 w->warned ? w->most_start_ft : (double)NAN, 1)
+                 w->warned ? w->longest_start_ft : (double)NAN, 1)
         ->digits = 9;
     answer_value(answer, "warning_end", NULL, UNIT_STATION,
-                 w->warned ? w->most_end_ft : (double)NAN, 1)
+                 w->warned ? w->longest_end_ft : (double)NAN, 1)
         ->digits = 9;
 }
 
@@ -206,7 +206,7 @@ static void preview_answer(const struct preview *preview, bool bases, struct ans
     answer_flag(answer, "void", NULL, preview->journal.is_void);
     answer_flag(answer, "imported", NULL, preview->imported);
     answer_flag(answer, "torn", NULL, preview->measured.torn);
-    summary_dates_answer(&preview->measured, answer);
+    summary_add_dates(&preview->measured, answer);
     motion_answer(&preview->measured, answer);
     warning_answer(preview, answer);
     lost_answer(preview, answer);
@@ -270,7 +270,7 @@ static void result_answer(struct store *store, size_t landings, struct answer *a
         return;
     }
     record_load(store, &record, fatal);
-    record_answer(&record, true, answer);
+    record_to_answer(&record, true, answer);
     record_free(&record);
 }
 
@@ -303,7 +303,7 @@ static void reported_answer(struct store *store, const struct store_landing *lan
     answer_flag(answer, "void", NULL, journal.is_void);
     if (journal.is_void)
         answer_sentence(answer, NULL, "the landing is void");
-    journal_tables_answer(&journal, answer);
+    journal_add_tables(&journal, answer);
     journal_free(&journal);
 }
 
@@ -311,7 +311,7 @@ static void show(struct store *store, int64_t run, struct answer *answer)
 {
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
-    summary_answer(&summary, answer);
+    summary_to_answer(&summary, answer);
     reported_answer(store, &summary.measured.landing, answer);
     summary_free(&summary);
 }

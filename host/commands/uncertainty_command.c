@@ -73,7 +73,7 @@ static void load_landing(struct store *store, const struct request *r, struct su
         store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text, fatal);
     s->config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
-        if (s->measured.recalibrated >> i & 1 && !s->config.channel[i].calibrated_day)
+        if (s->measured.recalibrated_channels >> i & 1 && !s->config.channel[i].calibrated_day)
             s->config.channel[i].calibrated_day = 1;
     free(text);
 }

@@ -273,8 +273,9 @@ static bool has_movement(const struct measured *measured, size_t sample)
     unsigned readings = 0;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        readings += channel->config.kind == MR_KIND_DISPLACEMENT &&
-                    !isnan(measured_smooth(measured, channel, sample, MEASURED_WINDOW / 2));
+        readings +=
+            channel->config.kind == MR_KIND_DISPLACEMENT &&
+            !isnan(measured_moving_mean(measured, channel, sample, MEASURED_WINDOW_BLOCKS / 2));
     }
     return readings >= 2;
 }
@@ -288,7 +289,7 @@ static struct compare_zone measured_zone(const struct measured *measured,
     if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.known = false};
-    zones_closed(measured, survey, (size_t)sample, remaining_in, &run);
+    zones_find_closed(measured, survey, (size_t)sample, remaining_in, &run);
     const double error_ft = SEGMENT_FT / sqrt(12.0);
     return (struct compare_zone){
         true, (double)run.mats, (double)run.start_ft, (double)run.end_ft, error_ft, error_ft};
@@ -539,7 +540,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
 {
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
-    measured_torn_text(measured, figures->torn);
+    measured_format_torn(measured, figures->torn);
     figures->marks = measured_marks(measured);
     snprintf(figures->against, sizeof figures->against, "%s", head->file);
     figures->run_ms = head->run_ms;
@@ -548,7 +549,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     figures->surveyed = survey->surveyed;
     compare_clock_make(measured, &figures->clock);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         const struct store_simulation *row = NULL;
         for (size_t i = 0; i < count; i++)
             row = rows[i].number == (int64_t)number ? &rows[i] : row;

@@ -167,8 +167,8 @@ struct compare_channel {
 struct compare_figures {
     int64_t run;
     char against[120]; /* the model's file; empty: not stored */
-    /* Reason why the measured numbers are doubtful (measured_torn_text); "": they are not. */
-    char torn[MEASURED_TORN_TEXT];
+    /* Reason why the measured numbers are doubtful (measured_format_torn); "": they are not. */
+    char torn[MEASURED_TORN_SIZE];
     const char *marks;       /* marks of the landing, from measured_marks */
     double run_ms, error_in; /* duration of the simulation, and its error estimate */
     int64_t seeds;

@@ -77,8 +77,8 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
                              struct sim_scene *scene, struct error *error)
 {
     if (measured->fit_status == MR_TRUNCATED) {
-        char reason[MEASURED_REASON];
-        measured_no_stop_text(measured, reason);
+        char reason[MEASURED_REASON_SIZE];
+        measured_format_no_stop(measured, reason);
         return error_set(
             error, MR_TRUNCATED,
             "%s: RUN %lld; complete the landing from the black box, or compare a different landing",

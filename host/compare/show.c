@@ -414,7 +414,7 @@ static void sides_make(const struct compare_landing *landing, struct sides *side
     sides->count = 0;
     for (size_t i = 0; i < landing->rows; i++) {
         const struct store_simulation *row = &landing->row[i];
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
         compare_curves(measured, &landing->figures.clock, &measured->channel[c], row,

@@ -30,7 +30,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
         return MR_OK;
     }
     double board_us = (double)stored->board_us;
-    double stamp_us = export->dated ? summary_time_by(&export->clock, board_us).host_us
+    double stamp_us = export->dated ? summary_convert_time(&export->clock, board_us).host_us
                                     : NO_DATE_US + board_us;
     if (!(stamp_us >= 0.0 && stamp_us < STAMP_MOST_US)) {
         export->far++;
@@ -81,7 +81,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
     if (status == MR_OK)
         status = store_frames_base(store, run, &export.base, error);
     if (status == MR_OK)
-        status = summary_time_clock(store, run, &export.clock, &known, error);
+        status = summary_load_clock(store, run, &export.clock, &known, error);
     export.dated = known && export.clock.refusal == TIMEMAP_OK;
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);

@@ -224,7 +224,7 @@ static int64_t index_of(const struct work *w, const struct mapping_channel *chan
 {
     enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
                                                                  : MR_KIND_DISPLACEMENT;
-    int there = w->request->like ? measured_find(&w->like, kind, channel->number) : -1;
+    int there = w->request->like ? measured_channel_index(&w->like, kind, channel->number) : -1;
     return there >= 0 ? there
                       : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) +
                             (int64_t)channel->number - 1;

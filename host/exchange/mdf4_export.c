@@ -394,10 +394,10 @@ static void describe_readings(struct place *place, const struct measured_channel
          .unit = unit_of(UNIT_SPEED, si)->text,
          .type = MDF4_REAL,
          .invalid = 4}};
-    char source[MEASURED_SOURCE_TEXT], torn[MEASURED_TORN_TEXT],
-        comment[MEASURED_SOURCE_TEXT + MEASURED_TORN_TEXT + 100];
-    measured_source_text(measured, source);
-    measured_torn_text(measured, torn);
+    char source[MEASURED_SOURCE_SIZE], torn[MEASURED_TORN_SIZE],
+        comment[MEASURED_SOURCE_SIZE + MEASURED_TORN_SIZE + 100];
+    measured_format_source(measured, source);
+    measured_format_torn(measured, torn);
     snprintf(
         comment, sizeof comment,
         "readings, one row per millisecond, from %s; readings that are not valid are marked%s%s",
@@ -452,8 +452,8 @@ static void put_readings(struct place *place, bool si)
 {
     const struct measured *measured = &place->summary->measured;
     const struct measured_channel *channels[MR_CHANNELS];
-    unsigned count = (unsigned)measured_in_order(measured, channels);
-    if (measured->source == MEASURED_NOTHING || measured->samples == 0)
+    unsigned count = (unsigned)measured_list_channels(measured, channels);
+    if (measured->source == MEASURED_NO_SOURCE || measured->samples == 0)
         return;
     describe_readings(place, channels, count, si);
     for (size_t i = 0; i < measured->samples; i++)
@@ -592,7 +592,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
 {
     *zero_us = STORE_NONE;
     enum mr_status status = store_frames_each(store, run, LINK_CAN, find_first, zero_us, error);
-    if (measured->source == MEASURED_NOTHING || measured->samples == 0)
+    if (measured->source == MEASURED_NO_SOURCE || measured->samples == 0)
         return status;
     int64_t first_us = measured->t0_us + (int64_t)floor(1e6 * measured_time_s(measured, 0));
     if (*zero_us == STORE_NONE || first_us < *zero_us)

@@ -559,7 +559,7 @@ static void link_answer(const struct logger *logger, unsigned link,
     char line[400];
     for (unsigned i = 0; i < LINK_TROUBLES; i++)
         trouble[i] = (int64_t)logger->counters[link].trouble[i];
-    summary_troubles(trouble, line, sizeof line);
+    summary_format_troubles(trouble, line, sizeof line);
     answer_open(answer, kind == LINK_CAN ? "can" : "serial", "");
     answer_count(answer, "received", NULL, c->received);
     answer_count(answer, "lost", NULL, c->lost);

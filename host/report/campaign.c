@@ -55,7 +55,7 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
                  : facts->unheard                   ? "not known"
                                                     : "none")
         ->warn = warning->warned;
-    span(answer, "zone", warning->warned, warning->most_start_ft, warning->most_end_ft);
+    span(answer, "zone", warning->warned, warning->longest_start_ft, warning->longest_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
@@ -134,7 +134,7 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
         bool named = (count - 1 - i) % step == 0;
         double half[MR_TRANSDUCERS];
         for (unsigned k = 0; k < MR_TRANSDUCERS; k++)
-            half[k] = SUMMARY_95 * profile->error[k];
+            half[k] = SUMMARY_HALF_WIDTH_95 * profile->error[k];
         figure_series(&figure,
                       &(struct chart_series){named ? profile->name : NULL, look % 6u,
                                              named ? "whiskers" : "faint", profile->station,
@@ -304,7 +304,7 @@ static void zone_row(const struct zone_rows *rows, size_t row, const struct repo
                 (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
     if (facts->warning.warned)
-        bar(rows, top, 0, "warned", facts->warning.most_start_ft, facts->warning.most_end_ft);
+        bar(rows, top, 0, "warned", facts->warning.longest_start_ft, facts->warning.longest_end_ft);
     else if (facts->longest.mats > 0)
         bar(rows, top, 0, "reported", facts->longest.start_ft, facts->longest.end_ft);
     if (facts->last.mats > 0)
@@ -393,7 +393,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                 if (!facts->fitted || facts->band[b].gages == 0)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
-                half[count] = SUMMARY_95 *
+                half[count] = SUMMARY_HALF_WIDTH_95 *
                               (rose ? facts->band[b].rose_error_lb : facts->band[b].fell_error_lb);
                 y[count++] = rose ? facts->band[b].rose_lb : facts->band[b].fell_lb;
             }
@@ -529,9 +529,10 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
     answer_value(answer, NULL, "predicted time to zone", UNIT_TIME, w->warned ? w->lead_s : none,
                  3);
     answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
-                 w->warned ? w->lead_became_s : none, 3);
-    answer_count(answer, NULL, "zone warned of (mats)", w->warned ? w->most_mats : ANSWER_UNKNOWN);
-    span(answer, "zone warned of", w->warned, w->most_start_ft, w->most_end_ft);
+                 w->warned ? w->lead_actual_s : none, 3);
+    answer_count(answer, NULL, "zone warned of (mats)",
+                 w->warned ? w->longest_mats : ANSWER_UNKNOWN);
+    span(answer, "zone warned of", w->warned, w->longest_start_ft, w->longest_end_ft);
     span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
@@ -553,32 +554,34 @@ static void predictor(const struct report *report, FILE *out)
 /* Advice, warnings and outcomes. */
 static void record_row(const struct record_row *row, struct answer *answer)
 {
-    static const char *const warned[] = {[RECORD_UNWATCHED] = "no board",
+    static const char *const warned[] = {[RECORD_NO_BOARD] = "no board",
                                          [RECORD_WARNED] = "yes",
-                                         [RECORD_QUIET] = "none",
-                                         [RECORD_UNHEARD] = "not known"};
+                                         [RECORD_NO_WARNING] = "none",
+                                         [RECORD_NOT_RECEIVED] = "not known"};
     static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
-    char advice[RECORD_ADVICE];
+    char advice[RECORD_ADVICE_SIZE];
     answer_row(answer);
     answer_count(answer, NULL, "RUN", row->run);
     answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
     answer_words(answer, NULL, "advice", "%s", record_advice_text(row, advice));
     answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
-                 row->advised ? 100.0 * row->advice.zone : none, 0);
+                 row->has_advice ? 100.0 * row->advice.zone : none, 0);
     answer_words(answer, NULL, "warning", "%s", warned[row->warned])->warn = row->warned ==
                                                                              RECORD_WARNED;
     answer_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
-    answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->risk_most, 2);
-    answer_words(answer, NULL, "zone reached", "%s", row->is_void ? "void" : came[outcome->came]);
+    answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
+    answer_words(answer, NULL, "zone reached", "%s",
+                 row->is_void ? "void" : came[outcome->reached]);
     answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
     answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->t_s, 1);
-    answer_count(answer, NULL, "closed mats after", outcome->left_mats);
+    answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
     answer_count(answer, NULL, "waves observed", (int64_t)outcome->waves);
     answer_count(answer, NULL, "breaks observed", (int64_t)outcome->breaks);
     answer_value(answer, NULL, "lead time, about", UNIT_TIME, row->lead_s, 1);
     answer_words(answer, NULL, "evidence", "%s",
-                 row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
+                 row->verdict == RECORD_NOT_KNOWN ? row->reason
+                                                  : outcome_basis_text(outcome->basis));
 }
 
 static void warnings(const struct report *report, FILE *out)
@@ -587,7 +590,7 @@ static void warnings(const struct report *report, FILE *out)
     if (report->run || record->landings == 0)
         return;
     struct answer *answer = answer_new(report->si);
-    record_answer(record, false, answer);
+    record_to_answer(record, false, answer);
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < record->rows; i++)
         record_row(&record->row[i], answer);
@@ -662,7 +665,7 @@ static void advice_rows(const struct report *report, const struct store_advice *
     advice_row(advice, first, number, advice->reason, answer);
     for (size_t i = 0; first && i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
-        if (facts != first && facts->record.advised && facts->record.advice.id == advice->id)
+        if (facts != first && facts->record.has_advice && facts->record.advice.id == advice->id)
             advice_row(advice, facts, number, "as above", answer);
     }
 }
@@ -735,12 +738,12 @@ static void put_journal(const struct report *report, FILE *out)
                 continue;
             answer_row(tables[1]);
             answer_count(tables[1], NULL, "RUN", landing[i].id);
-            journal_observation_answer(&said.observation[k], tables[1]);
+            journal_add_observation(&said.observation[k], tables[1]);
         }
         for (size_t k = 0; k < said.changes; k++) {
             answer_row(tables[2]);
             answer_count(tables[2], NULL, "RUN", landing[i].id);
-            journal_change_answer(&said.change[k], tables[2]);
+            journal_add_change(&said.change[k], tables[2]);
         }
         journal_free(&said);
     }

@@ -29,7 +29,7 @@ static void facts(const struct report *report, const struct report_landing *land
 {
     const struct store_session_row *session = &landing->summary.session;
     struct answer *answer = answer_new(report->si);
-    summary_facts_answer(&landing->summary, answer);
+    summary_add_facts(&landing->summary, answer);
     answer_words(answer, NULL, "links", "CAN %s, serial %s",
                  session->can_link[0] ? session->can_link : "not used",
                  session->serial_link[0] ? session->serial_link : "not used");
@@ -74,7 +74,7 @@ static void draw_online(struct figure *figure, const struct report_landing *land
         if (t_s[count] < -CHART_BEFORE_S || !(v >= 0.0) || v > most)
             continue;
         half[count] = speed && isfinite(motion->speed_error_ft_s)
-                        ? SUMMARY_95 * motion->speed_error_ft_s
+                        ? SUMMARY_HALF_WIDTH_95 * motion->speed_error_ft_s
                         : 0.0;
         value[count++] = v;
     }
@@ -101,7 +101,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         double error_ft_s;
         curve.t_s[i] = measured->summary.stop_t_s.value * (double)i / CURVE_POINTS;
         curve.value[i] = measured_speed_ft_s(measured, curve.t_s[i], &error_ft_s);
-        curve.half[i] = SUMMARY_95 * error_ft_s;
+        curve.half[i] = SUMMARY_HALF_WIDTH_95 * error_ft_s;
     }
     draw_curve(figure, &curve);
     for (size_t i = 1; i < measured->gates; i++) {
@@ -129,7 +129,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
         curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
         mr_gates_motion_at(&measured->fit, curve.t_s[i], &motion);
         curve.value[i] = motion.deceleration_ft_s2.value;
-        curve.half[i] = SUMMARY_95 * motion.deceleration_ft_s2.error;
+        curve.half[i] = SUMMARY_HALF_WIDTH_95 * motion.deceleration_ft_s2.error;
         most = fmax(most, curve.value[i]);
     }
     axes.y = "deceleration";
@@ -146,7 +146,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
 static void draw_residuals(struct figure *figure, const struct measured *measured,
                            struct chart_axes axes)
 {
-    double tolerance = IN_PER_FT * SUMMARY_95 * measured->landing.switch_error_ft;
+    double tolerance = IN_PER_FT * SUMMARY_HALF_WIDTH_95 * measured->landing.switch_error_ft;
     double first_s = measured->fit.mid_s - measured->fit.half_s - 1e-6,
            last_s = measured->fit.mid_s + measured->fit.half_s + 1e-6;
     double t_s[MR_GATES_MAX], residual[MR_GATES_MAX];
@@ -191,7 +191,8 @@ static void speed(const struct report *report, const struct report_landing *land
                "opened. Shaded: 95 %% interval of the position of a switch, &plusmn; %.3f %s.",
                measured->fit.order, measured->fit.count, measured->gates,
                measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
-               SUMMARY_95 * measured->landing.switch_error_ft * IN_PER_FT * length->factor,
+               SUMMARY_HALF_WIDTH_95 * measured->landing.switch_error_ft * IN_PER_FT *
+                   length->factor,
                length->text);
 }
 
@@ -263,7 +264,7 @@ static void movement(const struct report *report, const struct report_landing *l
                                         "displacement of eight stations against gear position", 2,
                                         FIGURE_SHARED | FIGURE_ZERO);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         if (c < 0)
             continue;
         const struct measured_channel *channel = &measured->channel[c];
@@ -309,7 +310,7 @@ static void wheel(const struct report *report, const struct report_landing *land
                                      .height_px = 270});
     figure_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         if (c < 0 || measured->channel[c].valid == 0)
             continue;
         snprintf(name, sizeof name, "%.*f %s", report->si ? 1 : 0,
@@ -361,7 +362,7 @@ static void draw_closure(struct figure *figure, const struct report_landing *lan
         t_s = measured_time_s(measured, i);
         if (t_s < -0.2 || t_s > last_s)
             continue;
-        zones_closed(measured, &landing->survey, i, remaining_in, &zone);
+        zones_find_closed(measured, &landing->survey, i, remaining_in, &zone);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             bool closed = remaining_in[s] < MR_CLOSURE_OPEN_IN;
             if (closed && isnan(since_s[s])) {
@@ -383,7 +384,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
     const struct zone_warning *warning = &zones->warning;
-    char text[100], doubt[ZONES_HEARD_TEXT];
+    char text[100], doubt[ZONES_DOUBT_SIZE];
     for (size_t i = 0; i < zones->count; i++) {
         const struct store_zone *row = &zones->row[i];
         double t_s = zones_time_s(measured, row);
@@ -395,7 +396,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     if (!warning->warned)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
-    const char *heard = zones_earlier_text(zones, doubt) ? " received" : "";
+    const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
     if (warning->reached)
         snprintf(text, sizeof text, "first warning%s: %lld mats, wheel at it %.3f s later", heard,
                  (long long)warning->mats, warning->true_lead_s);
@@ -520,7 +521,7 @@ static void predictions(const struct report *report, const struct report_landing
                                     .x_low = -CHART_BEFORE_S,
                                     .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
     struct answer *answer = answer_new(report->si);
-    summary_zone_answer(&landing->summary, answer);
+    summary_add_zone(&landing->summary, answer);
     report_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return;
@@ -581,7 +582,7 @@ static size_t gages_of(const struct measured *measured, unsigned band,
 {
     size_t count = 0;
     for (unsigned number = 1; number <= MR_GAGES; number++) {
-        int c = measured_find(measured, MR_KIND_TENSION, number);
+        int c = measured_channel_index(measured, MR_KIND_TENSION, number);
         if (c < 0 || measured->channel[c].config.band != band ||
             isnan(measured->channel[c].baseline))
             continue;
@@ -623,8 +624,8 @@ static void along(const struct report *report, const struct report_landing *land
             y[0][i] = (gage[i]->low - gage[i]->baseline);
             y[1][i] = (gage[i]->high - gage[i]->baseline);
             y[2][i] = (gage[i]->end - gage[i]->baseline);
-            half[0][i] = SUMMARY_95 * gage[i]->low_error;
-            half[1][i] = SUMMARY_95 * gage[i]->high_error;
+            half[0][i] = SUMMARY_HALF_WIDTH_95 * gage[i]->low_error;
+            half[1][i] = SUMMARY_HALF_WIDTH_95 * gage[i]->high_error;
         }
         for (unsigned k = 0; k < 3; k++)
             figure_series(&figure, &(struct chart_series){names[k], k, k < 2 ? "whiskers" : "marks",
@@ -639,8 +640,8 @@ static void along(const struct report *report, const struct report_landing *land
 static void bands(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     struct answer *answer = answer_new(report->si);
-    bands_answer(&landing->summary.bands, &landing->summary.measured, answer);
-    bands_shunts_answer(&landing->summary.bands, true, answer);
+    bands_to_answer(&landing->summary.bands, &landing->summary.measured, answer);
+    bands_add_shunts(&landing->summary.bands, true, answer);
     report_answer(answer, out);
 }
 
@@ -651,13 +652,13 @@ static void channels(const struct report *report, const struct report_landing *l
     const struct measured *measured = &landing->summary.measured;
     struct answer *answer = answer_new(report->si);
     if (measured->samples > 0) {
-        summary_channels_answer(measured, MR_KIND_DISPLACEMENT, "", answer);
+        summary_add_channels(measured, MR_KIND_DISPLACEMENT, "", answer);
         answer_sentence(
             answer, NULL,
             "Peaks are extremes of an %d ms moving mean; the end is the mean of the last "
             "%d ms. \xc2\xb1 is one standard error: calibration and noise.",
-            MEASURED_WINDOW, MEASURED_END_BLOCKS);
-        summary_channels_answer(measured, MR_KIND_TENSION, "", answer);
+            MEASURED_WINDOW_BLOCKS, MEASURED_END_BLOCKS);
+        summary_add_channels(measured, MR_KIND_TENSION, "", answer);
     }
     report_answer(answer, out);
 }
@@ -704,7 +705,7 @@ static void draw_compared(struct figure *figure, const struct compare_curves *cu
     for (size_t i = from; i < to; i += step) {
         t_s[count] = curves->t_s[i];
         y[count] = value[i];
-        half[count++] = SUMMARY_95 * error[i];
+        half[count++] = SUMMARY_HALF_WIDTH_95 * error[i];
     }
     figure_series(figure, &(struct chart_series){
                               simulated ? "simulated with 95 % band" : "measured with 95 % band",
@@ -719,7 +720,7 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
                                         FIGURE_EACH);
     for (size_t i = 0; i < landing->simulations; i++) {
         const struct store_simulation *row = &landing->simulation[i];
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         double error_in = isnan(landing->head.error_in) ? row->peak_simulated_error_in
                                                         : landing->head.error_in;
         char title[CHART_LABEL];
@@ -764,7 +765,7 @@ static void health(const struct report *report, const struct report_landing *lan
     size_t backlogs = 0;
     int64_t most = 0;
     struct answer *answer = answer_new(report->si);
-    summary_health_answer(&landing->summary, answer);
+    summary_add_health(&landing->summary, answer);
     store_backlogs(report->store, landing->summary.measured.landing.id, &backlog, &backlogs,
                    report->error);
     for (size_t i = 0; i < backlogs; i++)

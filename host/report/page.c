@@ -330,7 +330,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
         unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->unheard;
-        if (of[i] && (!longest || facts->warning.most_mats > longest->warning.most_mats))
+        if (of[i] && (!longest || facts->warning.longest_mats > longest->warning.longest_mats))
             longest = facts;
     }
     if (watched == 0)
@@ -343,8 +343,9 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
     }
     if (longest)
         fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest zone ",
-                (long long)longest->warning.most_mats, station * longest->warning.most_start_ft,
-                station * longest->warning.most_end_ft, unit_of(UNIT_STATION, report->si)->text);
+                (long long)longest->warning.longest_mats,
+                station * longest->warning.longest_start_ft,
+                station * longest->warning.longest_end_ft, unit_of(UNIT_STATION, report->si)->text);
     if (unheard)
         fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",
                 unheard);
@@ -353,8 +354,9 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
 
 static void verdicts_fact(const struct report *report, FILE *out)
 {
-    static const enum record_verdict order[] = {RECORD_HIT,   RECORD_LATE,    RECORD_MISS,
-                                                RECORD_FALSE, RECORD_SILENCE, RECORD_NOT_KNOWN};
+    static const enum record_verdict order[] = {RECORD_HIT,           RECORD_LATE,
+                                                RECORD_MISS,          RECORD_FALSE_ALARM,
+                                                RECORD_TRUE_NEGATIVE, RECORD_NOT_KNOWN};
     size_t count[RECORD_VERDICTS] = {0};
     bool any = false;
     begin_fact(out, "warnings by outcome");
@@ -442,18 +444,18 @@ static void warning_words(const struct report_facts *facts, FILE *out)
 static void outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     const struct outcome *outcome = &facts->record.outcome;
-    char advice[RECORD_ADVICE];
+    char advice[RECORD_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
     html_text(out, record_verdict_text(facts->record.verdict));
     fputs(".</strong> ", out);
-    if (outcome->came == OUTCOME_CAME && isfinite(outcome->t_s))
+    if (outcome->reached == OUTCOME_REACHED && isfinite(outcome->t_s))
         fprintf(out,
                 "By survey and transducers, in segments of ten mats, the wheel reached %d closed "
                 "mats about %.1f s after touchdown; ",
                 OUTCOME_MATS, outcome->t_s);
-    else if (outcome->came == OUTCOME_CAME)
+    else if (outcome->reached == OUTCOME_REACHED)
         fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));
-    else if (outcome->came == OUTCOME_DID_NOT)
+    else if (outcome->reached == OUTCOME_NOT_REACHED)
         fprintf(out, "The wheel reached no zone of %d closed mats; ", OUTCOME_MATS);
     else
         fputs("Whether the wheel reached a closed zone is not known; ", out);
@@ -464,7 +466,7 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
         fputc(')', out);
     }
     fputc('.', out);
-    if (facts->record.advised)
+    if (facts->record.has_advice)
         fprintf(out, " Advice before it: %s.", record_advice_text(&facts->record, advice));
     fputs("</p>\n", out);
 }
@@ -725,8 +727,8 @@ static char *collected(FILE *into, char **text, const size_t *size)
 static void write_landing(const struct report *report, struct report_facts *facts,
                           const struct report_landing *landing, FILE *out)
 {
-    char heading[SUMMARY_HEADING];
-    summary_heading(&landing->summary, heading);
+    char heading[SUMMARY_HEADING_SIZE];
+    summary_format_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
     put_lead(report, facts, out);
@@ -825,7 +827,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
                 "<p>Plots are thinned: each pixel column shows its smallest and its largest "
                 "reading. &plusmn; is one standard error (coverage factor k = 1); 95 %% intervals "
                 "have k = %.2f. Units: %s.</p>\n</main>",
-                SUMMARY_95,
+                SUMMARY_HALF_WIDTH_95,
                 report->si ? "SI; without --si, feet, inches and pounds"
                            : "feet, inches and pounds; matrig --si report writes the page in SI");
         provenance_write(report, out);

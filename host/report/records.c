@@ -78,9 +78,9 @@ static void put_tables(const struct report *report, int64_t run, FILE *out)
     struct answer *answer = answer_new(report->si);
     for (size_t k = 0; k < inspection_kind_count; k++)
         if ((inspection_kinds[k].place == INSPECTION_LANDING) == (run > 0))
-            inspection_table(all, &inspection_kinds[k], run, answer);
+            inspection_add_table(all, &inspection_kinds[k], run, answer);
     if (all->count && run > 1)
-        inspection_differences(report->store, all, run - 1, run, answer, report->error);
+        inspection_add_differences(report->store, all, run - 1, run, answer, report->error);
     report_answer(answer, out);
 }
 

@@ -32,7 +32,7 @@ const char *report_wrong_text(unsigned i)
 static void take_moved(const struct measured *measured, struct report_facts *facts)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, i + 1);
+        int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, i + 1);
         const double none = (double)NAN;
         facts->moved[i] = (struct report_moved){none, none, none, none, none};
         if (c < 0)
@@ -80,10 +80,10 @@ static void take_zones(const struct report_landing *landing, struct report_facts
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
     const struct store_zone *longest = NULL;
-    char why[ZONES_HEARD_TEXT];
+    char why[ZONES_DOUBT_SIZE];
     facts->statements = zones->count;
     facts->warning = zones->warning;
-    facts->unheard = zones_received_doubt(&zones->heard, (double)INFINITY, why);
+    facts->unheard = zones_format_doubt(&zones->received, (double)INFINITY, why);
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
@@ -99,7 +99,7 @@ static void take_zones(const struct report_landing *landing, struct report_facts
         return;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone zone;
-    zones_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
+    zones_find_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
         facts->closed |= remaining_in[s] < MR_CLOSURE_OPEN_IN ? 1ull << s : 0ull;
 }
@@ -192,7 +192,7 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->torn = measured->torn;
     facts->emulated = measured_is_emulated(&measured->landing);
     facts->marks = measured_marks(measured);
-    facts->recalibrated = measured->recalibrated;
+    facts->recalibrated = measured->recalibrated_channels;
     facts->fitted = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
@@ -284,7 +284,7 @@ static enum mr_status load_facts(struct report *report, const struct report_land
                                  struct report_facts *facts, struct error *error)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct record_given given = {measured, &landing->summary.zones};
+    const struct record_landing given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
     take_facts(landing, facts);
     return load_weight(report->store, measured->landing.id, &facts->weight_lb, error)
@@ -298,11 +298,11 @@ static void take_record(struct report *report, struct report_facts *facts)
     if (!row)
         return;
     facts->record = *row;
-    snprintf(facts->why, sizeof facts->why, "%s", row->why ? row->why : "");
+    snprintf(facts->why, sizeof facts->why, "%s", row->reason ? row->reason : "");
     facts->wrong |=
         (row->outcome.waves ? REPORT_WAVE : 0u) | (row->outcome.breaks ? REPORT_BREAK : 0u) |
         (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED : 0u) |
-        (row->verdict == RECORD_FALSE ? REPORT_FALSE : 0u);
+        (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE : 0u);
 }
 
 enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,

@@ -74,13 +74,13 @@ TEST(times_of_day_are_right_within_their_intervals)
     assert_true(clock->fast_half_ppm < 5.0);
     double board_us = 1e6 * truth.touchdown_s;
     struct summary_moment touchdown = summary_time_of_day(&summary, board_us);
-    assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_us);
-    assert_true(touchdown.half_us < 300.0);
+    assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_width_us);
+    assert_true(touchdown.half_width_us < 300.0);
 
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
     struct answer *answer = answer_new(false);
-    summary_time_answer(&summary, answer);
+    summary_add_time(&summary, answer);
     assert_true(answer_text(answer, out));
     answer_free(answer);
     fclose(out);

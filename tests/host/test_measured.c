@@ -124,7 +124,7 @@ TEST(lost_blocks_stay_missing)
     assert_int_equal(m.channel[0].validity[at], MEASURED_LOST);
     assert_true(isnan(measured_value(&m.channel[0], at)));
     assert_int_equal(m.channel[0].valid, m.samples - 1000);
-    assert_true(isnan(measured_smooth(&m, &m.channel[0], at, 5)));
+    assert_true(isnan(measured_moving_mean(&m, &m.channel[0], at, 5)));
     measured_free(&m);
     session_end(&s);
 }
@@ -164,7 +164,7 @@ TEST(torn_has_no_movements)
 {
     struct session s;
     struct measured m;
-    char text[MEASURED_TORN_TEXT];
+    char text[MEASURED_TORN_SIZE];
     lost_from = 290;
     log_lossy(&s, lose_the_beginning, &m);
     assert_true(m.torn && m.no_rest);
@@ -176,7 +176,7 @@ TEST(torn_has_no_movements)
         assert_near(c->high, 101.0 + i, 0.02);
         assert_true(c->error > 0.0);
     }
-    measured_torn_text(&m, text);
+    measured_format_torn(&m, text);
     assert_string_equal(text, "torn: the switch edges before number 9 were not received; no speeds "
                               "and no movements are given");
     measured_free(&m);
@@ -247,7 +247,7 @@ TEST(warning_and_wheel)
     assert_near(w->reached_t_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0, 0.002);
     assert_near(w->true_lead_s, w->reached_t_s - w->t_s, 1e-12);
     assert_near(w->lead_t_s, w->t_s, 0.0);
-    assert_near(w->lead_became_s, w->true_lead_s, 1e-12);
+    assert_near(w->lead_actual_s, w->true_lead_s, 1e-12);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
     assert_near(measured_reach_s(&summary.measured, 79.0),
                 (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);

@@ -87,7 +87,7 @@ TEST(found_as_by_the_definition)
             series(kind, raw, strides[s]);
             for (size_t i = 0; i < SAMPLES; i++)
                 value[i] = (double)raw[i] - (kind % 2 ? 0.3 : 0.0);
-            measured_peaks(&measured, &channel, 700, &high, &low);
+            measured_find_peaks(&measured, &channel, 700, &high, &low);
             double size = kind == 0 ? 1e4 : kind == 2 ? 1e6 : 1.0;
             assert_near(high, peak_of(value, SAMPLES, strides[s], s, 700, 1.0), 1e-12 * size);
             assert_near(low, peak_of(value, SAMPLES, strides[s], s, 700, -1.0), 1e-12 * size);
@@ -103,11 +103,11 @@ TEST(nothing_valid_is_nan)
     double high, low;
     for (size_t i = 0; i < SAMPLES; i++)
         raw[i] = NAN;
-    measured_peaks(&measured, &channel, 0, &high, &low);
+    measured_find_peaks(&measured, &channel, 0, &high, &low);
     assert_true(isnan(high) && isnan(low));
     for (size_t i = 0; i < SAMPLES; i += 2) /* of one half alone: none to take a peak from */
         raw[i] = 1.0f;
-    measured_peaks(&measured, &channel, 0, &high, &low);
+    measured_find_peaks(&measured, &channel, 0, &high, &low);
     assert_true(isnan(high) && isnan(low));
 }
 
@@ -120,6 +120,6 @@ TEST(an_infinite_reading)
     double high, low;
     raw[100] = raw[101] = INFINITY;
     raw[2000] = raw[2001] = raw[2002] = raw[2003] = -6.0f;
-    measured_peaks(&measured, &channel, 0, &high, &low);
+    measured_find_peaks(&measured, &channel, 0, &high, &low);
     assert_true(high == 0.0 && low < 0.0);
 }

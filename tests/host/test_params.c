@@ -75,8 +75,8 @@ TEST(hinge_of_the_report)
 {
     unsigned seed = 1;
     struct params_spring spring = hinge(11, 1, 5, 0, &seed);
-    assert_true(spring.known);
-    assert_int_equal(spring.within, 0);
+    assert_true(spring.is_known);
+    assert_int_equal(spring.below_free, 0);
     assert_near(spring.k.value, 1e5, 1e-6);
     assert_near(spring.free.value / DEG, 10, 1e-9);
     assert_near(spring.k.error, 0, 1e-5);
@@ -86,7 +86,7 @@ TEST(hinge_of_the_report)
     const double angle[] = {1, 2, 3, 4}, falling[] = {-1, -2, -3, -4.1}, same[] = {2, 2, 2, 2};
     struct error error = {0}, alike = {0};
     assert_int_equal(params_spring(angle, falling, 4, &spring, &error), MR_OK);
-    assert_false(spring.known);
+    assert_false(spring.is_known);
     assert_int_equal(params_spring(angle, falling, 2, &spring, &error), MR_TOO_FEW);
     assert_int_equal(params_spring(same, angle, 4, &spring, &alike), MR_TOO_FEW);
 }
@@ -98,13 +98,13 @@ TEST(readings_inside_the_free_travel)
     int taken = 0;
     for (int test = 0; test < 2000; test++) {
         struct params_spring spring = hinge(1, 1, 8, 5, &seed);
-        taken += spring.known && !spring.within;
+        taken += spring.is_known && !spring.below_free;
     }
     if (taken > 20)
         fail_msg("scatter taken for a spring %d times of 2000", taken);
     for (double from_deg = 2; from_deg < 8; from_deg += 1)
-        assert_true(hinge(from_deg, 1, 14, 20, &seed).within > 0);
-    assert_int_equal(hinge(10, 1, 5, 0, &seed).within, 0); /* the edge itself */
+        assert_true(hinge(from_deg, 1, 14, 20, &seed).below_free > 0);
+    assert_int_equal(hinge(10, 1, 5, 0, &seed).below_free, 0); /* the edge itself */
 }
 
 /* The stated errors are the spread over many repeated tests. */
@@ -115,7 +115,7 @@ TEST(errors_are_the_spread)
     double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0;
     for (int test = 0; test < TESTS; test++) {
         struct params_spring t = hinge(10.6, 0.6, 8, 200, &seed);
-        assert_true(t.known && t.within == 0);
+        assert_true(t.is_known && t.below_free == 0);
         sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
         sum_t += t.free.value, sum_t2 += t.free.value * t.free.value,
             said_t += t.free.error * t.free.error;

@@ -232,7 +232,7 @@ static void measure(const struct world *w, const struct spread *stated)
             validity[c][i] = reading.validity;
         }
     }
-    measured_find_facts(&m);
+    measured_find_results(&m);
     for (unsigned c = 0; c < MR_WATCH_CHANNELS && noise_forgotten; c++)
         m.channel[c].noise = 0.0;
 }
@@ -246,7 +246,7 @@ static void count(struct tally *t, unsigned kind, unsigned place, double value, 
                   double error)
 {
     double off = (value - truth) / error;
-    t->held[kind][place] += fabs(off) <= SUMMARY_95;
+    t->held[kind][place] += fabs(off) <= SUMMARY_HALF_WIDTH_95;
     t->square[kind][place] += off * off;
 }
 
@@ -260,7 +260,7 @@ static void compare(const struct world *w, struct tally *t)
         unsigned kind = c >= MR_TRANSDUCERS;
         double rest = kind ? 0.0 : s->rest, most = truth_at(s, BLOCKS);
         for (unsigned i = 0; i < INSTANTS; i++) {
-            double value = measured_smooth(&m, channel, instant[i], half[i]), truth = 0.0;
+            double value = measured_moving_mean(&m, channel, instant[i], half[i]), truth = 0.0;
             for (size_t k = instant[i] - half[i]; k <= instant[i] + half[i]; k++)
                 truth += (truth_at(s, (double)k) - rest) / (double)(2 * half[i] + 1);
             count(t, kind, i, value, truth,

@@ -111,10 +111,10 @@ static void is(const struct record *record, int run, enum record_verdict verdict
     const struct record_row *row = &record->row[run - 1];
     if (row->run != run || row->verdict != verdict || row->outcome.basis != basis)
         fail_msg("RUN %d: %s by %s (%s), wanted %s by %s", run, record_verdict_text(row->verdict),
-                 outcome_basis_text(row->outcome.basis), row->why ? row->why : "",
+                 outcome_basis_text(row->outcome.basis), row->reason ? row->reason : "",
                  record_verdict_text(verdict), outcome_basis_text(basis));
     if (verdict == RECORD_NOT_KNOWN)
-        assert_non_null(row->why);
+        assert_non_null(row->reason);
 }
 
 TEST(each_kind)
@@ -154,15 +154,15 @@ TEST(each_kind)
     assert_int_equal(record.rows, 13);
     is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
     is(&record, 2, RECORD_MISS, OUTCOME_TRANSDUCERS);
-    is(&record, 3, RECORD_FALSE, OUTCOME_TRANSDUCERS);
-    is(&record, 4, RECORD_SILENCE, OUTCOME_TRANSDUCERS);
-    is(&record, 5, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
-    is(&record, 6, RECORD_MISS, OUTCOME_SEEN);
-    is(&record, 7, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
-    is(&record, 8, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 3, RECORD_FALSE_ALARM, OUTCOME_TRANSDUCERS);
+    is(&record, 4, RECORD_TRUE_NEGATIVE, OUTCOME_TRANSDUCERS);
+    is(&record, 5, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
+    is(&record, 6, RECORD_MISS, OUTCOME_OBSERVATION);
+    is(&record, 7, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
+    is(&record, 8, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
     is(&record, 9, RECORD_MISS, OUTCOME_TRANSDUCERS);
     is(&record, 10, RECORD_LATE, OUTCOME_TRANSDUCERS);
-    is(&record, 11, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 11, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
     is(&record, 12, RECORD_MISS, OUTCOME_SURVEY_AFTER);
     is(&record, 13, RECORD_MISS, OUTCOME_TRANSDUCERS); /* the same zone, before it */
     assert_int_equal(record.landings, 12);
@@ -170,7 +170,7 @@ TEST(each_kind)
     assert_int_equal(record.verdict[RECORD_HIT], 1);
     assert_int_equal(record.verdict[RECORD_LATE], 1);
     assert_int_equal(record.verdict[RECORD_MISS], 5);
-    assert_int_equal(record.verdict[RECORD_FALSE], 1);
+    assert_int_equal(record.verdict[RECORD_FALSE_ALARM], 1);
     /* looks are 20 ms apart; the board looks every 50 ms */
     assert_near(record.row[0].outcome.t_s, FAR_AT_S, 0.021);
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
@@ -178,7 +178,7 @@ TEST(each_kind)
     assert_near(record.row[8].outcome.t_s, NEAR_AT_S, 0.021);
     assert_int_equal(record.row[0].outcome.mats, 60);
     assert_near(record.row[0].outcome.start_ft, 57.14, 0.1);
-    assert_int_equal(record.row[11].outcome.left_mats, 52); /* 79.56 to 94.29 ft */
+    assert_int_equal(record.row[11].outcome.closed_after_mats, 52); /* 79.56 to 94.29 ft */
     record_free(&record);
     session_end(&session);
 }
@@ -200,16 +200,16 @@ TEST(advice_and_what_came)
     }
     advise(10, "caution", 0.5, 8.0);
     load(&record);
-    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_CAME], 5);
-    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_DID_NOT], 0);
-    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 5);
+    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_REACHED], 5);
+    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_NOT_REACHED], 0);
+    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_NOT_REACHED], 5);
     record_free(&record);
 
     /* Planned at 5 ft/s2 and braked at 8: another landing. */
     advise(1, "against", 0.9, 5.0);
     load(&record);
     assert_int_equal(record.off_plan, 1);
-    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 4);
+    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_NOT_REACHED], 4);
     record_free(&record);
     session_end(&session);
 }
@@ -225,7 +225,7 @@ TEST(given)
     reopen();
     assert_int_equal(measured_load(session.store, 1, &measured, &session.error), MR_OK);
     assert_int_equal(zones_load(session.store, &measured, &zones, &session.error), MR_OK);
-    const struct record_given there = {&measured, &zones};
+    const struct record_landing there = {&measured, &zones};
     assert_int_equal(record_begin(session.store, &record, &session.error), MR_OK);
     assert_int_equal(record_judge(session.store, &record, &there, &session.error), MR_OK);
     assert_int_equal(record_end(session.store, &record, &session.error), MR_OK);
@@ -247,7 +247,7 @@ static void begin_on(int64_t run, unsigned landings)
 TEST(restored_runway)
 {
     struct record record;
-    char text[RECORD_ADVICE];
+    char text[RECORD_ADVICE_SIZE];
     const struct store_advice advice = {.made_us = 1,
                                         .speed_ft_s = 35.0,
                                         .deceleration_ft_s2 = 9.0,

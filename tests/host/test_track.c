@@ -135,11 +135,11 @@ TEST(frames_are_numbered_by_the_gaps_in_time)
             truth[count] = frame;
             t_us[count++] = now_us + 600.0 * (seeded_uniform(&random) - 0.5);
         }
-        film_number(t_us, count, number);
+        film_number_frames(t_us, count, number);
         for (size_t i = 0; i < count; i++)
             assert_int_equal(number[i], truth[i] - truth[0] + 1);
     }
-    film_number(t_us, 0, number);
-    film_number(t_us, 1, number);
+    film_number_frames(t_us, 0, number);
+    film_number_frames(t_us, 1, number);
     assert_int_equal(number[0], 1);
 }

@@ -860,7 +860,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
             row[i - first] = measured_value(channel, i);
         /* A CAN message is one mean for all blocks that it covers. */
         double noise_in = channel->noise * sqrt((double)channel->stride);
-        double baseline_in = noise_in / sqrt(fmax((double)channel->rest, 1.0));
+        double baseline_in = noise_in / sqrt(fmax((double)channel->rest_samples, 1.0));
         series[count++] = (struct fit_series){
             .station_ft = (double)channel->config.station_ft,
             .t0_s = measured_time_s(measured, first),
@@ -962,9 +962,9 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     struct measured measured;
     struct fit_landing landing = {0};
     struct fit_series series[MR_TRANSDUCERS];
-    char torn[MEASURED_TORN_TEXT];
+    char torn[MEASURED_TORN_SIZE];
     enum mr_status status = measured_load(store, run, &measured, error);
-    measured_torn_text(&measured, torn);
+    measured_format_torn(&measured, torn);
     if (status == MR_OK && torn[0])
         status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out",
                            (long long)run, torn);
