@@ -13,10 +13,10 @@
 /* pulses before a lock that the wheel's last part of one takes: mean and error */
 #define LOCK_DELAY_PULSES       1.2071
 #define LOCK_DELAY_ERROR_PULSES 0.6969
-#define PULSE_PART_ERROR      0.288675 /* of a pulse: uniform from 0 to 1 */
+#define PULSE_PART_ERROR        0.288675 /* of a pulse: uniform from 0 to 1 */
 /* error of the onset over that of the touchdown: 80, 97 and 100 of 100 drawn landings are within 1,
  * 2 and 3 such errors (chosen afterwards) */
-#define ONSET_ERROR_FACTOR    1.5
+#define ONSET_ERROR_FACTOR      1.5
 
 struct pulse {
     double number, t_s;
