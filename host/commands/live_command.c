@@ -38,10 +38,10 @@ static void take_frame(void *context, const struct store_frame *frame)
     if (frame->id > UINT16_MAX || foreign || frame->link < 0 || frame->link >= LINK_KINDS ||
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
         return;
-    live_hub_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
-                                                           .message = &message,
-                                                           .host_us = (uint64_t)frame->host_us,
-                                                           .board_us = frame->board_us});
+    live_hub_add_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
+                                                               .message = &message,
+                                                               .host_us = (uint64_t)frame->host_us,
+                                                               .board_us = frame->board_us});
 }
 
 static void take_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
@@ -49,7 +49,7 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
     struct watch *watch = context;
     struct mr_block block;
     if (mr_block_get(&block, record, length) == MR_OK)
-        live_hub_record(watch->hub, &block, host_us);
+        live_hub_add_record(watch->hub, &block, host_us);
 }
 
 /* Reads new frames and records, and the links of a new session. */
@@ -74,9 +74,9 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
         bool found;
         status = store_link_get(watch->store, session, kind, &counts, &found, error);
         if (status == MR_OK && found)
-            live_hub_counts(watch->hub, (enum link_kind)kind, &counts);
+            live_hub_set_counts(watch->hub, (enum link_kind)kind, &counts);
     }
-    live_hub_turn(watch->hub);
+    live_hub_publish_due(watch->hub);
     return status;
 }
 
@@ -104,7 +104,8 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
     watch->source = (struct live_source){
         .db = db,
         .si = watch->cli->si,
-        .no_commands = "arm and disarm on the page of the matrig log that uses the links (--live)"};
+        .no_commands_reason =
+            "arm and disarm on the page of the matrig log that uses the links (--live)"};
     store_follow_from(watch->store, FIRST_FRAMES, &watch->place, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)

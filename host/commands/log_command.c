@@ -49,7 +49,7 @@ static void watch_clock(struct logger *logger)
 /* True: the campaign is locked and accepts no data. */
 static bool is_held(const struct logger *logger)
 {
-    return monotonic_us() < logger->again_us;
+    return monotonic_us() < logger->retry_us;
 }
 
 /* Time until something is due. */
@@ -58,8 +58,8 @@ static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
     uint64_t now_us = monotonic_us(), until_us = now_us + TURN_US;
     if (logger->in_transaction && logger->begun_us + TRANSACTION_US < until_us)
         until_us = logger->begun_us + TRANSACTION_US;
-    if (is_held(logger) && logger->again_us < until_us)
-        until_us = logger->again_us;
+    if (is_held(logger) && logger->retry_us < until_us)
+        until_us = logger->retry_us;
     if (deadline_us < until_us)
         until_us = deadline_us;
     if (logger_silence_due_us(logger) < until_us)
@@ -79,7 +79,7 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool takes = logger->open[link] && !held;
         ready[link] = takes && (link_queue_request_news(link_reader_queue(logger->reader[link])) ||
-                                logger->more[link]);
+                                logger->more_buffered[link]);
         polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
                                        .events = POLLIN};
         if (ready[link])
@@ -87,11 +87,11 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     }
     polled[SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
     polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
-    polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news, .events = POLLIN};
+    polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news_fd, .events = POLLIN};
     if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
         return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
                          strerror(errno));
-    if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 &&
+    if (polled[NEWS].revents & POLLIN && read(logger->news_fd, &counted, sizeof counted) < 0 &&
         errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
                          strerror(errno));
@@ -112,13 +112,13 @@ static enum mr_status process_turn(struct logger *logger, const bool ready[LINK_
     enum mr_status status = MR_OK;
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (ready[link])
-            status = logger_receive(logger, link, error);
+            status = logger_process_queue(logger, link, error);
     }
-    if (status == MR_OK && logger_commit_due(logger))
+    if (status == MR_OK && logger_is_commit_due(logger))
         status = logger_commit(logger, error);
     if (status == MR_OK)
         status = logger_show_finished(logger, error);
-    return status ?: logger_show_silent(logger, error);
+    return status ?: logger_show_silent_landing(logger, error);
 }
 
 static bool any_open(const struct logger *logger)
@@ -137,24 +137,24 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         bool signalled = false;
         enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
                                               error)
-                                  ?: logger_rescue(logger, error);
+                                  ?: logger_rescue_campaign(logger, error);
         if (status == MR_OK)
-            logger_keep_in_step(logger, ready);
+            logger_select_lagging_link(logger, ready);
         if (status == MR_OK && !is_held(logger) && process_turn(logger, ready, error) != MR_OK)
             status = logger_wait_for_store(logger, error);
         if (status != MR_OK)
             return status;
         watch_clock(logger);
         logger_ask_for_configuration(logger);
-        logger_serve_live(logger);
-        logger_note_orders(logger);
-        typed_turn(logger);
+        logger_send_live_command(logger);
+        logger_note_answers(logger);
+        typed_update(logger);
         logger_note_health(logger);
-        logger_note_exchanged(logger);
-        logger_note_missing(logger);
-        logger_note_board(logger);
+        logger_note_exchanged_links(logger);
+        logger_note_missing_board(logger);
+        logger_note_presence(logger);
         logger_show_progress(logger, false);
-        logger_report_rest(logger);
+        logger_print_pending(logger);
         if (signalled)
             logger->ended_by = "signal";
         else if (!any_open(logger))
@@ -173,7 +173,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
                                            error);
     if (status == MR_OK &&
         !((can && link_is_recorded(can)) || (serial && link_is_recorded(serial))))
-        collector_set_own_commands(logger->collector, &logger->own);
+        collector_set_own_commands(logger->collector, &logger->own_commands);
     return status;
 }
 
@@ -181,14 +181,15 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
-        enum mr_status status = logger_begin(logger, error) ?: open_collector(logger, error);
+        enum mr_status status = logger_begin_transaction(logger, error)
+                                  ?: open_collector(logger, error);
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
         /* only a lock is worth waiting for: the user is still present and can correct the rest */
         if (refused != STORE_LOCKED)
             return status;
-        watch_refused(&logger->watch, refused, error->text);
+        watch_note_refusal(&logger->watch, refused, error->text);
         struct pollfd asked = {.fd = signals, .events = POLLIN};
         if (poll(&asked, 1, LOCKED_MS) > 0)
             return status;
@@ -199,17 +200,18 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
 /* Opens a reader for each link. Received data is kept from here on. */
 static enum mr_status open_readers(struct logger *logger, struct error *error)
 {
-    logger->news = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    logger->news_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     enum mr_status status = MR_OK;
-    if (logger->news < 0)
+    if (logger->news_fd < 0)
         return error_set(
             error, MR_IO,
             "cannot create an eventfd (%s): matrig log; check the limits of this system",
             strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
-            status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news,
-                                      watch_blame, &logger->watch, &logger->reader[link], error);
+            status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news_fd,
+                                      watch_find_cause, &logger->watch, &logger->reader[link],
+                                      error);
     }
     return status ?: watch_begin(&logger->watch, logger->reader, store_path(logger->store), error);
 }
@@ -231,26 +233,26 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
-    bool finished = logger_finish(logger, signals, &late) == MR_OK;
+    bool finished = logger_end_session(logger, signals, &late) == MR_OK;
     logger_set_nonblocking(logger, false);
-    logger_report_rest(logger);
+    logger_print_pending(logger);
     if (finished)
         logger_show_finished(logger, &late);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
-    if (status == MR_OK && logger->taken[0])
-        status = logger->saved[0]
-                   ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s", logger->taken,
-                               logger->lost_before[0] ? " since " : "", logger->lost_before,
-                               logger->saved)
+    if (status == MR_OK && logger->removal_text[0])
+        status = logger->saved_path[0]
+                   ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
+                               logger->removal_text, logger->lost_before[0] ? " since " : "",
+                               logger->lost_before, logger->saved_path)
                    : error_set(error, MR_IO, "%s; the data could not be saved next to it",
-                               logger->taken);
+                               logger->removal_text);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
         status = logger_check_received(logger, error);
-    if (status == MR_OK && logger->shown == 0)
+    if (status == MR_OK && logger->landings_shown == 0)
         cli_note(logger->cli, "no landing was armed; the received data is in %s",
                  store_path(logger->store));
     return status;
@@ -259,15 +261,15 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
 static enum mr_status open_live(struct logger *logger, const char *where, const char *can,
                                 const char *serial, const char *db, struct error *error)
 {
-    bool listens = logger->mute[0] && logger->mute[1];
+    bool listens = logger->cannot_send[0] && logger->cannot_send[1];
     const struct live_source source = {
         .db = db,
         .can = can,
         .serial = serial,
         .commands = !listens,
         .si = logger->cli->si,
-        .no_commands = listens ? "matrig log was started with --listen, so it sends no commands"
-                               : NULL};
+        .no_commands_reason =
+            listens ? "matrig log was started with --listen, so it sends no commands" : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
     if (status == MR_OK) { /* even with --quiet: the port cannot be guessed */
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
@@ -333,16 +335,16 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
 static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
-    watch_call(&logger->watch, true); /* closing writes the journal back */
+    watch_note_call(&logger->watch, true); /* closing writes the journal back */
     bool closed = logger_close_store(logger);
-    watch_call(&logger->watch, false);
+    watch_note_call(&logger->watch, false);
     watch_close(&logger->watch);
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_close(logger->reader[link]);
         link_close(logger->link[link]);
     }
-    if (logger->news >= 0)
-        close(logger->news);
+    if (logger->news_fd >= 0)
+        close(logger->news_fd);
     return closed;
 }
 
@@ -381,23 +383,23 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                             .wait_s = r.wait_s,
                             .db = r.db,
                             .page = r.page,
-                            .all = r.all};
-    logger.news = -1;
+                            .full_summaries = r.all};
+    logger.news_fd = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
-        logger.mute[link] = r.listen;
+        logger.cannot_send[link] = r.listen;
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
-    if (status == MR_OK && logger.typed.on && logger.typed.terminal)
+    if (status == MR_OK && logger.typed.enabled && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
         status = run(&logger, signals, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
-    logger_serve_page(&logger, true);
+    logger_update_page(&logger, true);
     json_decref(logger.landings);
-    free(logger.unsaid);
+    free(logger.pending_output);
     logger_end_live(&logger, &error);
     if (!close_all(&logger) && exit_code == 0)
         exit_code = 3;

@@ -5,27 +5,27 @@
 
 #include "common/catalogue.h"
 
-#define MISSING             ((float)NAN)
-/* a block this much older than the newest one: the board has restarted */
-#define RESTART_BLOCKS      1000
-#define RECORD_FRESH_BLOCKS 200 /* while records are this new, values from CAN are ignored */
-#define SILENT_BLOCKS       500 /* a link this far behind the other has stopped */
-#define TELLING_BLOCKS      10  /* a message can be sent this many blocks after its readings */
+#define MISSING               ((float)NAN)
+/* a block this much older than the newest one shows that the board has restarted */
+#define RESTART_BLOCKS        1000
+#define RECORD_AGE_MAX_BLOCKS 200 /* while records are this new, values from CAN are ignored */
+#define SILENT_BLOCKS         500 /* a link this far behind the other has stopped */
+#define SENDING_DELAY_BLOCKS  10  /* a message can be sent this many blocks after its readings */
 
-static void begin(struct live_buckets *b)
+static void reset_buckets(struct live_buckets *b)
 {
     for (unsigned i = 0; i < LIVE_CHANNELS; i++)
         b->reading[i] =
-            (struct live_reading){.value = MISSING, .block = -1, .least = MISSING, .most = MISSING};
+            (struct live_reading){.value = MISSING, .block = -1, .min = MISSING, .max = MISSING};
     for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
         b->open[i].bucket = -1;
     b->newest[LINK_CAN] = b->newest[LINK_SERIAL] = b->closed_to = b->record_block = -1;
 }
 
-void live_buckets_start(struct live_buckets *buckets)
+void live_buckets_init(struct live_buckets *buckets)
 {
     memset(buckets, 0, sizeof *buckets);
-    begin(buckets);
+    reset_buckets(buckets);
 }
 
 static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
@@ -33,7 +33,7 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
     if (b->closed_count == LIVE_CLOSED_BUCKETS) {
         memmove(b->closed, b->closed + 1, (LIVE_CLOSED_BUCKETS - 1) * sizeof b->closed[0]);
         b->closed_count--;
-        b->late++;
+        b->late_readings++;
     }
     b->closed[b->closed_count++] = *bucket;
     if (bucket->bucket > b->closed_to)
@@ -42,7 +42,7 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
 }
 
 /* Close the open buckets up to `last`, in order. */
-static void close_to(struct live_buckets *b, int64_t last)
+static void close_buckets_to(struct live_buckets *b, int64_t last)
 {
     for (;;) {
         struct live_bucket *oldest = NULL;
@@ -58,12 +58,12 @@ static void close_to(struct live_buckets *b, int64_t last)
     }
 }
 
-bool live_buckets_receive(struct live_buckets *b, enum link_kind link, int64_t block)
+bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t block)
 {
     bool again = block >= 0 && b->newest[link] - block >= RESTART_BLOCKS;
     if (again) {
-        close_to(b, INT64_MAX);
-        begin(b);
+        close_buckets_to(b, INT64_MAX);
+        reset_buckets(b);
         b->restarts++;
     }
     if (block > b->newest[link])
@@ -72,26 +72,26 @@ bool live_buckets_receive(struct live_buckets *b, enum link_kind link, int64_t b
 }
 
 /* Bucket of a block; NULL: already closed. */
-static struct live_bucket *bucket_of(struct live_buckets *b, int64_t block)
+static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
     struct live_bucket *bucket = &b->open[number % LIVE_OPEN_BUCKETS];
     if (block < 0 || number <= b->closed_to) {
-        b->late += block >= 0;
+        b->late_readings += block >= 0;
         return NULL;
     }
-    close_to(b, number - LIVE_OPEN_BUCKETS);
+    close_buckets_to(b, number - LIVE_OPEN_BUCKETS);
     /* the old content is LIVE_OPEN_BUCKETS older, so it is closed */
     if (bucket->bucket != number) {
         bucket->bucket = number;
         for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-            bucket->least[i] = bucket->most[i] = MISSING;
+            bucket->min[i] = bucket->max[i] = MISSING;
     }
     return bucket;
 }
 
-static void take_reading(struct live_buckets *b, struct live_bucket *bucket, unsigned index,
-                         float value, unsigned validity, int64_t block)
+static void add_reading(struct live_buckets *b, struct live_bucket *bucket, unsigned index,
+                        float value, unsigned validity, int64_t block)
 {
     struct live_reading *reading = &b->reading[index];
     if (block >= reading->block) {
@@ -99,13 +99,13 @@ static void take_reading(struct live_buckets *b, struct live_bucket *bucket, uns
         reading->value = value;
         reading->validity = (uint8_t)validity;
     }
-    reading->least = fminf(reading->least, value); /* fminf and fmaxf ignore NaN */
-    reading->most = fmaxf(reading->most, value);
-    bucket->least[index] = fminf(bucket->least[index], value);
-    bucket->most[index] = fmaxf(bucket->most[index], value);
+    reading->min = fminf(reading->min, value); /* fminf and fmaxf ignore NaN */
+    reading->max = fmaxf(reading->max, value);
+    bucket->min[index] = fminf(bucket->min[index], value);
+    bucket->max[index] = fmaxf(bucket->max[index], value);
 }
 
-static bool live_buckets_calibrated(const struct live_buckets *b, unsigned index)
+static bool is_calibrated(const struct live_buckets *b, unsigned index)
 {
     const struct mr_channel_config *known = &b->channel[index];
     unsigned points = known->points < MR_CONFIG_POINTS ? known->points : MR_CONFIG_POINTS;
@@ -116,27 +116,27 @@ static bool live_buckets_calibrated(const struct live_buckets *b, unsigned index
            (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
 }
 
-void live_buckets_record(struct live_buckets *b, const struct mr_block *record)
+void live_buckets_add_record(struct live_buckets *b, const struct mr_block *record)
 {
-    struct live_bucket *bucket = bucket_of(b, record->index);
+    struct live_bucket *bucket = find_bucket(b, record->index);
     float ratio = mr_channels_ratio(&b->channel[MR_REFERENCE], record);
     b->records++;
     if ((int64_t)record->index > b->record_block)
         b->record_block = record->index;
     for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
-        if (!live_buckets_calibrated(b, i) || record->absent >> i & 1u)
+        if (!is_calibrated(b, i) || record->absent >> i & 1u)
             continue;
         struct mr_reading reading = mr_channel_read(&b->channel[i], record, i, ratio);
-        take_reading(b, bucket, i, reading.value, reading.validity, record->index);
+        add_reading(b, bucket, i, reading.value, reading.validity, record->index);
     }
 }
 
-static void take_pack(struct live_buckets *b, const struct mr_message *message, int64_t block)
+static void add_pack(struct live_buckets *b, const struct mr_message *message, int64_t block)
 {
     const struct mr_series_pack *pack = mr_series_pack_at(mr_series_pack_find(message->info->id));
-    if (b->record_block >= 0 && block - b->record_block < RECORD_FRESH_BLOCKS)
+    if (b->record_block >= 0 && block - b->record_block < RECORD_AGE_MAX_BLOCKS)
         return;
-    struct live_bucket *bucket = bucket_of(b, block);
+    struct live_bucket *bucket = find_bucket(b, block);
     float values[MR_PACK_READINGS];
     unsigned count = mr_series_pack_get(pack, message->payload, values);
     unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
@@ -144,8 +144,8 @@ static void take_pack(struct live_buckets *b, const struct mr_message *message, 
     for (unsigned i = 0; i < count && bucket; i++) {
         bool fitted = !b->channel_known[first + i] || mr_channel_measures(&b->channel[first + i]);
         if (fitted)
-            take_reading(b, bucket, first + i, values[i],
-                         isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);
+            add_reading(b, bucket, first + i, values[i],
+                        isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);
     }
 }
 
@@ -169,7 +169,8 @@ static void set_zero(struct live_buckets *b, const struct mr_channel_zero *m)
     b->channel[m->index].zero_code = m->zero_code;
 }
 
-void live_buckets_message(struct live_buckets *b, const struct mr_message *message, int64_t block)
+void live_buckets_add_message(struct live_buckets *b, const struct mr_message *message,
+                              int64_t block)
 {
     const struct mr_calibration *item = &message->as.calibration;
     switch (message->index) {
@@ -183,34 +184,34 @@ void live_buckets_message(struct live_buckets *b, const struct mr_message *messa
         break;
 #define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
-        take_pack(b, message, block);
+        add_pack(b, message, block);
         break;
     default: break;
     }
 }
 
-void live_buckets_arm(struct live_buckets *b)
+void live_buckets_reset_extremes(struct live_buckets *b)
 {
     for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-        b->reading[i].least = b->reading[i].most = MISSING;
+        b->reading[i].min = b->reading[i].max = MISSING;
 }
 
-int64_t live_buckets_block(const struct live_buckets *b)
+int64_t live_buckets_newest_block(const struct live_buckets *b)
 {
     int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
     return can > serial ? can : serial;
 }
 
-void live_buckets_settle(struct live_buckets *b)
+void live_buckets_close_complete(struct live_buckets *b)
 {
     int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
-    int64_t passed = live_buckets_block(b), behind = can < serial ? can : serial;
+    int64_t passed = live_buckets_newest_block(b), behind = can < serial ? can : serial;
     if (behind >= 0 && passed - behind < SILENT_BLOCKS)
         passed = behind;
-    close_to(b, (passed - TELLING_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
+    close_buckets_to(b, (passed - SENDING_DELAY_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
 }
 
-unsigned live_buckets_take(struct live_buckets *b, struct live_bucket *out, unsigned most)
+unsigned live_buckets_pop(struct live_buckets *b, struct live_bucket *out, unsigned most)
 {
     unsigned count = b->closed_count < most ? b->closed_count : most;
     memcpy(out, b->closed, count * sizeof *out);
@@ -219,12 +220,12 @@ unsigned live_buckets_take(struct live_buckets *b, struct live_bucket *out, unsi
     return count;
 }
 
-const char *live_buckets_why(const struct live_buckets *b, unsigned index)
+const char *live_buckets_missing_reason(const struct live_buckets *b, unsigned index)
 {
     const struct live_reading *r = &b->reading[index];
     if (!isnan(r->value))
         return "";
-    if (b->records > 0 && !live_buckets_calibrated(b, index))
+    if (b->records > 0 && !is_calibrated(b, index))
         return "calibration not received yet";
     return r->block >= 0 ? mr_validity_text(r->validity) : "";
 }

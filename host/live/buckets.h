@@ -17,20 +17,20 @@
 /* Transducers, then gages, in the board's order. */
 #define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
 #define LIVE_BUCKET_BLOCKS  20 /* 50 buckets a second */
-/* Buckets that may still be filled, because the links are not synchronous. */
+/* Number of buckets that can still be filled, because the links are not synchronous. */
 #define LIVE_OPEN_BUCKETS   32
-#define LIVE_CLOSED_BUCKETS 256 /* not taken yet; if full, the oldest is discarded */
+#define LIVE_CLOSED_BUCKETS 256 /* not read yet; if full, the oldest is discarded */
 
 struct live_bucket {
     int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
-    float least[LIVE_CHANNELS], most[LIVE_CHANNELS];
+    float min[LIVE_CHANNELS], max[LIVE_CHANNELS];
 };
 
 struct live_reading {
     float value; /* newest value; NaN: not valid */
     int64_t block;
-    uint8_t validity;  /* enum mr_validity; from CAN only valid or saturated */
-    float least, most; /* minimum and maximum since arming, or since the view began */
+    uint8_t validity; /* enum mr_validity; from CAN only valid or saturated */
+    float min, max;   /* minimum and maximum since arming, or since the view began */
 };
 
 struct live_buckets {
@@ -43,38 +43,38 @@ struct live_buckets {
 
     struct live_reading reading[LIVE_CHANNELS];
     int64_t record_block; /* block of the newest block record */
-    /* records used; readings that arrived for a closed bucket or were not taken in time */
-    uint64_t records, late;
+    /* records used; readings that arrived for a closed bucket or were not read in time */
+    uint64_t records, late_readings;
     struct live_bucket open[LIVE_OPEN_BUCKETS];
     int64_t closed_to; /* all buckets up to this one are closed */
     struct live_bucket closed[LIVE_CLOSED_BUCKETS];
     unsigned closed_count;
 };
 
-void live_buckets_start(struct live_buckets *buckets);
+void live_buckets_init(struct live_buckets *buckets);
 
 /* Reports the newest block of a link. Returns true if the board has restarted; open buckets are
  * then closed. */
-bool live_buckets_receive(struct live_buckets *buckets, enum link_kind link, int64_t block);
+bool live_buckets_advance(struct live_buckets *buckets, enum link_kind link, int64_t block);
 /* Applies readings on CAN, and messages with calibration or zeros; other messages change
  * nothing. */
-void live_buckets_message(struct live_buckets *buckets, const struct mr_message *message,
-                          int64_t block);
-void live_buckets_record(struct live_buckets *buckets, const struct mr_block *record);
+void live_buckets_add_message(struct live_buckets *buckets, const struct mr_message *message,
+                              int64_t block);
+void live_buckets_add_record(struct live_buckets *buckets, const struct mr_block *record);
 /* Resets the minimum and maximum of each channel. */
-void live_buckets_arm(struct live_buckets *buckets);
+void live_buckets_reset_extremes(struct live_buckets *buckets);
 
 /* Closes the buckets that both links have passed, or that the active link has passed if the other
- * one is silent. Call it before each live_buckets_take. */
-void live_buckets_settle(struct live_buckets *buckets);
+ * one is silent. Call it before each live_buckets_pop. */
+void live_buckets_close_complete(struct live_buckets *buckets);
 /* Moves up to `most` closed buckets to `out`, oldest first. Returns their number. */
-unsigned live_buckets_take(struct live_buckets *buckets, struct live_bucket *out, unsigned most);
+unsigned live_buckets_pop(struct live_buckets *buckets, struct live_bucket *out, unsigned most);
 
 /* Newest block on either link. */
-int64_t live_buckets_block(const struct live_buckets *buckets);
+int64_t live_buckets_newest_block(const struct live_buckets *buckets);
 /* True if zero and calibration of the channel are known. Until then its records are not used. */
 /* Reason why a channel has no value; "": it has a value, or no reading has arrived. Static
  * storage. */
-const char *live_buckets_why(const struct live_buckets *buckets, unsigned index);
+const char *live_buckets_missing_reason(const struct live_buckets *buckets, unsigned index);
 
 #endif

@@ -26,17 +26,17 @@
 #include "host/live/buckets.h"
 
 /* one minute: 50 events of messages, 20 of readings and 5 of state per second */
-#define EVENTS           4500u
-#define EVENT_BYTES      0x400000u /* bytes of all events together */
+#define EVENTS_MAX            4500u
+#define EVENT_BYTES_MAX       0x400000u /* total bytes of all events */
 /* shortest time between two message events; a warning is sent at once */
-#define MESSAGES_MS      20
-#define READINGS_MS      50
-#define STATE_MS         200
-#define BUCKETS_AN_EVENT 64
-#define FIRST_TAG        0x7601u
-#define SLOTS            1024u
+#define MESSAGES_PERIOD_MS    20
+#define READINGS_PERIOD_MS    50
+#define STATE_PERIOD_MS       200
+#define BUCKETS_PER_EVENT     64
+#define FIRST_TAG             0x7601u
+#define SLOTS_MAX             1024u
 /* blocks; readings are taken from serial while its records are not older than this */
-#define RECORDS_FRESH    500
+#define RECORD_AGE_MAX_BLOCKS 500
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
 
@@ -54,33 +54,34 @@ struct slot {
 
 struct live_hub {
     pthread_mutex_t lock;
-    pthread_cond_t news;
+    pthread_cond_t event_added;
     const struct live_source *source;
     struct live_buckets buckets;
     /* random number of this hub; readings with another number belong to an earlier hub */
     uint32_t run;
 
-    struct slot slot[SLOTS]; /* in order of arrival */
+    struct slot slot[SLOTS_MAX]; /* in order of arrival */
     unsigned slots;
-    bool other_layout; /* the board has another layout: ignore its other messages */
+    bool has_other_layout; /* the board has another layout: ignore its other messages */
     bool warned, armed;
     struct config_words config[LINK_KINDS];
     bool uncalibrated; /* according to the configuration, if received */
-    int64_t heard_us[LINK_KINDS];
+    int64_t received_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
-    struct event event[EVENTS];
-    uint64_t first, next; /* the ring holds events first to next - 1, at event[i % EVENTS] */
-    size_t bytes;
-    FILE *waiting; /* JSON of messages for the next event; NULL: none */
-    char *waiting_text;
-    size_t waiting_length;
+    struct event event[EVENTS_MAX];
+    uint64_t first_event,
+        next_event; /* the ring holds first_event to next_event - 1, at event[i % EVENTS_MAX] */
+    size_t event_bytes;
+    FILE *pending; /* JSON of messages for the next event; NULL: none */
+    char *pending_text;
+    size_t pending_length;
     uint64_t restarts;                          /* restarts of the buckets that viewers know */
     int64_t messages_ms, readings_ms, state_ms; /* times of the last events */
     bool ended;
 
-    struct mr_command order;
-    bool ordered, sent, answered; /* state of an order: given, taken, acknowledged */
+    struct mr_command command;
+    bool command_given, command_sent, command_answered; /* state of a command */
     int64_t until_us;
     enum mr_status answer;
     uint16_t tag;
@@ -93,7 +94,7 @@ struct live_hub {
 
 /* JSON string of external text. If the text is not valid UTF-8, question marks replace its
  * non-ASCII bytes. NULL becomes null. */
-static json_t *outside(const char *text)
+static json_t *text_to_json(const char *text)
 {
     json_t *string = text ? json_string(text) : json_null();
     if (string)
@@ -149,9 +150,10 @@ static const char *status_text(unsigned n)
  * "can_states", "statuses", "bucket_s", "transducers"}. */
 static json_t *configuration_json(const struct live_source *source)
 {
-    json_t *from = json_pack("{sosososbss?}", "db", outside(source->db), "can",
-                             outside(source->can), "serial", outside(source->serial), "commands",
-                             source->commands, "no_commands", source->no_commands);
+    json_t *from = json_pack("{sosososbss?}", "db", text_to_json(source->db), "can",
+                             text_to_json(source->can), "serial", text_to_json(source->serial),
+                             "commands", source->commands, "no_commands",
+                             source->no_commands_reason);
     return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", units_json(source->si),
                      "source", from, "layout", (int)MR_LAYOUT, "quantities", quantities_json(),
                      "faults", texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
@@ -249,8 +251,8 @@ static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_buc
     fprintf(out, "{\"epoch\":\"%08x-%llu\",\"b\":[", (unsigned)run, (unsigned long long)restarts);
     for (unsigned i = 0; i < count; i++) {
         fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].bucket);
-        put_values(out, buckets[i].least);
-        put_values(out, buckets[i].most);
+        put_values(out, buckets[i].min);
+        put_values(out, buckets[i].max);
         fputc(']', out);
     }
     fputs("]}", out);
@@ -265,16 +267,16 @@ static json_t *readings_json(const struct live_buckets *buckets)
     for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
         const struct live_reading *r = &buckets->reading[i];
         json_array_append_new(readings, json_pack("[ooos]", cli_json_number((double)r->value, 7),
-                                                  cli_json_number((double)r->least, 7),
-                                                  cli_json_number((double)r->most, 7),
-                                                  live_buckets_why(buckets, i)));
+                                                  cli_json_number((double)r->min, 7),
+                                                  cli_json_number((double)r->max, 7),
+                                                  live_buckets_missing_reason(buckets, i)));
     }
     return readings;
 }
 
 /* ---- the hub ---- */
 
-static struct timespec after_ms(int wait_ms)
+static struct timespec deadline_after(int wait_ms)
 {
     struct timespec until;
     clock_gettime(CLOCK_MONOTONIC, &until);
@@ -298,21 +300,21 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);
     pthread_condattr_setclock(&steady, CLOCK_MONOTONIC);
-    pthread_cond_init(&made->news, &steady);
+    pthread_cond_init(&made->event_added, &steady);
     pthread_condattr_destroy(&steady);
     made->source = source;
     made->tag = FIRST_TAG;
     if (getrandom(&made->run, sizeof made->run, GRND_NONBLOCK) != (ssize_t)sizeof made->run)
         made->run = (uint32_t)monotonic_ms();
-    live_buckets_start(&made->buckets);
+    live_buckets_init(&made->buckets);
     *hub = made;
     return MR_OK;
 }
 
 static void drop_oldest(struct live_hub *hub)
 {
-    struct event *event = &hub->event[hub->first++ % EVENTS];
-    hub->bytes -= event->length;
+    struct event *event = &hub->event[hub->first_event++ % EVENTS_MAX];
+    hub->event_bytes -= event->length;
     free(event->text);
     event->text = NULL;
 }
@@ -321,14 +323,14 @@ void live_hub_close(struct live_hub *hub)
 {
     if (!hub)
         return;
-    while (hub->first < hub->next)
+    while (hub->first_event < hub->next_event)
         drop_oldest(hub);
     for (unsigned i = 0; i < hub->slots; i++)
         free(hub->slot[i].text);
-    if (hub->waiting)
-        fclose(hub->waiting);
-    free(hub->waiting_text);
-    pthread_cond_destroy(&hub->news);
+    if (hub->pending)
+        fclose(hub->pending);
+    free(hub->pending_text);
+    pthread_cond_destroy(&hub->event_added);
     pthread_mutex_destroy(&hub->lock);
     free(hub);
 }
@@ -347,19 +349,20 @@ static char *event_text(enum event_kind kind, char *json, uint64_t id)
 
 static void publish(struct live_hub *hub, enum event_kind kind, char *json)
 {
-    char *text = event_text(kind, json, hub->next);
+    char *text = event_text(kind, json, hub->next_event);
     if (!text)
         return; /* no memory: the next event repeats it */
     size_t length = strlen(text);
-    while (hub->first < hub->next &&
-           (hub->next - hub->first == EVENTS || hub->bytes + length > EVENT_BYTES))
+    while (hub->first_event < hub->next_event &&
+           (hub->next_event - hub->first_event == EVENTS_MAX ||
+            hub->event_bytes + length > EVENT_BYTES_MAX))
         drop_oldest(hub);
-    hub->event[hub->next++ % EVENTS] = (struct event){kind, text, length};
-    hub->bytes += length;
-    pthread_cond_broadcast(&hub->news);
+    hub->event[hub->next_event++ % EVENTS_MAX] = (struct event){kind, text, length};
+    hub->event_bytes += length;
+    pthread_cond_broadcast(&hub->event_added);
 }
 
-static char *dumped(json_t *json)
+static char *dump_and_free(json_t *json)
 {
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(json);
@@ -368,53 +371,53 @@ static char *dumped(json_t *json)
 
 static void publish_readings(struct live_hub *hub)
 {
-    struct live_bucket buckets[BUCKETS_AN_EVENT];
+    struct live_bucket buckets[BUCKETS_PER_EVENT];
     unsigned count;
     hub->readings_ms = monotonic_ms();
-    while ((count = live_buckets_take(&hub->buckets, buckets, BUCKETS_AN_EVENT)) > 0)
+    while ((count = live_buckets_pop(&hub->buckets, buckets, BUCKETS_PER_EVENT)) > 0)
         publish(hub, EVENT_READINGS, buckets_json(hub->run, hub->restarts, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
 {
     hub->messages_ms = monotonic_ms();
-    if (!hub->waiting)
+    if (!hub->pending)
         return;
-    fputc(']', hub->waiting);
-    bool whole = fclose(hub->waiting) == 0;
-    hub->waiting = NULL;
+    fputc(']', hub->pending);
+    bool whole = fclose(hub->pending) == 0;
+    hub->pending = NULL;
     if (whole)
-        publish(hub, EVENT_MESSAGES, hub->waiting_text);
+        publish(hub, EVENT_MESSAGES, hub->pending_text);
     else
-        free(hub->waiting_text);
-    hub->waiting_text = NULL;
+        free(hub->pending_text);
+    hub->pending_text = NULL;
 }
 
 /* State of the links, and the newest readings. */
 static json_t *state_json(const struct live_hub *hub)
 {
     json_t *links = json_array();
-    int64_t block = live_buckets_block(&hub->buckets), record = hub->buckets.record_block;
+    int64_t block = live_buckets_newest_block(&hub->buckets), record = hub->buckets.record_block;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct store_link_counts *counts = &hub->counts[kind];
-        bool used = hub->heard_us[kind] ||
+        bool used = hub->received_us[kind] ||
                     (kind == LINK_CAN ? hub->source->can : hub->source->serial);
         json_array_append_new(
             links, json_pack("{sssbsIsIsIsIsIsI}", "name", kind == LINK_CAN ? "CAN" : "serial",
                              "used", used, "received", (json_int_t)counts->received, "lost",
                              (json_int_t)counts->lost, "dropped", (json_int_t)counts->dropped,
                              "bad", (json_int_t)counts->bad, "foreign", (json_int_t)counts->foreign,
-                             "heard_us", (json_int_t)hub->heard_us[kind]));
+                             "heard_us", (json_int_t)hub->received_us[kind]));
     }
-    return json_pack("{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block",
-                     (json_int_t)block, "source",
-                     record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
-                     "late", (json_int_t)hub->buckets.late, "links", links, "readings",
-                     readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
+    return json_pack(
+        "{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block,
+        "source", record >= 0 && block - record < RECORD_AGE_MAX_BLOCKS ? "serial, each ms" : "CAN",
+        "late", (json_int_t)hub->buckets.late_readings, "links", links, "readings",
+        readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
 }
 
 /* Publish all events that are due. The caller holds the lock. */
-static void take_turn(struct live_hub *hub)
+static void publish_due(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restarts != hub->restarts) {
@@ -422,22 +425,22 @@ static void take_turn(struct live_hub *hub)
         publish_readings(hub);
         hub->restarts = hub->buckets.restarts;
     }
-    if (now - hub->messages_ms >= MESSAGES_MS)
+    if (now - hub->messages_ms >= MESSAGES_PERIOD_MS)
         publish_messages(hub);
-    if (now - hub->state_ms >= STATE_MS) {
+    if (now - hub->state_ms >= STATE_PERIOD_MS) {
         hub->state_ms = now;
-        publish(hub, EVENT_STATE, dumped(state_json(hub)));
+        publish(hub, EVENT_STATE, dump_and_free(state_json(hub)));
     }
-    if (now - hub->readings_ms >= READINGS_MS) {
-        live_buckets_settle(&hub->buckets);
+    if (now - hub->readings_ms >= READINGS_PERIOD_MS) {
+        live_buckets_close_complete(&hub->buckets);
         publish_readings(hub);
     }
 }
 
-void live_hub_turn(struct live_hub *hub)
+void live_hub_publish_due(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    take_turn(hub);
+    publish_due(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
@@ -458,7 +461,7 @@ static bool is_shown(const struct mr_message *message)
     }
 }
 
-static bool is_of_landing(unsigned place)
+static bool belongs_to_landing(unsigned place)
 {
     switch (place) {
     case MR_INDEX_ZONE:
@@ -479,7 +482,7 @@ static bool is_of_landing(unsigned place)
 
 /* Subject of a message: channel, switch, segment, ... For the predictor, a warning or advice has a
  * slot of its own, beside the newest message. */
-static unsigned instance(const struct mr_message *m)
+static unsigned find_subject(const struct mr_message *m)
 {
     switch (m->index) {
     case MR_INDEX_CHANNEL: return m->as.channel.index;
@@ -497,7 +500,7 @@ static unsigned instance(const struct mr_message *m)
     }
 }
 
-static uint32_t key_of(unsigned place, enum link_kind link, unsigned which)
+static uint32_t slot_key(unsigned place, enum link_kind link, unsigned which)
 {
     return (uint32_t)place << 16 | (uint32_t)link << 12 | (which & 0xfffu);
 }
@@ -519,50 +522,50 @@ static void remove_slot(struct live_hub *hub, struct slot *slot)
 }
 
 /* Store `text` in its slot, and own it. */
-static void keep(struct live_hub *hub, uint32_t key, char *text)
+static void store_slot(struct live_hub *hub, uint32_t key, char *text)
 {
     struct slot *old = find_slot(hub, key);
     if (old)
         remove_slot(hub, old);
-    else if (hub->slots == SLOTS)
+    else if (hub->slots == SLOTS_MAX)
         remove_slot(hub, &hub->slot[0]);
     if (text)
         hub->slot[hub->slots++] = (struct slot){key, text};
 }
 
-/* Discard the messages of a landing: a new landing is armed, or the board has restarted. */
+/* Discard the messages of a landing when a new landing is armed or the board has restarted. */
 static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slots; i-- > 0;) {
         unsigned place = hub->slot[i].key >> 16;
-        if (is_of_landing(place) || (faults && place == MR_INDEX_FAULT))
+        if (belongs_to_landing(place) || (faults && place == MR_INDEX_FAULT))
             remove_slot(hub, &hub->slot[i]);
     }
     hub->warned = false;
 }
 
 /* Add a message to the next event. */
-static void put_waiting(struct live_hub *hub, const char *text)
+static void add_to_next_event(struct live_hub *hub, const char *text)
 {
-    if (!hub->waiting)
-        hub->waiting = open_memstream(&hub->waiting_text, &hub->waiting_length);
-    if (hub->waiting)
-        fprintf(hub->waiting, "%c%s", ftell(hub->waiting) > 0 ? ',' : '[', text);
+    if (!hub->pending)
+        hub->pending = open_memstream(&hub->pending_text, &hub->pending_length);
+    if (hub->pending)
+        fprintf(hub->pending, "%c%s", ftell(hub->pending) > 0 ? ',' : '[', text);
 }
 
 void live_hub_add_notice(struct live_hub *hub, const char *words)
 {
     pthread_mutex_lock(&hub->lock);
-    char *text = dumped(json_pack("{sssIsisnssso}", "m", "notice", "t", (json_int_t)link_now_us(),
-                                  "l", (int)LINK_SERIAL, "b", "severity", "ALARM", "notice",
-                                  outside(words)));
+    char *text = dump_and_free(json_pack("{sssIsisnssso}", "m", "notice", "t",
+                                         (json_int_t)link_now_us(), "l", (int)LINK_SERIAL, "b",
+                                         "severity", "ALARM", "notice", text_to_json(words)));
     if (text)
-        put_waiting(hub, text);
+        add_to_next_event(hub, text);
     free(text);
     pthread_mutex_unlock(&hub->lock);
 }
 
-static void show(struct live_hub *hub, const struct collector_event *event)
+static void show_message(struct live_hub *hub, const struct collector_event *event)
 {
     const struct mr_message *m = event->message;
     char *text = NULL;
@@ -575,15 +578,15 @@ static void show(struct live_hub *hub, const struct collector_event *event)
         free(text);
         return;
     }
-    put_waiting(hub, text);
+    add_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* keep the zone at the beginning of the warning, which arrived before its lead */
     if (warns && !hub->warned) {
-        const struct slot *zone = find_slot(hub, key_of(MR_INDEX_ZONE, event->link, 0));
-        keep(hub, key_of(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
+        const struct slot *zone = find_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 0));
+        store_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
     }
     if (!warns || !hub->warned)
-        keep(hub, key_of(m->index, event->link, instance(m)), text);
+        store_slot(hub, slot_key(m->index, event->link, find_subject(m)), text);
     else
         free(text);
     if (m->index == MR_INDEX_ZONE_LEAD && warns != hub->warned) {
@@ -592,61 +595,61 @@ static void show(struct live_hub *hub, const struct collector_event *event)
     }
 }
 
-void live_hub_message(struct live_hub *hub, const struct collector_event *event)
+void live_hub_add_message(struct live_hub *hub, const struct collector_event *event)
 {
     const struct mr_message *m = event->message;
     int64_t block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000;
     pthread_mutex_lock(&hub->lock);
-    hub->heard_us[event->link] = (int64_t)event->host_us;
-    if (live_buckets_receive(&hub->buckets, event->link, block)) {
+    hub->received_us[event->link] = (int64_t)event->host_us;
+    if (live_buckets_advance(&hub->buckets, event->link, block)) {
         discard_landing(hub, true);
-        take_turn(hub);
+        publish_due(hub);
     }
     struct mr_config config;
     if (m->index == MR_INDEX_CONFIG_IMAGE &&
         config_words_add(&hub->config[event->link], &m->as.config_image, &config))
         hub->uncalibrated = config_text_undated_channels(&config) != 0;
     if (m->index == MR_INDEX_HELLO)
-        hub->other_layout = m->as.hello.layout != MR_LAYOUT;
+        hub->has_other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->index == MR_INDEX_LANDING && m->as.landing.state == MR_LANDING_ARMED;
     if (armed && !hub->armed) {
         discard_landing(hub, false);
-        live_buckets_arm(&hub->buckets);
+        live_buckets_reset_extremes(&hub->buckets);
     }
     hub->armed = m->index == MR_INDEX_LANDING ? armed : hub->armed;
-    if (!hub->other_layout || m->index == MR_INDEX_HELLO) {
-        live_buckets_message(&hub->buckets, m, block);
+    if (!hub->has_other_layout || m->index == MR_INDEX_HELLO) {
+        live_buckets_add_message(&hub->buckets, m, block);
         if (is_shown(m))
-            show(hub, event);
+            show_message(hub, event);
     }
-    if (m->index == MR_INDEX_ACK && hub->sent && !hub->answered &&
-        m->as.ack.tag == hub->order.tag) {
-        hub->answered = true;
+    if (m->index == MR_INDEX_ACK && hub->command_sent && !hub->command_answered &&
+        m->as.ack.tag == hub->command.tag) {
+        hub->command_answered = true;
         hub->answer = (enum mr_status)m->as.ack.status;
-        pthread_cond_broadcast(&hub->news);
+        pthread_cond_broadcast(&hub->event_added);
     }
-    if (hub->buckets.closed_count >= BUCKETS_AN_EVENT)
+    if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us)
+void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us)
 {
     pthread_mutex_lock(&hub->lock);
-    hub->heard_us[LINK_SERIAL] = host_us;
-    if (live_buckets_receive(&hub->buckets, LINK_SERIAL, record->index)) {
+    hub->received_us[LINK_SERIAL] = host_us;
+    if (live_buckets_advance(&hub->buckets, LINK_SERIAL, record->index)) {
         discard_landing(hub, true);
-        take_turn(hub);
+        publish_due(hub);
     }
-    live_buckets_record(&hub->buckets, record);
+    live_buckets_add_record(&hub->buckets, record);
     /* a campaign may be replayed faster than turn() is called */
-    if (hub->buckets.closed_count >= BUCKETS_AN_EVENT)
+    if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_counts(struct live_hub *hub, enum link_kind kind,
-                     const struct store_link_counts *counts)
+void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
+                         const struct store_link_counts *counts)
 {
     pthread_mutex_lock(&hub->lock);
     hub->counts[kind] = *counts;
@@ -676,54 +679,55 @@ char *live_hub_snapshot(struct live_hub *hub)
     pthread_mutex_unlock(&hub->lock);
     json_t *list = messages ? json_loads(messages, 0, NULL) : NULL;
     free(messages);
-    return dumped(json_pack("{sososo}", "configuration", configuration_json(hub->source),
-                            "messages", list ? list : json_array(), "state", state));
+    return dump_and_free(json_pack("{sososo}", "configuration", configuration_json(hub->source),
+                                   "messages", list ? list : json_array(), "state", state));
 }
 
 /* ---- viewers ---- */
 
 /* All events for a new viewer. The caller holds the lock. */
-static char *make_whole_event(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
+static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
-    publish_messages(hub); /* the snapshot includes waiting messages */
+    publish_messages(hub); /* the snapshot includes pending messages */
     FILE *out = open_memstream(&text, length);
     if (!out)
         return NULL;
-    uint64_t before = hub->next ? hub->next - 1 : 0;
+    uint64_t before = hub->next_event ? hub->next_event - 1 : 0;
     char *parts[] = {
-        event_text(EVENT_CONFIGURATION, dumped(configuration_json(hub->source)), before),
+        event_text(EVENT_CONFIGURATION, dump_and_free(configuration_json(hub->source)), before),
         event_text(EVENT_MESSAGES, slots_text(hub), before),
-        event_text(EVENT_STATE, dumped(state_json(hub)), before),
+        event_text(EVENT_STATE, dump_and_free(state_json(hub)), before),
     };
     fputs("retry: 500\n", out);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         fputs(parts[i] ? parts[i] : "", out);
         free(parts[i]);
     }
-    for (uint64_t i = hub->first; i < hub->next; i++) {
-        if (hub->event[i % EVENTS].kind == EVENT_READINGS)
-            fputs(hub->event[i % EVENTS].text, out);
+    for (uint64_t i = hub->first_event; i < hub->next_event; i++) {
+        if (hub->event[i % EVENTS_MAX].kind == EVENT_READINGS)
+            fputs(hub->event[i % EVENTS_MAX].text, out);
     }
-    viewer->fresh = false;
-    viewer->next = hub->next - hub->ended; /* the end is an event of its own */
+    viewer->needs_snapshot = false;
+    viewer->next = hub->next_event - hub->ended; /* the end is an event of its own */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
-char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_ms, size_t *length)
+char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int wait_ms,
+                          size_t *length)
 {
-    struct timespec until = after_ms(wait_ms);
+    struct timespec until = deadline_after(wait_ms);
     char *text = NULL;
     pthread_mutex_lock(&hub->lock);
-    while (!hub->ended && !viewer->fresh && viewer->next == hub->next &&
-           pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
+    while (!hub->ended && !viewer->needs_snapshot && viewer->next == hub->next_event &&
+           pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
         ;
-    if (viewer->next < hub->first)
-        viewer->fresh = true; /* the viewer did not read for longer than the ring holds */
-    if (viewer->fresh) {
-        text = make_whole_event(hub, viewer, length);
-    } else if (viewer->next < hub->next) {
-        const struct event *event = &hub->event[viewer->next++ % EVENTS];
+    if (viewer->next < hub->first_event)
+        viewer->needs_snapshot = true; /* the viewer did not read for longer than the ring holds */
+    if (viewer->needs_snapshot) {
+        text = make_snapshot_event(hub, viewer, length);
+    } else if (viewer->next < hub->next_event) {
+        const struct event *event = &hub->event[viewer->next++ % EVENTS_MAX];
         text = malloc(event->length + 1);
         *length = event->length;
         if (text)
@@ -737,54 +741,54 @@ void live_hub_end(struct live_hub *hub, const char *why)
 {
     pthread_mutex_lock(&hub->lock);
     publish_messages(hub);
-    publish(hub, EVENT_END, dumped(json_pack("{so}", "text", outside(why))));
+    publish(hub, EVENT_END, dump_and_free(json_pack("{so}", "text", text_to_json(why))));
     hub->ended = true;
-    pthread_cond_broadcast(&hub->news);
+    pthread_cond_broadcast(&hub->event_added);
     pthread_mutex_unlock(&hub->lock);
 }
 
 bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 {
     pthread_mutex_lock(&hub->lock);
-    bool ended = hub->ended && !viewer->fresh && viewer->next == hub->next;
+    bool ended = hub->ended && !viewer->needs_snapshot && viewer->next == hub->next_event;
     pthread_mutex_unlock(&hub->lock);
     return ended;
 }
 
-/* ---- orders ---- */
+/* ---- commands ---- */
 
 enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
                                      int64_t until_us, enum mr_status *answer)
 {
-    struct timespec until = after_ms(1000 * ARM_CLIENT_ANSWER_S);
+    struct timespec until = deadline_after(1000 * ARM_CLIENT_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;
     pthread_mutex_lock(&hub->lock);
-    if (hub->source->commands && !hub->ordered && !hub->ended) {
-        hub->order =
+    if (hub->source->commands && !hub->command_given && !hub->ended) {
+        hub->command =
             (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
         hub->until_us = until_us;
-        hub->ordered = true;
-        hub->sent = hub->answered = false;
-        while (!hub->answered && !hub->ended &&
-               pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
+        hub->command_given = true;
+        hub->command_sent = hub->command_answered = false;
+        while (!hub->command_answered && !hub->ended &&
+               pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
             ;
-        status = hub->answered ? MR_OK : hub->sent ? MR_TIMEOUT : MR_LIMIT;
+        status = hub->command_answered ? MR_OK : hub->command_sent ? MR_TIMEOUT : MR_LIMIT;
         *answer = hub->answer;
-        hub->ordered = false;
+        hub->command_given = false;
     }
     pthread_mutex_unlock(&hub->lock);
     return status;
 }
 
-bool live_hub_take_command(struct live_hub *hub, struct mr_command *command)
+bool live_hub_pop_command(struct live_hub *hub, struct mr_command *command)
 {
     pthread_mutex_lock(&hub->lock);
-    bool any = hub->ordered && !hub->sent && (int64_t)link_now_us() < hub->until_us;
+    bool any = hub->command_given && !hub->command_sent && (int64_t)link_now_us() < hub->until_us;
     if (any) {
-        *command = hub->order;
-        hub->sent = true;
+        *command = hub->command;
+        hub->command_sent = true;
     }
     pthread_mutex_unlock(&hub->lock);
     return any;

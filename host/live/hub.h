@@ -16,9 +16,9 @@
 /* Source of the data, for display. The caller owns the texts. */
 struct live_source {
     const char *db;
-    const char *can, *serial; /* LINK texts; NULL: not used, or not known */
-    bool commands;            /* arm and disarm can be sent from the page */
-    const char *no_commands;  /* reason if commands cannot be sent, one line */
+    const char *can, *serial;       /* LINK texts; NULL: not used, or not known */
+    bool commands;                  /* arm and disarm can be sent from the page */
+    const char *no_commands_reason; /* reason if commands cannot be sent, one line */
     bool si;
 };
 
@@ -31,28 +31,29 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
 void live_hub_close(struct live_hub *hub);
 
 /* Adds a message of the board from the collector, or a block record. */
-void live_hub_message(struct live_hub *hub, const struct collector_event *event);
-void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
+void live_hub_add_message(struct live_hub *hub, const struct collector_event *event);
+void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 /* Adds a line for people under "Events". */
 void live_hub_add_notice(struct live_hub *hub, const char *words);
-void live_hub_counts(struct live_hub *hub, enum link_kind kind,
-                     const struct store_link_counts *counts);
+void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
+                         const struct store_link_counts *counts);
 /* Creates the events that are due. Call it at least 20 times a second. */
-void live_hub_turn(struct live_hub *hub);
+void live_hub_publish_due(struct live_hub *hub);
 
 /* {"configuration", "messages", "state"} as text, which the caller frees; NULL: no memory. */
 char *live_hub_snapshot(struct live_hub *hub);
 
 /* ---- viewers ---- */
 
-/* Position of a viewer in the ring; initialise it with {.fresh = true}. */
+/* Position of a viewer in the ring; initialise it with {.needs_snapshot = true}. */
 struct live_viewer {
     uint64_t next;
-    bool fresh; /* the snapshot and the ring's readings are sent first */
+    bool needs_snapshot; /* the snapshot and the ring's readings are sent first */
 };
 /* Text of the next events, which the caller frees. Waits up to `wait_ms` for an event. NULL: there
  * was none. */
-char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_ms, size_t *length);
+char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int wait_ms,
+                          size_t *length);
 /* Adds the last event, with the reason as a line for people. Wakes all waiting threads; from now on
  * no call waits, and no commands are accepted. */
 void live_hub_end(struct live_hub *hub, const char *why);
@@ -67,7 +68,7 @@ bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer);
  * commands are not available. */
 enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
                                      int64_t until_us, enum mr_status *answer);
-/* For the owner of the links: takes a command to be sent. */
-bool live_hub_take_command(struct live_hub *hub, struct mr_command *command);
+/* For the owner of the links: removes and returns a command to be sent. */
+bool live_hub_pop_command(struct live_hub *hub, struct mr_command *command);
 
 #endif

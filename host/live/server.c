@@ -15,17 +15,17 @@
 #include "host/board/arm_client.h"
 #include "host/base/assets.h"
 
-#define CONNECTIONS   64u
+#define CONNECTIONS_MAX      64u
 /* an idle connection ends after this time, and so does an event stream whose viewer does not
  * read */
-#define CONNECTION_S  15u
-#define HEARTBEAT_MS  1000
-#define END_MS        500 /* time for viewers to receive the end */
-#define END_LOOK_MS   5
-#define COMMAND_BYTES 1000u
-#define CHUNK_BYTES   65536u
-#define TOKEN_BYTES   16u
-#define LANDING_MOST  65535
+#define CONNECTION_TIMEOUT_S 15u
+#define HEARTBEAT_PERIOD_MS  1000
+#define END_TIMEOUT_MS       500 /* time for viewers to receive the end */
+#define END_POLL_MS          5
+#define COMMAND_BYTES        1000u
+#define CHUNK_BYTES          65536u
+#define TOKEN_BYTES          16u
+#define LANDING_MAX          65535
 
 struct live_server {
     struct live_hub *hub;
@@ -52,8 +52,8 @@ struct stream {
 
 /* ---- answers ---- */
 
-static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code,
-                              struct MHD_Response *response, const char *type)
+static enum MHD_Result send_response(struct MHD_Connection *connection, unsigned code,
+                                     struct MHD_Response *response, const char *type)
 {
     if (!response)
         return MHD_NO;
@@ -71,31 +71,32 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code,
     return result;
 }
 
-static enum MHD_Result respond(struct MHD_Connection *connection, unsigned code, const char *text)
+static enum MHD_Result respond_text(struct MHD_Connection *connection, unsigned code,
+                                    const char *text)
 {
-    return answer(connection, code,
-                  MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text,
-                                                  MHD_RESPMEM_MUST_COPY),
-                  "text/plain; charset=utf-8");
+    return send_response(connection, code,
+                         MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text,
+                                                         MHD_RESPMEM_MUST_COPY),
+                         "text/plain; charset=utf-8");
 }
 
 /* Send `text` and free it. */
 static enum MHD_Result respond_json(struct MHD_Connection *connection, unsigned code, char *text)
 {
     if (!text)
-        return respond(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
-    return answer(connection, code,
-                  MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE),
-                  "application/json");
+        return respond_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+    return send_response(connection, code,
+                         MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE),
+                         "application/json");
 }
 
-static const char *header(struct MHD_Connection *connection, const char *name)
+static const char *get_header(struct MHD_Connection *connection, const char *name)
 {
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
 /* Accept only requests to names of this computer, on any port: the port of a tunnel differs. */
-static bool host_is_ours(const char *host)
+static bool is_local_host(const char *host)
 {
     static const char *const ours[] = {"127.0.0.1", "localhost"};
     for (size_t i = 0; host && i < sizeof ours / sizeof ours[0]; i++) {
@@ -110,7 +111,7 @@ static bool host_is_ours(const char *host)
 }
 
 /* Compares in constant time, independent of the first difference. */
-static bool token_is(const struct live_server *server, const char *given)
+static bool is_token_valid(const struct live_server *server, const char *given)
 {
     unsigned differ = 0;
     if (!given || strlen(given) != 2 * TOKEN_BYTES)
@@ -128,7 +129,8 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
     (void)position;
     if (!stream->text) {
         stream->sent = 0;
-        stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
+        stream->text = live_hub_wait_event(stream->hub, &stream->viewer, HEARTBEAT_PERIOD_MS,
+                                           &stream->length);
     }
     if (!stream->text && live_hub_has_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
@@ -154,26 +156,26 @@ static void stream_free(void *context)
     free(stream);
 }
 
-static enum MHD_Result events(struct live_server *server, struct MHD_Connection *connection)
+static enum MHD_Result serve_events(struct live_server *server, struct MHD_Connection *connection)
 {
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
-        return respond(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+        return respond_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     stream->server = server;
     server->streams++;
     stream->hub = server->hub;
-    stream->viewer.fresh = true;
+    stream->viewer.needs_snapshot = true;
     struct MHD_Response *response = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
     if (!response)
         stream_free(stream);
-    return answer(connection, MHD_HTTP_OK, response, "text/event-stream");
+    return send_response(connection, MHD_HTTP_OK, response, "text/event-stream");
 }
 
 /* ---- commands ---- */
 
-/* Execute the order in the body; `json` gets the reply. Returns the HTTP code. */
-static unsigned run_order(struct live_server *server, const json_t *body, json_t *json)
+/* Execute the command in the body; `json` receives the reply. Returns the HTTP code. */
+static unsigned run_command(struct live_server *server, const json_t *body, json_t *json)
 {
     const char *name = json_string_value(json_object_get(body, "command"));
     json_t *landing = json_object_get(body, "landing"), *until = json_object_get(body, "until_us");
@@ -182,7 +184,7 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
     enum mr_status of_board = MR_OK;
     char refused[200];
     if ((!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 ||
-        number > LANDING_MOST || !json_is_integer(until)) {
+        number > LANDING_MAX || !json_is_integer(until)) {
         json_object_set_new(json, "error",
                             json_string("a command is arm, with a landing from 0 to 65535, or "
                                         "disarm, and until_us, the time limit for its execution"));
@@ -206,23 +208,24 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
                                 : MHD_HTTP_OK;
 }
 
-static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection,
-                               const struct request *request)
+static enum MHD_Result serve_command(struct live_server *server, struct MHD_Connection *connection,
+                                     const struct request *request)
 {
-    const char *origin = header(connection, "Origin"), *type = header(connection, "Content-Type");
-    const char *host = header(connection, "Host");
+    const char *origin = get_header(connection, "Origin"),
+               *type = get_header(connection, "Content-Type");
+    const char *host = get_header(connection, "Host");
     bool elsewhere = origin &&
                      (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
-        return respond(connection, MHD_HTTP_FORBIDDEN,
-                       "commands are accepted only from the live page, as JSON\n");
-    if (!token_is(server, header(connection, "X-Matrig-Token")))
-        return respond(connection, MHD_HTTP_FORBIDDEN,
-                       "commands need the token: open the address that matrig printed\n");
+        return respond_text(connection, MHD_HTTP_FORBIDDEN,
+                            "commands are accepted only from the live page, as JSON\n");
+    if (!is_token_valid(server, get_header(connection, "X-Matrig-Token")))
+        return respond_text(connection, MHD_HTTP_FORBIDDEN,
+                            "commands need the token: open the address that matrig printed\n");
     if (request->too_long)
-        return respond(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
+        return respond_text(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
-    unsigned code = run_order(server, body, json);
+    unsigned code = run_command(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
     json_decref(body);
     json_decref(json);
@@ -231,24 +234,24 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
 
 /* ---- requests ---- */
 
-static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection,
-                           const char *url)
+static enum MHD_Result serve_get(struct live_server *server, struct MHD_Connection *connection,
+                                 const char *url)
 {
     const struct asset *asset = asset_find(url);
     if (asset)
-        return answer(connection, MHD_HTTP_OK,
-                      MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes),
-                                                      (void *)(uintptr_t)asset->bytes,
-                                                      MHD_RESPMEM_PERSISTENT),
-                      asset->type);
+        return send_response(connection, MHD_HTTP_OK,
+                             MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes),
+                                                             (void *)(uintptr_t)asset->bytes,
+                                                             MHD_RESPMEM_PERSISTENT),
+                             asset->type);
     if (strcmp(url, "/events") == 0)
-        return events(server, connection);
+        return serve_events(server, connection);
     if (strcmp(url, "/state") == 0)
         return respond_json(connection, MHD_HTTP_OK, live_hub_snapshot(server->hub));
-    return respond(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
+    return respond_text(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
 
-static void take_body(struct request *request, const char *data, size_t size)
+static void append_body(struct request *request, const char *data, size_t size)
 {
     request->too_long = request->too_long || size > COMMAND_BYTES - request->length;
     if (request->too_long)
@@ -269,18 +272,19 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
         return *kept ? MHD_YES : MHD_NO;
     }
     if (*size > 0) {
-        take_body(request, data, *size);
+        append_body(request, data, *size);
         *size = 0;
         return MHD_YES;
     }
-    if (!host_is_ours(header(connection, "Host")))
-        return respond(
+    if (!is_local_host(get_header(connection, "Host")))
+        return respond_text(
             connection, MHD_HTTP_FORBIDDEN,
             "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel to it\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
-        return respond(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "use GET, or POST to /command\n");
-    return post ? command(server, connection, request) : get(server, connection, url);
+        return respond_text(connection, MHD_HTTP_METHOD_NOT_ALLOWED,
+                            "use GET, or POST to /command\n");
+    return post ? serve_command(server, connection, request) : serve_get(server, connection, url);
 }
 
 static void free_request(void *context, struct MHD_Connection *connection, void **kept,
@@ -304,13 +308,14 @@ static void make_token(struct live_server *server)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }
 
-static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_in *address)
+static struct MHD_Daemon *start_daemon(struct live_server *server,
+                                       const struct sockaddr_in *address)
 {
     return MHD_start_daemon(
         MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, NULL,
         NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
-        CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED,
-        free_request, server, MHD_OPTION_END);
+        CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_TIMEOUT_S,
+        MHD_OPTION_NOTIFY_COMPLETED, free_request, server, MHD_OPTION_END);
 }
 
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
@@ -332,7 +337,7 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
     made->hub = hub;
     make_token(made);
-    made->daemon = start(made, &address);
+    made->daemon = start_daemon(made, &address);
     if (!made->daemon) {
         int code = errno;
         free(made);
@@ -358,31 +363,31 @@ void live_server_close(struct live_server *server, const char *why)
     if (!server)
         return;
     live_hub_end(server->hub, why);
-    for (int ms = 0; ms < END_MS && server->streams > 0; ms += END_LOOK_MS)
-        nanosleep(&(const struct timespec){.tv_nsec = END_LOOK_MS * 1000000l}, NULL);
+    for (int ms = 0; ms < END_TIMEOUT_MS && server->streams > 0; ms += END_POLL_MS)
+        nanosleep(&(const struct timespec){.tv_nsec = END_POLL_MS * 1000000l}, NULL);
     MHD_stop_daemon(server->daemon);
     free(server);
 }
 
 /* ---- interface for matrig log ---- */
 
-static void message(void *context, const struct collector_event *event)
+static void add_message(void *context, const struct collector_event *event)
 {
     struct live *live = context;
-    live_hub_message(live->hub, event);
+    live_hub_add_message(live->hub, event);
 }
 
-static void record(void *context, const struct mr_block *block, uint64_t host_us)
+static void add_record(void *context, const struct mr_block *block, uint64_t host_us)
 {
     struct live *live = context;
-    live_hub_record(live->hub, block, (int64_t)host_us);
+    live_hub_add_record(live->hub, block, (int64_t)host_us);
 }
 
 enum mr_status live_open(struct live *live, const char *where, const struct live_source *source,
                          struct error *error)
 {
     live->source = *source;
-    live->listener = (struct collector_listener){message, record, live};
+    live->listener = (struct collector_listener){add_message, add_record, live};
     enum mr_status status = live_hub_open(&live->source, &live->hub, error);
     return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
 }
@@ -395,18 +400,18 @@ void live_close(struct live *live, const char *why)
     live->hub = NULL;
 }
 
-void live_turn(struct live *live, const struct collector *collector)
+void live_update(struct live *live, const struct collector *collector)
 {
     struct collector_progress progress;
     if (!live->hub)
         return;
     collector_get_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
-    live_hub_turn(live->hub);
+        live_hub_set_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
+    live_hub_publish_due(live->hub);
 }
 
-bool live_take_order(struct live *live, struct mr_command *command)
+bool live_pop_command(struct live *live, struct mr_command *command)
 {
-    return live->hub && live_hub_take_command(live->hub, command);
+    return live->hub && live_hub_pop_command(live->hub, command);
 }

@@ -48,8 +48,8 @@ void live_close(struct live *live, const char *why);
 
 /* Updates counts and creates due events. Call it at least 20 times a second as long as data
  * arrives. */
-void live_turn(struct live *live, const struct collector *collector);
-/* Takes an arm or disarm command to be sent to the board. */
-bool live_take_order(struct live *live, struct mr_command *command);
+void live_update(struct live *live, const struct collector *collector);
+/* Removes and returns an arm or disarm command to be sent to the board. */
+bool live_pop_command(struct live *live, struct mr_command *command);
 
 #endif

@@ -21,8 +21,8 @@
 
 #define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
-#define UNHEARD_US           3000000u /* a board sends a hello every second */
-#define NOTE_US              1000000u /* the same trouble is reported at most once per second */
+#define NO_BOARD_US          3000000u /* a board sends a hello every second */
+#define NOTE_PERIOD_US       1000000u /* the same trouble is reported at most once per second */
 
 static bool logger_has_received_hello(const struct logger *logger)
 {
@@ -44,7 +44,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[link][i];
         bool lately = logger->noted_us[link][i] != 0 &&
-                      now_us - logger->noted_us[link][i] < NOTE_US;
+                      now_us - logger->noted_us[link][i] < NOTE_PERIOD_US;
         /* the count can fall after a rollback; it rises again with the repeated data */
         if (counters->trouble[i] <= logger->noted[link][i] || lately)
             continue;
@@ -56,7 +56,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
     }
 }
 
-static enum mr_status exchanged(const struct logger *logger, struct error *error)
+static enum mr_status set_exchanged_error(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
@@ -69,28 +69,28 @@ static enum mr_status exchanged(const struct logger *logger, struct error *error
                      link_spec(logger->link[LINK_SERIAL]));
 }
 
-void logger_note_exchanged(struct logger *logger)
+void logger_note_exchanged_links(struct logger *logger)
 {
     struct error error = {0};
-    if (logger->exchanged_told || exchanged(logger, &error) == MR_OK)
+    if (logger->exchanged_reported || set_exchanged_error(logger, &error) == MR_OK)
         return;
-    logger->exchanged_told = true;
+    logger->exchanged_reported = true;
     logger_clear_progress(logger);
     cli_note(logger->cli, "%s", error.text);
 }
 
 /* A frame of another board: a hello of this version at another base, then the identity at that
  * base. */
-void logger_note_other(struct logger *logger, const struct link_frame *frame)
+void logger_note_other_board(struct logger *logger, const struct link_frame *frame)
 {
     struct mr_message message;
-    if (logger->other_told ||
+    if (logger->other_board_reported ||
         (frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) != 0 ||
         mr_message_find((uint16_t)link_id_from_bus(frame->id, logger->base)))
         return;
-    if (logger->other_heard && frame->length == 8 &&
+    if (logger->other_board_seen && frame->length == 8 &&
         frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_base) {
-        logger->other_told = true;
+        logger->other_board_reported = true;
         logger_clear_progress(logger);
         cli_note(logger->cli,
                  "another board sends on this bus: base 0x%03x of %s; it is not logged",
@@ -98,14 +98,14 @@ void logger_note_other(struct logger *logger, const struct link_frame *frame)
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
                mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
                message.as.hello.layout == MR_LAYOUT) {
-        logger->other_heard = true;
+        logger->other_board_seen = true;
         logger->other_base = (uint16_t)(frame->id - MR_ID_HELLO);
     }
 }
 
 /* Warn of a landing that is already in the campaign, probably from a recording that was logged
  * twice. */
-static void note_twin(struct logger *logger, int64_t run)
+static void note_repeated_landing(struct logger *logger, int64_t run)
 {
     struct error why = {0};
     int64_t twin = 0;
@@ -123,11 +123,12 @@ static void note_twin(struct logger *logger, int64_t run)
  * The summary is printed when a landing ends, or when its links fall silent during it. The page of
  * --page is updated in a separate process, which reads the campaign from disk. */
 
-#define SILENT_US 4000000u
-#define PAGE_S    60.0
+#define LANDING_SILENT_US 4000000u
+#define PAGE_TIMEOUT_S    60.0
 
-/* True if a landing with a moving gear has had no data for SILENT_US. True once per landing. */
-static bool is_silent(struct logger *logger, const struct collector_progress *progress)
+/* True if a landing with a moving gear has had no data for LANDING_SILENT_US. True once per
+ * landing. */
+static bool landing_is_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
     if (progress->block != logger->silent_block || logger->silent_us == 0) {
@@ -135,7 +136,7 @@ static bool is_silent(struct logger *logger, const struct collector_progress *pr
         logger->silent_us = now_us;
     }
     if (!progress->run || progress->edges == 0 || progress->run == logger->silent_run ||
-        now_us - logger->silent_us < SILENT_US)
+        now_us - logger->silent_us < LANDING_SILENT_US)
         return false;
     logger->silent_run = progress->run;
     return true;
@@ -150,8 +151,8 @@ static void write_page(struct logger *logger)
     struct error error = {0};
     if (!logger->page)
         return;
-    logger->page_again = logger->page_child != 0;
-    if (logger->page_again)
+    logger->page_outdated = logger->page_child != 0;
+    if (logger->page_outdated)
         return;
     const int streams[3] = {-1, open("/dev/null", O_WRONLY | O_CLOEXEC), -1};
     if (process_start(logger->cli->si ? words : plain, streams, &logger->page_child, &error) !=
@@ -160,16 +161,16 @@ static void write_page(struct logger *logger)
     close(streams[1]);
 }
 
-void logger_serve_page(struct logger *logger, bool end)
+void logger_update_page(struct logger *logger, bool end)
 {
     int status;
     while (logger->page_child) {
         if (end)
-            process_wait(logger->page_child, PAGE_S, &status);
+            process_wait(logger->page_child, PAGE_TIMEOUT_S, &status);
         else if (waitpid(logger->page_child, &status, WNOHANG) == 0)
             return;
         logger->page_child = 0;
-        if (logger->page_again)
+        if (logger->page_outdated)
             write_page(logger);
     }
 }
@@ -200,21 +201,21 @@ void logger_set_nonblocking(struct logger *logger, bool on)
     }
 }
 
-void logger_report_rest(struct logger *logger)
+void logger_print_pending(struct logger *logger)
 {
     size_t said = 0;
-    if (logger->unsaid_length == 0)
+    if (logger->pending_output_length == 0)
         return;
     if (logger->output[0] > 0) {
-        ssize_t count = write(STDOUT_FILENO, logger->unsaid, logger->unsaid_length);
+        ssize_t count = write(STDOUT_FILENO, logger->pending_output, logger->pending_output_length);
         said = count > 0 ? (size_t)count : 0;
     } else {
-        said = logger->unsaid_length;
-        fwrite(logger->unsaid, 1, said, stdout);
+        said = logger->pending_output_length;
+        fwrite(logger->pending_output, 1, said, stdout);
         fflush(stdout);
     }
-    logger->unsaid_length -= said;
-    memmove(logger->unsaid, logger->unsaid + said, logger->unsaid_length);
+    logger->pending_output_length -= said;
+    memmove(logger->pending_output, logger->pending_output + said, logger->pending_output_length);
 }
 
 static void report_summary(struct logger *logger, const struct summary *summary)
@@ -223,17 +224,17 @@ static void report_summary(struct logger *logger, const struct summary *summary)
     size_t length = 0;
     FILE *out = open_memstream(&text, &length);
     if (out) {
-        brief_print(logger->store, summary, logger->all, logger->cli->si, out);
+        brief_print(logger->store, summary, logger->full_summaries, logger->cli->si, out);
         fclose(out);
     }
-    char *all = realloc(logger->unsaid, logger->unsaid_length + length + 1);
+    char *all = realloc(logger->pending_output, logger->pending_output_length + length + 1);
     if (all && text) {
-        memcpy(all + logger->unsaid_length, text, length);
-        logger->unsaid_length += length;
+        memcpy(all + logger->pending_output_length, text, length);
+        logger->pending_output_length += length;
     }
-    logger->unsaid = all ? all : logger->unsaid;
+    logger->pending_output = all ? all : logger->pending_output;
     free(text);
-    logger_report_rest(logger);
+    logger_print_pending(logger);
 }
 
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
@@ -256,24 +257,24 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         } else {
             report_summary(logger, &summary);
         }
-        snprintf(logger->newest, sizeof logger->newest, "landing %lld (RUN %lld)",
+        snprintf(logger->newest_landing, sizeof logger->newest_landing, "landing %lld (RUN %lld)",
                  (long long)summary.measured.landing.board_landing, (long long)run);
         summary_free(&summary);
-        note_twin(logger, run);
-        logger->shown++;
+        note_repeated_landing(logger, run);
+        logger->landings_shown++;
         write_page(logger);
     }
     return MR_OK;
 }
 
 /* If the links fall silent during a landing, print the summary of the data so far. */
-enum mr_status logger_show_silent(struct logger *logger, struct error *error)
+enum mr_status logger_show_silent_landing(struct logger *logger, struct error *error)
 {
     struct collector_progress progress;
     struct summary summary;
-    logger_serve_page(logger, false);
+    logger_update_page(logger, false);
     collector_get_progress(logger->collector, &progress);
-    if (!is_silent(logger, &progress))
+    if (!landing_is_silent(logger, &progress))
         return MR_OK;
     cli_note(logger->cli,
              "no more data of RUN %lld: check the board and its cables; the data received so far "
@@ -315,7 +316,7 @@ void logger_note_health(struct logger *logger)
                  alarm->outages == 1 ? "outage" : "outages");
 }
 
-void logger_note_orders(struct logger *logger)
+void logger_note_answers(struct logger *logger)
 {
     struct collector_answer order;
     while (collector_pop_answer(logger->collector, &order)) {
@@ -327,7 +328,7 @@ void logger_note_orders(struct logger *logger)
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
             logger_repeat_command(logger))
             continue;
-        if (is_typed) { /* typed_turn reports the outcome */
+        if (is_typed) { /* typed_update reports the outcome */
             typed->answered = true;
             typed->answer = status;
             continue;
@@ -348,12 +349,12 @@ void logger_note_orders(struct logger *logger)
 void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.hold_us ||
-        (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
+        (!last && monotonic_us() - logger->progress_us < PROGRESS_US))
         return;
     char queue[40] = "";
     struct collector_progress p;
-    unsigned permille = watch_permille(&logger->watch);
-    logger->shown_us = monotonic_us();
+    unsigned permille = watch_fill_permille(&logger->watch);
+    logger->progress_us = monotonic_us();
     collector_get_progress(logger->collector, &p);
     const char *state = p.run   ? mr_landing_state_text(p.state)
                       : p.hello ? "no landing"
@@ -370,7 +371,7 @@ void logger_show_progress(struct logger *logger, bool last)
 }
 
 /* No board was received: diagnose the first link that received anything. */
-static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
+static enum diagnosis diagnose_links(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
     enum diagnosis diagnosis = DIAGNOSIS_SILENT;
@@ -393,7 +394,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     const struct store_link_counts *c = p.counts;
     bool line = serial && link_counters(serial)->rx.baud != 0;
     if (p.hello)
-        return exchanged(logger, error);
+        return set_exchanged_error(logger, error);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
@@ -402,20 +403,20 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
                              "the board, at its bit rate",
                              can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
-    diagnose(logger, &link);
+    diagnose_links(logger, &link);
     return link_set_no_board_error(link, error);
 }
 
 /* If no board is received for a while, report that once for each open link. */
-void logger_note_missing(struct logger *logger)
+void logger_note_missing_board(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
     uint64_t now_us = monotonic_us();
-    if (logger->unheard_us == 0)
-        logger->unheard_us = now_us + UNHEARD_US;
-    if (now_us < logger->unheard_us || logger->unheard_told)
+    if (logger->no_board_due_us == 0)
+        logger->no_board_due_us = now_us + NO_BOARD_US;
+    if (now_us < logger->no_board_due_us || logger->no_board_reported)
         return;
-    logger->unheard_told = true;
+    logger->no_board_reported = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (!logger->open[link] || logger_has_received_hello(logger))
             continue;
@@ -429,35 +430,38 @@ void logger_note_missing(struct logger *logger)
  *
  * A board sends a hello and the state of its landing every second on each link. */
 
-#define SILENCE_US  1700000u /* all links silent: reported within 2 s */
-#define ONE_LINK_US 4000000u /* one link silent */
+#define LINKS_SILENT_US   1700000u /* all links silent: reported within 2 s */
+#define LINK_SILENT_US    4000000u /* one link silent */
 /* this program did not run for this long: unread data may be waiting */
-#define STOOD_US    500000u
+#define PROCESS_PAUSED_US 500000u
 
 static void count_received(struct logger *logger, const struct collector_progress *p,
                            uint64_t now_us)
 {
-    bool stood = now_us - logger->turn_us > STOOD_US || watch_refused_us(&logger->watch) != 0;
-    logger->turn_us = now_us;
+    bool stood = now_us - logger->presence_check_us > PROCESS_PAUSED_US ||
+                 watch_refusal_start_us(&logger->watch) != 0;
+    logger->presence_check_us = now_us;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool more = p->counts[link].received != logger->heard[link];
+        bool more = p->counts[link].received != logger->received[link];
         bool waits = logger->open[link] &&
                      link_queue_has_unread(link_reader_queue(logger->reader[link]));
-        logger->heard[link] = p->counts[link].received;
-        if (more || (logger->heard_us[link] && !logger->silent && (stood || waits)))
-            logger->heard_us[link] = now_us;
+        logger->received[link] = p->counts[link].received;
+        if (more || (logger->received_us[link] && !logger->silence_reported && (stood || waits)))
+            logger->received_us[link] = now_us;
     }
 }
 
-static uint64_t newest_us(const struct logger *logger)
+static uint64_t newest_message_us(const struct logger *logger)
 {
-    uint64_t can_us = logger->heard_us[LINK_CAN], serial_us = logger->heard_us[LINK_SERIAL];
+    uint64_t can_us = logger->received_us[LINK_CAN], serial_us = logger->received_us[LINK_SERIAL];
     return can_us > serial_us ? can_us : serial_us;
 }
 
 uint64_t logger_silence_due_us(const struct logger *logger)
 {
-    return logger->met && !logger->silent ? newest_us(logger) + SILENCE_US : UINT64_MAX;
+    return logger->board_reported && !logger->silence_reported
+             ? newest_message_us(logger) + LINKS_SILENT_US
+             : UINT64_MAX;
 }
 
 /* "idle, waiting to be armed", "armed, landing 7" */
@@ -472,9 +476,9 @@ static void state_text(const struct mr_landing *landing, char *out, size_t size)
 
 static void note_silence(struct logger *logger, const char *state, uint64_t now_us)
 {
-    uint64_t newest = newest_us(logger);
-    bool now_silent = now_us - newest >= SILENCE_US;
-    if (now_silent != logger->silent) {
+    uint64_t newest = newest_message_us(logger);
+    bool now_silent = now_us - newest >= LINKS_SILENT_US;
+    if (now_silent != logger->silence_reported) {
         logger_clear_progress(logger);
         if (now_silent)
             cli_note(logger->cli,
@@ -485,12 +489,13 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
             cli_note(logger->cli, "the board sends again: %s", state);
     }
     /* the links return one after the other: give each link the full time again */
-    for (unsigned link = 0; link < LINK_KINDS && logger->silent && !now_silent; link++)
-        logger->heard_us[link] = logger->heard_us[link] ? now_us : 0;
-    logger->silent = now_silent;
+    for (unsigned link = 0; link < LINK_KINDS && logger->silence_reported && !now_silent; link++)
+        logger->received_us[link] = logger->received_us[link] ? now_us : 0;
+    logger->silence_reported = now_silent;
     for (unsigned link = 0; link < LINK_KINDS && !now_silent; link++) {
-        bool lost = logger->heard_us[link] && now_us - logger->heard_us[link] >= ONE_LINK_US;
-        if (lost != logger->lost[link]) {
+        bool lost = logger->received_us[link] &&
+                    now_us - logger->received_us[link] >= LINK_SILENT_US;
+        if (lost != logger->link_silence_reported[link]) {
             logger_clear_progress(logger);
             cli_note(logger->cli,
                      lost ? "no more data over %s, while the other link continues: check the cable "
@@ -498,11 +503,11 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
                           : "%s: data of the board is received again",
                      link_spec(logger->link[link]));
         }
-        logger->lost[link] = lost;
+        logger->link_silence_reported[link] = lost;
     }
 }
 
-void logger_note_board(struct logger *logger)
+void logger_note_presence(struct logger *logger)
 {
     struct collector_progress p;
     uint64_t now_us = monotonic_us();
@@ -516,17 +521,17 @@ void logger_note_board(struct logger *logger)
     if (!p.landing || !p.board_uid[0])
         return;
     state_text(p.landing, state, sizeof state);
-    if (logger->met) {
+    if (logger->board_reported) {
         note_silence(logger, state, now_us);
         return;
     }
-    logger->met = true;
+    logger->board_reported = true;
     logger_clear_progress(logger);
-    const bool both = logger->heard_us[LINK_CAN] && logger->heard_us[LINK_SERIAL];
+    const bool both = logger->received_us[LINK_CAN] && logger->received_us[LINK_SERIAL];
     cli_note(logger->cli, "board %s, firmware %s, on %s: %s", p.board_uid, p.firmware,
-             both                         ? "CAN and serial"
-             : logger->heard_us[LINK_CAN] ? "CAN"
-                                          : "serial",
+             both                            ? "CAN and serial"
+             : logger->received_us[LINK_CAN] ? "CAN"
+                                             : "serial",
              state);
 }
 
@@ -596,15 +601,15 @@ static void board_answer(const struct logger *logger, struct answer *answer)
     }
     answer_close(answer);
     answer_words_or_none(answer, "unheard", NULL,
-                         p.hello ? NULL : diagnosis_word(diagnose(logger, &link)), NULL);
+                         p.hello ? NULL : diagnosis_word(diagnose_links(logger, &link)), NULL);
 }
 
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
 {
     struct answer *answer = answer_new(logger->cli->si);
     char held[300];
-    watch_session(&logger->watch, held, sizeof held);
-    answer_json_value(answer, "db", json_string(logger->saved[0] ? logger->saved : db));
+    watch_session_text(&logger->watch, held, sizeof held);
+    answer_json_value(answer, "db", json_string(logger->saved_path[0] ? logger->saved_path : db));
     answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
     board_answer(logger, answer);
     answer_json_value(answer, "queue", watch_json(&logger->watch));
@@ -621,13 +626,13 @@ void logger_end_live(struct logger *logger, const struct error *error)
     char why[sizeof error->text + 40];
     if (error->status != MR_OK)
         snprintf(why, sizeof why, "Log ended: %s", error->text);
-    else if (logger->shown == 0)
+    else if (logger->landings_shown == 0)
         snprintf(why, sizeof why, "Log ended normally, no landing was armed");
-    else if (logger->shown == 1)
-        snprintf(why, sizeof why, "Log ended normally, %s saved", logger->newest);
+    else if (logger->landings_shown == 1)
+        snprintf(why, sizeof why, "Log ended normally, %s saved", logger->newest_landing);
     else
         snprintf(why, sizeof why, "Log ended normally, %u landings saved, the last is %s",
-                 logger->shown, logger->newest);
+                 logger->landings_shown, logger->newest_landing);
     live_close(&logger->live, why);
 }
 
@@ -635,17 +640,18 @@ void logger_end_live(struct logger *logger, const struct error *error)
  *
  * Before it arms, and before it ends a landing in progress, it asks for confirmation. */
 
-#define ANSWER_US (1000000u * ARM_CLIENT_ANSWER_S)
-#define ASKED_US  30000000u /* time to confirm */
-#define TYPING_US 15000000u
-#define HELP      "type arm [N], with N from 0 to 65535 (no N: the board's next number), or disarm"
+#define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_S)
+#define CONFIRM_TIMEOUT_US 30000000u /* time to confirm */
+#define TYPING_HOLD_US     15000000u
+/* reply to an unknown command */
+#define HELP               "type arm [N], with N from 0 to 65535 (no N: the board's next number), or disarm"
 
 void typed_begin(struct typed *typed, bool commands, bool listen)
 {
     typed->terminal = isatty(STDIN_FILENO) == 1;
-    typed->on = !listen && (commands || typed->terminal);
+    typed->enabled = !listen && (commands || typed->terminal);
     typed->tag = (uint16_t)(link_now_us() / 1000u); /* differs from the tags of other programs */
-    if (typed->on)
+    if (typed->enabled)
         /* in the background, reading the terminal must not stop the logging */
         signal(SIGTTIN, SIG_IGN);
 }
@@ -653,7 +659,7 @@ void typed_begin(struct typed *typed, bool commands, bool listen)
 int typed_fd(const struct typed *typed)
 {
     bool background = typed->terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
-    return typed->on && !typed->ended && !background && typed->length < sizeof typed->text
+    return typed->enabled && !typed->ended && !background && typed->length < sizeof typed->text
              ? STDIN_FILENO
              : -1;
 }
@@ -669,8 +675,8 @@ void typed_read(struct typed *typed)
 }
 
 /* The user typed a command, so print the reply even with --quiet. */
-__attribute__((format(printf, 2, 3))) static void print(const struct logger *logger,
-                                                        const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void print_reply(const struct logger *logger,
+                                                              const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -682,7 +688,7 @@ __attribute__((format(printf, 2, 3))) static void print(const struct logger *log
 }
 
 /* Take the first line out of the buffer. False: there is no complete line. */
-static bool take_line(struct typed *typed, char line[sizeof typed->text])
+static bool read_line(struct typed *typed, char line[sizeof typed->text])
 {
     char *end = memchr(typed->text, '\n', typed->length);
     size_t length = end ? (size_t)(end - typed->text) : typed->length;
@@ -701,53 +707,53 @@ static bool take_line(struct typed *typed, char line[sizeof typed->text])
     return true;
 }
 
-static void send_it(struct logger *logger)
+static void send_command(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
     typed->command.tag = ++typed->tag;
-    typed->asked = false;
+    typed->confirming = false;
     typed->hold_us = 0;
-    typed->until_us = monotonic_us() + ANSWER_US;
+    typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
     typed->answered = false;
     typed->sent = logger_send(logger, &typed->command, false);
     if (!typed->sent)
-        print(logger, "%s: cannot be sent, because no link accepts it\n",
-              mr_command_name(typed->command.code));
+        print_reply(logger, "%s: cannot be sent, because no link accepts it\n",
+                    mr_command_name(typed->command.code));
 }
 
-static void take_command(struct logger *logger, const char *line);
+static void handle_command(struct logger *logger, const char *line);
 
 /* Handle the reply to a confirmation. If it is a new command instead of `yes`, execute that
  * command. */
-static void take_reply(struct logger *logger, const char *line)
+static void handle_reply(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
     char word[4] = "", more = '\0';
     if (sscanf(line, " %3s %c", word, &more) == 1 && strcmp(word, "yes") == 0) {
-        send_it(logger);
+        send_command(logger);
         return;
     }
-    typed->asked = false;
+    typed->confirming = false;
     typed->hold_us = 0;
-    print(logger, "not confirmed (the answer was not yes): nothing was sent\n");
+    print_reply(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
-        take_command(logger, line);
+        handle_command(logger, line);
 }
 
 /* State of a landing in progress; NULL: none. */
-static const char *what_is_recorded(const struct logger *logger)
+static const char *recorded_state_text(const struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
     return arm_client_is_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
 }
 
-static void take_command(struct logger *logger, const char *line)
+static void handle_command(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
-        typed->hold_us = monotonic_us() + TYPING_US;
-        print(logger, "%s: ", HELP);
+        typed->hold_us = monotonic_us() + TYPING_HOLD_US;
+        print_reply(logger, "%s: ", HELP);
         return;
     }
     typed->hold_us = 0;
@@ -755,77 +761,81 @@ static void take_command(struct logger *logger, const char *line)
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
         typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MAX) {
-        print(logger, "not a command: '%.40s'; %s\n", line, HELP);
+        print_reply(logger, "not a command: '%.40s'; %s\n", line, HELP);
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
     char doubts[ARMING_TEXT_SIZE] = "";
-    const char *recording = what_is_recorded(logger);
+    const char *recording = recorded_state_text(logger);
     if (!arm && !recording) {
-        send_it(logger);
+        send_command(logger);
         return;
     }
-    typed->asked = true;
+    typed->confirming = true;
     if (arm)
         arming_write_warnings(logger->store, (int64_t)link_now_us(), doubts);
     for (char *at = doubts, *end; *at; at = end + (*end == '\n')) {
         end = at + strcspn(at, "\n");
-        print(logger, "%.*s\n", (int)(end - at), at);
+        print_reply(logger, "%.*s\n", (int)(end - at), at);
     }
-    typed->until_us = typed->hold_us = monotonic_us() + ASKED_US;
+    typed->until_us = typed->hold_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
-        print(logger, "disarm? The board is %s; this ends its recording. Type yes: ", recording);
+        print_reply(logger,
+                    "disarm? The board is %s; this ends its recording. Type yes: ", recording);
     else if (typed->command.argument)
-        print(logger,
-              "arm for landing %d? The board records until the gear has stopped and the mat is at "
-              "rest. Type yes: ",
-              typed->command.argument);
+        print_reply(
+            logger,
+            "arm for landing %d? The board records until the gear has stopped and the mat is at "
+            "rest. Type yes: ",
+            typed->command.argument);
     else
-        print(logger, "arm for the next landing? The board records until the gear has stopped and "
-                      "the mat is at rest. Type yes: ");
+        print_reply(logger,
+                    "arm for the next landing? The board records until the gear has stopped and "
+                    "the mat is at rest. Type yes: ");
 }
 
 /* Report the outcome of the sent command. */
-static void take_answer(struct logger *logger)
+static void report_answer(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
     const char *name = mr_command_name(typed->command.code);
     if (typed->answered) {
         typed->sent = false;
         if (typed->answer == MR_OK)
-            print(logger, "%sed\n", name);
+            print_reply(logger, "%sed\n", name);
         else
-            print(logger, "%s refused: %s\n", name, arm_client_refusal_text(typed->answer));
+            print_reply(logger, "%s refused: %s\n", name, arm_client_refusal_text(typed->answer));
     } else if (monotonic_us() > typed->until_us) {
         typed->sent = false;
-        print(logger,
-              "the board did not answer `%s` within 3 s; check its state before you try again\n",
-              name);
+        print_reply(
+            logger,
+            "the board did not answer `%s` within 3 s; check its state before you try again\n",
+            name);
     }
 }
 
-void typed_turn(struct logger *logger)
+void typed_update(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
     char line[sizeof typed->text];
-    if (!typed->on)
+    if (!typed->enabled)
         return;
     /* the answer may be waiting in the queue */
-    if (typed->sent && watch_refused_us(&logger->watch))
-        typed->until_us = monotonic_us() + ANSWER_US;
+    if (typed->sent && watch_refusal_start_us(&logger->watch))
+        typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
     if (typed->sent)
-        take_answer(logger);
-    if (typed->asked && monotonic_us() > typed->until_us)
-        take_reply(logger, "");
+        report_answer(logger);
+    if (typed->confirming && monotonic_us() > typed->until_us)
+        handle_reply(logger, "");
     bool there = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
     bool nobody = !there && !typed->terminal;
-    if (typed->sent || nobody || !take_line(typed, line))
+    if (typed->sent || nobody || !read_line(typed, line))
         return;
-    if (typed->asked)
-        take_reply(logger, line);
+    if (typed->confirming)
+        handle_reply(logger, line);
     else if (!there)
-        print(logger, "no hello from a board yet: nothing was sent\n");
+        print_reply(logger, "no hello from a board yet: nothing was sent\n");
     else
-        take_command(logger, line);
+        handle_command(logger, line);
 }

@@ -22,25 +22,26 @@
 
 /* A kill at any time may lose at most the last 100 ms of received data; half of that is reserved
  * for a slow disk. */
-#define COMMIT_US       40000u
-#define COMMIT_MOST_US  1000000u
-#define MUCH_PERMILLE   10u /* part of a queue's capacity that counts as much: 0.6 s of data */
-/* wait of a summary: a program that closes the campaign locks it for a moment */
-#define READ_WAIT_MS    5000
-/* time to the next attempt, if another program has locked the campaign: usually for a moment, */
-#define RETRY_LOCKED_US 20000u
-#define RETRY_US        250000u /* and if the disk is full: usually for longer */
+#define COMMIT_PERIOD_US     40000u
+#define COMMIT_PERIOD_MAX_US 1000000u
+#define BACKLOG_PERMILLE     10u /* this part of a queue's capacity is a backlog: 0.6 s of data */
+/* A summary waits this long: a program that closes the campaign locks it for a moment. */
+#define READ_WAIT_MS         5000
+/* Time to the next attempt: another program usually locks the campaign for a moment only; a disk
+ * usually stays full for longer. */
+#define RETRY_LOCKED_US      20000u
+#define RETRY_US             250000u
 
 /* Place of the campaign, and whether the file is still the logged one. */
-static enum store_place place_of(struct logger *logger)
+static enum store_place find_place(struct logger *logger)
 {
     enum store_place place = watch_place(&logger->watch);
-    if (logger->emptied)
+    if (logger->campaign_lost)
         return STORE_EMPTIED;
     return place == STORE_IN_PLACE && store_overwritten(logger->store) ? STORE_OVERWRITTEN : place;
 }
 
-static bool is_gone(enum store_place place)
+static bool is_content_gone(enum store_place place)
 {
     return place == STORE_OVERWRITTEN || place == STORE_EMPTIED;
 }
@@ -52,22 +53,22 @@ static enum mr_status find_session(struct logger *logger, struct error *error)
     enum mr_status status = store_session_there(logger->store, &there, error);
     if (status != MR_OK || there)
         return status;
-    logger->emptied = true;
+    logger->campaign_lost = true;
     return error_set(error, MR_IO,
                      "the logged data is no longer in the campaign: %s; log to a different file",
                      store_path(logger->store));
 }
 
-enum mr_status logger_begin(struct logger *logger, struct error *error)
+enum mr_status logger_begin_transaction(struct logger *logger, struct error *error)
 {
     if (logger->in_transaction)
         return MR_OK;
-    watch_call(&logger->watch, true);
+    watch_note_call(&logger->watch, true);
     /* do not block in SQLite: the main loop retries, and does all other work meanwhile */
     store_patience(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
     store_patience(logger->store, READ_WAIT_MS);
-    watch_call(&logger->watch, false);
+    watch_note_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->begun_us = monotonic_us();
     if (status == MR_OK && logger->collector)
@@ -89,13 +90,13 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                            store_path(logger->store));
     if (status != MR_OK)
         return status;
-    watch_call(&logger->watch, true);
+    watch_note_call(&logger->watch, true);
     uint64_t from_us = monotonic_us();
     status = store_commit(logger->store, error);
-    watch_call(&logger->watch, false);
+    watch_note_call(&logger->watch, false);
     if (status == MR_OK) {
         store_logged_committed(logger->store);
-        watch_written(&logger->watch);
+        watch_note_written(&logger->watch);
         logger->in_transaction = false;
         for (unsigned link = 0; link < LINK_KINDS; link++) {
             if (logger->reader[link])
@@ -103,19 +104,21 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         }
     }
     logger->commit_us = monotonic_us() - from_us;
-    if (status == MR_OK && !logger->followed) /* the journal exists from here on */
-        watch_follow(&logger->watch, store_path(logger->store));
-    logger->followed |= status == MR_OK;
+    if (status == MR_OK && !logger->watch_knows_file) /* the journal exists from here on */
+        watch_set_path(&logger->watch, store_path(logger->store));
+    logger->watch_knows_file |= status == MR_OK;
     return status;
 }
 
 /* Each commit waits for the disk. While a slow disk leaves a backlog in the queues, commit less
  * often. */
-bool logger_commit_due(struct logger *logger)
+bool logger_is_commit_due(struct logger *logger)
 {
-    uint64_t after_us = COMMIT_US;
-    if (logger->commit_us > COMMIT_US && watch_permille(&logger->watch) > MUCH_PERMILLE)
-        after_us = logger->commit_us > COMMIT_MOST_US ? COMMIT_MOST_US : logger->commit_us;
+    uint64_t after_us = COMMIT_PERIOD_US;
+    if (logger->commit_us > COMMIT_PERIOD_US &&
+        watch_fill_permille(&logger->watch) > BACKLOG_PERMILLE)
+        after_us = logger->commit_us > COMMIT_PERIOD_MAX_US ? COMMIT_PERIOD_MAX_US
+                                                            : logger->commit_us;
     return logger->in_transaction && monotonic_us() - logger->begun_us >= after_us;
 }
 
@@ -131,27 +134,27 @@ static void roll_back(struct logger *logger)
     }
 }
 
-static enum mr_status continue_beside(struct logger *logger, const char *original);
+static enum mr_status continue_in_next(struct logger *logger, const char *original);
 
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
     /* checked even if the store reported no refusal */
-    bool other = is_gone(place_of(logger));
+    bool other = is_content_gone(find_place(logger));
     if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
     roll_back(logger);
-    if (other) { /* logger_rescue continues in another file */
+    if (other) { /* logger_rescue_campaign continues in another file */
         *error = (struct error){0};
         return MR_OK;
     }
     if (refused == STORE_GROWN && !store_make_room(logger->store) &&
-        continue_beside(logger, store_path(logger->store)) == MR_OK) {
+        continue_in_next(logger, store_path(logger->store)) == MR_OK) {
         *error = (struct error){0};
         return MR_OK;
     }
-    watch_refused(&logger->watch, refused, error->text);
-    logger->again_us = monotonic_us() + (refused == STORE_LOCKED ? RETRY_LOCKED_US : RETRY_US);
+    watch_note_refusal(&logger->watch, refused, error->text);
+    logger->retry_us = monotonic_us() + (refused == STORE_LOCKED ? RETRY_LOCKED_US : RETRY_US);
     *error = (struct error){0};
     return MR_OK;
 }
@@ -168,7 +171,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
 {
     struct error tail = {0};
     logger->open[link] = false;
-    enum mr_status status = logger_begin(logger, error);
+    enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK) {
         status = collector_end_link(logger->collector, (enum link_kind)link, &tail);
         if (status == MR_TRUNCATED)
@@ -182,21 +185,21 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
 }
 
 /* Record and report the link's troubles since the last call. */
-static enum mr_status take_troubles(struct logger *logger, unsigned link, struct error *error)
+static enum mr_status record_troubles(struct logger *logger, unsigned link, struct error *error)
 {
-    if (!logger->troubled[link])
+    if (!logger->troubles_changed[link])
         return MR_OK;
     logger_note_troubles(logger, link);
-    enum mr_status status = logger_begin(logger, error);
+    enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
         status = collector_account_troubles(logger->collector, (enum link_kind)link,
                                             &logger->counters[link], error);
-    logger->troubled[link] = status != MR_OK;
+    logger->troubles_changed[link] = status != MR_OK;
     return status;
 }
 
-static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t jump_us,
-                                 struct error *error)
+static enum mr_status handle_clock(struct logger *logger, unsigned link, int64_t jump_us,
+                                   struct error *error)
 {
     if (jump_us != 0)
         return collector_handle_clock_set(logger->collector, jump_us, error);
@@ -204,53 +207,53 @@ static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t j
     return MR_OK;
 }
 
-static enum mr_status take_item(struct logger *logger, unsigned link, const struct link_item *item,
-                                struct error *error)
+static enum mr_status handle_item(struct logger *logger, unsigned link,
+                                  const struct link_item *item, struct error *error)
 {
     if (item->kind == LINK_ITEM_COUNTERS) {
         logger->counters[link] = item->counters;
-        logger->troubled[link] = true;
+        logger->troubles_changed[link] = true;
         return MR_OK;
     }
     if (logger->live.hub) /* the live page has already shown repeated items */
         collector_set_listener(logger->collector,
                                item->is_repeated ? NULL : &logger->live.listener);
-    enum mr_status status = logger_begin(logger, error);
+    enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
-        status = take_troubles(logger, link, error);
+        status = record_troubles(logger, link, error);
     if (status != MR_OK)
         return status;
     switch (item->kind) {
     case LINK_ITEM_FRAME:
-        logger_note_other(logger, &item->frame);
+        logger_note_other_board(logger, &item->frame);
         return collector_receive_frame(logger->collector, &item->frame, error);
     case LINK_ITEM_BYTES:
         return collector_receive_bytes(logger->collector, item->bytes, item->length, item->host_us,
                                        error);
-    case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);
+    case LINK_ITEM_CLOCK: return handle_clock(logger, link, item->jump_us, error);
     default: return end_link(logger, link, &item->end, error);
     }
 }
 
-enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error)
+enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct error *error)
 {
     struct link_reader *reader = logger->reader[link];
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    if (!link_queue_has_unread(queue)) /* else the queue still has data from the last turn */
-        logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
+    if (!link_queue_has_unread(queue)) /* otherwise the queue still has data from the last turn */
+        logger->more_buffered[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_read(queue, &item);) {
         taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
-        status = take_item(logger, link, &item, error);
+        status = handle_item(logger, link, &item, error);
     }
-    return status == MR_OK ? take_troubles(logger, link, error) : status;
+    return status == MR_OK ? record_troubles(logger, link, error) : status;
 }
 
-/* If both links have data, take from the link that is behind in board time. So they stay in step,
- * whatever is buffered, and neither waits for the other. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
+/* If both links have data, process only the link that lags in board time. The links then stay in
+ * step, whatever is buffered, and neither waits for the other. */
+void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
         return;
@@ -259,15 +262,15 @@ void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
-#define ASK_US        1000000u /* between two requests for the configuration */
-/* requests for the configuration; then a board that does not answer, or has another table, is left
- * alone */
-#define ASKS          5u
-#define LIVE_S        30        /* a board without CAN sends readings this long while idle, */
-#define LIVE_AGAIN_US 20000000u /* and is asked again after this time */
+#define REQUEST_PERIOD_US 1000000u /* between two requests for the configuration */
+/* number of requests for the configuration; a board that does not answer them all, or has another
+ * table, gets no more requests */
+#define REQUESTS_MAX      5u
+#define LIVE_S            30        /* an idle board without CAN sends readings this long */
+#define LIVE_PERIOD_US    20000000u /* time between two such requests */
 
 /* Send the operator's proof for a command, if the board requires one. */
-static void prove(struct logger *logger, unsigned link, const uint8_t *command)
+static void send_proof(struct logger *logger, unsigned link, const uint8_t *command)
 {
     struct collector_progress p;
     struct error why = {0};
@@ -300,16 +303,16 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_command_put(command, payload);
-    collector_add_own_command(&logger->own, command);
+    collector_add_own_command(&logger->own_commands, command);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};
-        if (!logger->open[link] || (unasked && logger->mute[link]))
+        if (!logger->open[link] || (unasked && logger->cannot_send[link]))
             continue;
-        prove(logger, link, payload);
+        send_proof(logger, link, payload);
         enum mr_status status = link_send_message(logger->link[link], logger->base, 0,
                                                   MR_ID_COMMAND, payload, length, &reason);
-        logger->mute[link] = logger->mute[link] || (unasked && status != MR_OK);
+        logger->cannot_send[link] = logger->cannot_send[link] || (unasked && status != MR_OK);
         if (status == MR_OK)
             return true;
     }
@@ -326,39 +329,40 @@ void logger_ask_for_configuration(struct logger *logger)
         struct collector_progress p;
         collector_get_progress(logger->collector, &p);
         if (p.run) /* arming ended the board's answer: ask again when the landing is done */
-            logger->asked_us = logger->asks = 0;
+            logger->request_us = logger->requests = 0;
         return;
     }
-    if (logger->asks == ASKS || (logger->asked_us && now_us - logger->asked_us < ASK_US))
+    if (logger->requests == REQUESTS_MAX ||
+        (logger->request_us && now_us - logger->request_us < REQUEST_PERIOD_US))
         return;
-    logger->asked_us = now_us;
-    logger->asks++;
+    logger->request_us = now_us;
+    logger->requests++;
     (void)logger_send(logger, &command, true);
 }
 
 /* An idle board sends its readings on CAN only. Without CAN, ask for a record every 20 ms, so that
  * the live page shows present values. */
-static void keep_it_live(struct logger *logger)
+static void request_live_readings(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
     uint64_t now_us = monotonic_us();
     if (logger->open[LINK_CAN] || p.run || !p.hello ||
-        (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+        (logger->live_us && now_us - logger->live_us < LIVE_PERIOD_US))
         return;
     logger->live_us = now_us;
     (void)logger_send(logger, &command, true);
 }
 
-void logger_serve_live(struct logger *logger)
+void logger_send_live_command(struct logger *logger)
 {
     struct mr_command command;
     if (!logger->live.hub)
         return;
-    keep_it_live(logger);
-    live_turn(&logger->live, logger->collector);
-    if (live_take_order(&logger->live, &command))
+    request_live_readings(logger);
+    live_update(&logger->live, logger->collector);
+    if (live_pop_command(&logger->live, &command))
         (void)logger_send(logger, &command, false);
 }
 
@@ -370,21 +374,21 @@ void logger_serve_live(struct logger *logger)
  * copied. A new campaign then begins beside it, and all data that the queues have kept is written
  * into it. */
 
-#define SAVED         "-saved-"
+#define SAVED_SUFFIX  "-saved-"
 #define LARGE_BYTES   500000000
-#define SAVE_AGAIN_US 5000000u /* between two tries to save */
-#define NAMES         100      /* names tried in one folder, within one second */
-#define PATH_MOST     4096
+#define SAVE_RETRY_US 5000000u /* between two tries to save */
+#define NAMES_MAX     100      /* names tried in one folder, within one second */
+#define PATH_SIZE     4096
 
 /* Name without folder and ending: "campaign" of /home/runway/campaign.db. */
-static void stem_of(const char *path, char *out, size_t size)
+static void file_stem(const char *path, char *out, size_t size)
 {
-    char copy[PATH_MOST];
+    char copy[PATH_SIZE];
     snprintf(copy, sizeof copy, "%s", path);
     const char *name = basename(copy);
     size_t length = strlen(name);
     /* a saved campaign has the stem of the original one, so names do not grow */
-    const char *saved = strstr(name, SAVED);
+    const char *saved = strstr(name, SAVED_SUFFIX);
     if (saved && saved > name)
         length = (size_t)(saved - name);
     else if (length > 3 && strcmp(name + length - 3, ".db") == 0)
@@ -394,16 +398,16 @@ static void stem_of(const char *path, char *out, size_t size)
 
 /* Find an unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
  * False: none was found. */
-static bool name_beside(const char *folder, const char *path, const char *what, const char *ending,
-                        char *out, size_t size)
+static bool find_free_name(const char *folder, const char *path, const char *what,
+                           const char *ending, char *out, size_t size)
 {
     char stem[300], date[40];
     time_t now = time(NULL);
     struct tm local;
-    stem_of(path, stem, sizeof stem);
+    file_stem(path, stem, sizeof stem);
     localtime_r(&now, &local);
     strftime(date, sizeof date, "%Y%m%d-%H%M%S", &local);
-    for (int i = 1; i <= NAMES; i++) {
+    for (int i = 1; i <= NAMES_MAX; i++) {
         char more[12] = "";
         if (i > 1)
             snprintf(more, sizeof more, "-%d", i);
@@ -416,36 +420,36 @@ static bool name_beside(const char *folder, const char *path, const char *what, 
     return false;
 }
 
-static const char *folder_of(const char *path, char folder[PATH_MOST])
+static const char *find_folder(const char *path, char folder[PATH_SIZE])
 {
-    snprintf(folder, PATH_MOST, "%s", path);
+    snprintf(folder, PATH_SIZE, "%s", path);
     return dirname(folder);
 }
 
 /* Save a copy in the folder of `beside`, if that exists. */
-static bool save_beside(struct logger *logger, const char *beside, char *out, size_t size,
-                        struct error *error)
+static bool save_copy(struct logger *logger, const char *beside, char *out, size_t size,
+                      struct error *error)
 {
-    char folder[PATH_MOST];
-    if (!beside[0] || access(folder_of(beside, folder), W_OK | X_OK) != 0 ||
-        !name_beside(folder, store_path(logger->store), "saved", ".db", out, size))
+    char folder[PATH_SIZE];
+    if (!beside[0] || access(find_folder(beside, folder), W_OK | X_OK) != 0 ||
+        !find_free_name(folder, store_path(logger->store), "saved", ".db", out, size))
         return false;
     *error = (struct error){0};
     return store_copy_to(logger->store, out, error) == MR_OK;
 }
 
-static void continue_in(struct logger *logger, struct store *store, const char *path)
+static void switch_store(struct logger *logger, struct store *store, const char *path)
 {
     logger->store = store;
-    snprintf(logger->saved, sizeof logger->saved, "%s", path);
-    logger->db = logger->saved;
-    watch_follow(&logger->watch, path);
-    logger->emptied = logger->followed = false;
+    snprintf(logger->saved_path, sizeof logger->saved_path, "%s", path);
+    logger->db = logger->saved_path;
+    watch_set_path(&logger->watch, path);
+    logger->campaign_lost = logger->watch_knows_file = false;
 }
 
 /* Continue in the copy. `shared`: other programs may already use the old file. */
-static enum mr_status move_to(struct logger *logger, const char *path, bool shared,
-                              struct error *error)
+static enum mr_status continue_in_copy(struct logger *logger, const char *path, bool shared,
+                                       struct error *error)
 {
     struct store *saved;
     enum mr_status status = store_open(path, STORE_LOG, &saved, error);
@@ -454,7 +458,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, bool shar
     store_watch_file(saved);
     collector_set_store(logger->collector, saved);
     store_leave(logger->store, !shared);
-    continue_in(logger, saved, path);
+    switch_store(logger, saved, path);
     return MR_OK;
 }
 
@@ -463,7 +467,8 @@ static void report_cause(struct logger *logger, enum store_place place, const ch
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
-    snprintf(logger->taken, sizeof logger->taken, "%s %s while it was logged", original,
+    snprintf(logger->removal_text, sizeof logger->removal_text, "%s %s while it was logged",
+             original,
              place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
              : place == STORE_NO_INDEX    ? "lost its journal's index (-shm)"
              : place == STORE_REPLACED    ? "was replaced by a different file"
@@ -475,7 +480,7 @@ static void report_cause(struct logger *logger, enum store_place place, const ch
 /* ---- overwritten ---- */
 
 /* Time of the oldest data that the queues keep; 0: none. */
-static uint64_t kept_since_us(const struct logger *logger, bool *whole)
+static uint64_t oldest_kept_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
     *whole = true;
@@ -490,9 +495,9 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 }
 
 /* Create the new campaign, with a session of its own. */
-static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
-                                  bool goes_on, struct store **store, struct collector **collector,
-                                  struct error *error)
+static enum mr_status create_campaign(const struct logger *logger, const char *path, bool whole,
+                                      bool goes_on, struct store **store,
+                                      struct collector **collector, struct error *error)
 {
     *store = NULL;
     *collector = NULL;
@@ -515,11 +520,11 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
 
 /* The content of the file now belongs to another program. `kept`: the path of the saved journal;
  * "": not saved. */
-static void leave_to_others(struct store *store, const char *original, char kept[PATH_MOST])
+static void release_campaign(struct store *store, const char *original, char kept[PATH_SIZE])
 {
-    char folder[PATH_MOST];
-    bool aside = name_beside(folder_of(original, folder), original, "journal", ".wal", kept,
-                             PATH_MOST);
+    char folder[PATH_SIZE];
+    bool aside = find_free_name(find_folder(original, folder), original, "journal", ".wal", kept,
+                                PATH_SIZE);
     store_leave(store, false);
     if (!aside || !store_journal_set_aside(original, kept))
         kept[0] = '\0';
@@ -527,13 +532,13 @@ static void leave_to_others(struct store *store, const char *original, char kept
 
 bool logger_close_store(struct logger *logger)
 {
-    char original[PATH_MOST], kept[PATH_MOST];
+    char original[PATH_SIZE], kept[PATH_SIZE];
     if (!logger->store || !store_overwritten(logger->store)) {
         store_close(logger->store);
         return true;
     }
     snprintf(original, sizeof original, "%s", store_path(logger->store));
-    leave_to_others(logger->store, original, kept);
+    release_campaign(logger->store, original, kept);
     fprintf(stderr, "matrig: %s was overwritten by another program before it was closed%s%s\n",
             original, kept[0] ? "; its journal is " : "", kept);
     return false;
@@ -543,35 +548,35 @@ bool logger_close_store(struct logger *logger)
 static void discard_landings(struct logger *logger)
 {
     json_array_clear(logger->landings);
-    logger->shown = 0;
+    logger->landings_shown = 0;
 }
 
 /* Begin another campaign beside `original`, or else in the working folder. All data that the queues
  * keep goes into it. `again`: including data that was already written to the old campaign. */
-static enum mr_status start_over(struct logger *logger, enum store_place place,
-                                 const char *original, bool again)
+static enum mr_status continue_in_new(struct logger *logger, enum store_place place,
+                                      const char *original, bool again)
 {
-    char folder[PATH_MOST], kept[PATH_MOST], saved[sizeof logger->saved], since[40];
-    const char *const folders[] = {folder_of(original, folder), "."};
+    char folder[PATH_SIZE], kept[PATH_SIZE], saved[sizeof logger->saved_path], since[40];
+    const char *const folders[] = {find_folder(original, folder), "."};
     struct error why = {0};
     struct store *store = NULL;
     struct collector *collector = NULL;
     struct tm local;
     bool whole = false;
     roll_back(logger);
-    const time_t since_s = again ? (time_t)(kept_since_us(logger, &whole) / 1000000u) : time(NULL);
+    const time_t since_s = again ? (time_t)(oldest_kept_us(logger, &whole) / 1000000u) : time(NULL);
     whole = whole && again;
-    watch_call(&logger->watch, true);
+    watch_note_call(&logger->watch, true);
     enum mr_status status = MR_IO;
     for (size_t i = 0; i < 2 && status != MR_OK; i++) {
         if (access(folders[i], W_OK | X_OK) == 0 &&
-            name_beside(folders[i], original, "saved", ".db", saved, sizeof saved))
-            status = begin_again(logger, saved, whole, !again, &store, &collector, &why);
+            find_free_name(folders[i], original, "saved", ".db", saved, sizeof saved))
+            status = create_campaign(logger, saved, whole, !again, &store, &collector, &why);
     }
-    watch_call(&logger->watch, false);
+    watch_note_call(&logger->watch, false);
     logger_clear_progress(logger);
     if (status != MR_OK) {
-        cli_note(logger->cli, "%s, and no new campaign can be created (%s)", logger->taken,
+        cli_note(logger->cli, "%s, and no new campaign can be created (%s)", logger->removal_text,
                  why.text[0] ? why.text : "no writable folder");
         return status;
     }
@@ -579,14 +584,14 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
         if (logger->reader[link] && again)
             link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
-    logger->refilled |= again;
+    logger->queues_rewound |= again;
     collector_close(logger->collector);
     logger->collector = collector;
     if (place == STORE_OVERWRITTEN)
-        leave_to_others(logger->store, original, kept);
+        release_campaign(logger->store, original, kept);
     else
         store_close(logger->store); /* the file itself is intact: only SQLite wrote to it */
-    continue_in(logger, store, saved);
+    switch_store(logger, store, saved);
     if (again)
         discard_landings(logger);
     localtime_r(&since_s, &local);
@@ -594,7 +599,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     fprintf(
         stderr,
         "matrig: %s: all data received since %s was saved in %s, and the log continues there%s\n",
-        logger->taken, since, saved, whole || !again ? "" : "; earlier data is lost");
+        logger->removal_text, since, saved, whole || !again ? "" : "; earlier data is lost");
     fflush(stderr);
     if (!whole)
         snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
@@ -604,17 +609,17 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
 /* The file has reached its size limit. Its data stays there, with its journal, and the log
  * continues in another file. If the file is large, the data that the queues keep is written again,
  * so that a landing is complete there. */
-static enum mr_status continue_beside(struct logger *logger, const char *original)
+static enum mr_status continue_in_next(struct logger *logger, const char *original)
 {
     struct stat info;
-    char from[PATH_MOST];
+    char from[PATH_SIZE];
     snprintf(from, sizeof from, "%s", original);
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_BYTES;
-    snprintf(logger->taken, sizeof logger->taken,
+    snprintf(logger->removal_text, sizeof logger->removal_text,
              "%s has reached the size limit for files (ulimit -f, or its file system), its data "
              "stays there",
              from);
-    return start_over(logger, STORE_IN_PLACE, from, again);
+    return continue_in_new(logger, STORE_IN_PLACE, from, again);
 }
 
 /* ---- taken away ---- */
@@ -623,57 +628,57 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
                                         const char *original, const char *now, struct error *error)
 {
     struct error why = {0};
-    char saved[sizeof logger->saved];
+    char saved[sizeof logger->saved_path];
     roll_back(logger); /* uncommitted data is still in the queues */
-    watch_call(&logger->watch, true);
-    bool copied = save_beside(logger, original, saved, sizeof saved, &why) ||
-                  save_beside(logger, now, saved, sizeof saved, &why) ||
-                  save_beside(logger, "./here", saved, sizeof saved, &why);
-    watch_call(&logger->watch, false);
+    watch_note_call(&logger->watch, true);
+    bool copied = save_copy(logger, original, saved, sizeof saved, &why) ||
+                  save_copy(logger, now, saved, sizeof saved, &why) ||
+                  save_copy(logger, "./here", saved, sizeof saved, &why);
+    watch_note_call(&logger->watch, false);
     (void)store_take_refusal(logger->store);
     logger_clear_progress(logger);
     if (!copied) { /* the open file still accepts data */
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
-                 logger->taken, why.text[0] ? why.text : "no writable folder");
+                 logger->removal_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
     const struct store_identity before = logger->watch.identity;
     const bool shared = place == STORE_NO_INDEX;
-    enum mr_status status = move_to(logger, saved, shared, error);
+    enum mr_status status = continue_in_copy(logger, saved, shared, error);
     if (status == MR_OK) {
         if (!shared)
             store_journal_remove(original, &before);
         /* not suppressed by --quiet */
         fprintf(stderr, "matrig: %s: all data was saved in %s, and the log continues there\n",
-                logger->taken, saved);
+                logger->removal_text, saved);
         fflush(stderr);
     }
     logger->rescue_us = 0;
     return status;
 }
 
-enum mr_status logger_rescue(struct logger *logger, struct error *error)
+enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error)
 {
-    enum store_place place = place_of(logger);
+    enum store_place place = find_place(logger);
     uint64_t now_us = monotonic_us();
-    if (place == STORE_IN_PLACE && !logger->saved[0])
-        logger->taken[0] = '\0'; /* it came back before it could be saved */
+    if (place == STORE_IN_PLACE && !logger->saved_path[0])
+        logger->removal_text[0] = '\0'; /* it came back before it could be saved */
     if (place == STORE_IN_PLACE ||
-        (logger->rescue_us && now_us - logger->rescue_us < SAVE_AGAIN_US))
+        (logger->rescue_us && now_us - logger->rescue_us < SAVE_RETRY_US))
         return MR_OK;
-    char original[sizeof logger->saved], now[sizeof logger->saved];
+    char original[sizeof logger->saved_path], now[sizeof logger->saved_path];
     logger->rescue_us = now_us;
     snprintf(original, sizeof original, "%s", store_path(logger->store));
     store_whereabouts(logger->store, now, sizeof now);
     report_cause(logger, place, original, now);
-    if (!is_gone(place))
+    if (!is_content_gone(place))
         return save_and_continue(logger, place, original, now, error);
-    if (start_over(logger, place, original, true) == MR_OK)
+    if (continue_in_new(logger, place, original, true) == MR_OK)
         logger->rescue_us = 0;
     else
-        logger->again_us = now_us +
+        logger->retry_us = now_us +
                            /* write nothing into that file; received data waits in the queues */
-                           SAVE_AGAIN_US;
+                           SAVE_RETRY_US;
     return MR_OK;
 }
 
@@ -682,13 +687,13 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
  * Reading stops, the data in the queues is written, and the session is closed. If the campaign
  * still refuses data after a while, the data in the queues goes into a new campaign beside it. */
 
-/* wait for a campaign that refuses data, after the end of the links or of --for, */
-#define WAIT_US       60000000u
-#define WAIT_ASKED_US 5000000u /* and after a signal */
+/* wait for a campaign that refuses data: after the end of the links or of --for, after a signal */
+#define END_WAIT_US      60000000u
+#define SIGNAL_WAIT_US   5000000u
 /* no user sends two signals this fast, but `timeout` and `kill` of a group deliver one signal
  * twice */
-#define HURRY_US      500000u
-#define LOOK_MS       20
+#define SECOND_SIGNAL_US 500000u
+#define POLL_MS          20
 
 bool logger_is_signalled(struct logger *logger, int signals)
 {
@@ -696,16 +701,16 @@ bool logger_is_signalled(struct logger *logger, int signals)
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
     uint64_t now_us = monotonic_us();
-    logger->hurried = logger->ended_by &&
-                      (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
+    logger->end_repeated = logger->ended_by && (!logger->signalled_us ||
+                                                now_us - logger->signalled_us > SECOND_SIGNAL_US);
     if (!logger->signalled_us)
         logger->signalled_us = now_us;
-    watch_end(&logger->watch);
+    watch_note_end(&logger->watch);
     return true;
 }
 
 /* Write the next data from the queues. MR_TOO_FEW: the queues are empty. */
-static enum mr_status take_turn(struct logger *logger, struct error *error)
+static enum mr_status write_queued(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false}, any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -715,17 +720,17 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
     }
     if (!any)
         return MR_TOO_FEW;
-    logger_keep_in_step(logger, ready);
+    logger_select_lagging_link(logger, ready);
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (ready[link] && logger_receive(logger, link, error) != MR_OK)
+        if (ready[link] && logger_process_queue(logger, link, error) != MR_OK)
             return error->status;
     }
-    return logger_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
+    return logger_is_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
 }
 
 static enum mr_status write_end(struct logger *logger, struct error *error)
 {
-    enum mr_status status = logger_begin(logger, error);
+    enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
         status = collector_end(logger->collector, logger->ended_by, error);
     return status == MR_OK ? logger_commit(logger, error) : status;
@@ -733,10 +738,11 @@ static enum mr_status write_end(struct logger *logger, struct error *error)
 
 static bool has_waited_enough(struct logger *logger, uint64_t began_us)
 {
-    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = monotonic_us();
+    uint64_t refused_us = watch_refusal_start_us(&logger->watch), now_us = monotonic_us();
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
     bool asked = strcmp(logger->ended_by, "signal") == 0;
-    return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
+    return logger->end_repeated ||
+           (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_US : END_WAIT_US));
 }
 
 /* The campaign refuses data: write the data in the queues into a new campaign. Not MR_OK: nothing
@@ -747,42 +753,43 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     char what[100];
     watch_amount(&logger->watch, false, what, sizeof what);
     roll_back(logger);
-    if (watch_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
+    if (watch_fill_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
         return error_set(error, MR_IO,
                          "all received data is in the campaign, but the end of the session is not "
                          "recorded: %.250s",
                          reason);
-    snprintf(logger->taken, sizeof logger->taken, "%s accepted no more data (%.200s)",
+    snprintf(logger->removal_text, sizeof logger->removal_text, "%s accepted no more data (%.200s)",
              store_path(logger->store), reason);
-    if (*beside || start_over(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
+    if (*beside ||
+        continue_in_new(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
         return error_set(error, MR_IO,
                          "the newest data could not be written to the campaign or saved next to "
                          "it: lost: %s; %.250s",
                          what, reason);
     *beside = true;
-    logger->hurried = false;
-    logger->again_us = 0;
+    logger->end_repeated = false;
+    logger->retry_us = 0;
     return MR_OK;
 }
 
 /* After everything is written, check that the campaign is still in its place. MR_TOO_FEW: it was
  * not, and the kept data is to be written into another one. */
-static enum mr_status settle(struct logger *logger, struct error *error)
+static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
-    (void)watch_place_now(&logger->watch);
-    bool gone = is_gone(place_of(logger));
+    (void)watch_check_place(&logger->watch);
+    bool gone = is_content_gone(find_place(logger));
     logger->rescue_us = 0;
-    enum mr_status status = logger_rescue(logger, error);
+    enum mr_status status = logger_rescue_campaign(logger, error);
     if (status != MR_OK || !gone)
         return status;
-    return is_gone(place_of(logger))
+    return is_content_gone(find_place(logger))
              ? error_set(error, MR_IO,
                          "%s, and no new campaign could be created: the logged data is lost",
-                         logger->taken)
+                         logger->removal_text)
              : MR_TOO_FEW;
 }
 
-enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
+enum mr_status logger_end_session(struct logger *logger, int signals, struct error *error)
 {
     char reason[sizeof error->text] = "interrupted while writing";
     uint64_t began_us = monotonic_us();
@@ -790,18 +797,18 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
     bool beside = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_stop(logger->reader[link]);
-        logger->more[link] = false;
+        logger->more_buffered[link] = false;
     }
     for (;;) {
         struct error why = {0};
-        enum mr_status status = logger_rescue(logger, error);
+        enum mr_status status = logger_rescue_campaign(logger, error);
         if (status != MR_OK)
             return status;
-        bool went_wrong = failed && !logger->refilled, gives_up = false;
-        if (monotonic_us() >= logger->again_us) {
-            status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
+        bool went_wrong = failed && !logger->queues_rewound, gives_up = false;
+        if (monotonic_us() >= logger->retry_us) {
+            status = went_wrong ? MR_TOO_FEW : write_queued(logger, &why);
             if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
-                status = settle(logger, error);
+                status = check_campaign_place(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
                 continue; /* the loop writes all kept data into the new campaign */
@@ -812,7 +819,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
             gives_up = went_wrong || logger_wait_for_store(logger, &why) != MR_OK;
         } else {
             struct pollfd asked = {.fd = signals, .events = POLLIN};
-            poll(&asked, 1, LOOK_MS);
+            poll(&asked, 1, POLL_MS);
         }
         (void)logger_is_signalled(logger, signals);
         if (!gives_up && !has_waited_enough(logger, began_us))

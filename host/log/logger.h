@@ -21,12 +21,12 @@
 
 /* Commands from standard input. */
 struct typed {
-    bool on, terminal;
+    bool enabled, terminal;
     bool ended;     /* end of input */
     char text[256]; /* read but not yet processed */
     size_t length;
     struct mr_command command; /* the command to be confirmed, or the command that was sent */
-    bool asked;                /* confirmation is required; waiting for `yes` */
+    bool confirming;           /* confirmation is required; waiting for `yes` */
     bool sent;                 /* the command was sent; its answer is awaited until until_us */
     bool answered;             /* the answer was received and is in `answer` */
     enum mr_status answer;
@@ -42,70 +42,71 @@ struct logger {
     uint16_t base;               /* base of the board on CAN */
     const char *db, *page;       /* page: NULL if no page is written */
     pid_t page_child;            /* process that writes the page; 0: none */
-    bool page_again;             /* the page must be written once more after that process */
+    bool page_outdated;          /* the page must be written once more after that process */
     int64_t silent_block;        /* newest block at the last check for silence */
     uint64_t silent_us;          /* time since which the block has not changed; 0: not started */
     int64_t silent_run;          /* landing whose silence was reported */
     /* time of the last request for the configuration; 0: none, or a landing followed it */
-    uint64_t asked_us;
-    unsigned asks;       /* number of requests since the beginning or the last landing */
-    bool exchanged_told; /* the user was informed that CAN and serial have different boards */
-    bool other_heard;    /* a hello of another board was received at other_base */
+    uint64_t request_us;
+    unsigned requests;       /* number of requests since the beginning or the last landing */
+    bool exchanged_reported; /* the user was informed that CAN and serial have different boards */
+    bool other_board_seen;   /* a hello of another board was received at other_base */
     uint16_t other_base;
-    bool other_told; /* the other board was reported */
+    bool other_board_reported; /* the other board was reported */
     struct link *link[LINK_KINDS];
     bool open[LINK_KINDS];
     /* Of a recording that is not fully read: more data may be buffered in the link, where poll does
      * not see it. */
-    bool more[LINK_KINDS];
+    bool more_buffered[LINK_KINDS];
     struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
-    int news;                                  /* eventfd, written when a queue has a new item */
-    struct link_counters counters[LINK_KINDS]; /* counters at the item taken last */
-    bool troubled[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
+    int news_fd;                               /* eventfd, written when a queue has a new item */
+    struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
+    bool troubles_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];    /* counts at the last note to the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES]; /* time of that note */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
     uint64_t commit_us; /* duration of the last commit */
-    uint64_t again_us;  /* nothing is written until this time, because the store refused */
+    uint64_t retry_us;  /* nothing is written until this time, because the store refused */
     /* path where the campaign was saved after its file was removed; "": not removed */
-    char saved[4096];
-    char taken[9000]; /* what happened to the original file, as a sentence */
+    char saved_path[4096];
+    char removal_text[9000]; /* what happened to the original file, as a sentence */
     /* time of day before which data is missing; "": the campaign is complete */
     char lost_before[40];
-    bool refilled;      /* the queues have returned all kept items */
-    bool emptied;       /* what was logged is no longer in the campaign */
-    bool followed;      /* the watch thread knows the campaign and its journal */
-    uint64_t rescue_us; /* time of the last attempt to save the campaign */
-    uint64_t shown_us;
-    bool mute[LINK_KINDS];   /* nothing can be sent on this link */
-    double wait_s;           /* how long to wait for a device that disappeared */
-    const char *ended_by;    /* reason for the end; NULL: still running */
-    bool hurried;            /* the end was requested twice */
-    uint64_t signalled_us;   /* time of the first request to end; 0: none yet */
+    bool queues_rewound;   /* the queues have returned all kept items */
+    bool campaign_lost;    /* what was logged is no longer in the campaign */
+    bool watch_knows_file; /* the watch thread knows the campaign and its journal */
+    uint64_t rescue_us;    /* time of the last attempt to save the campaign */
+    uint64_t progress_us;
+    bool cannot_send[LINK_KINDS]; /* nothing can be sent on this link */
+    double wait_s;                /* how long to wait for a device that disappeared */
+    const char *ended_by;         /* reason for the end; NULL: still running */
+    bool end_repeated;            /* the end was requested twice */
+    uint64_t signalled_us;        /* time of the first request to end; 0: none yet */
     struct error link_error; /* the first link that failed; logging continued with the other one */
     json_t *landings;
-    char *unsaid; /* text of summaries that standard output has not accepted yet; NULL: never any */
-    size_t unsaid_length;
+    /* text of summaries that standard output has not accepted yet; NULL: never any */
+    char *pending_output;
+    size_t pending_output_length;
     /* original standard output and standard error during logger_set_nonblocking; 0: not active */
     int output[2];
-    bool all;               /* print the full summary of each landing */
-    unsigned shown;         /* number of landings whose summary was printed */
-    char newest[80];        /* the newest of these landings, as text */
-    struct live live;       /* the live page with --live; otherwise all zero */
-    int64_t clock_ahead_us; /* time of day minus the monotonic clock; 0: not determined yet */
-    uint64_t unheard_us;    /* time at which to report that no board answers; 0: not started */
-    bool unheard_told;
-    uint64_t live_us;              /* time of the last request for live readings; 0: none yet */
-    bool met;                      /* the board that answered was reported */
-    uint64_t turn_us;              /* time of the previous check for messages */
-    int64_t heard[LINK_KINDS];     /* number of messages at that check */
-    uint64_t heard_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
-    bool silent, lost[LINK_KINDS]; /* silence of all links, or of one link, was reported */
+    bool full_summaries;      /* print the full summary of each landing */
+    unsigned landings_shown;  /* number of landings whose summary was printed */
+    char newest_landing[80];  /* the newest of these landings, as text */
+    struct live live;         /* the live page with --live; otherwise all zero */
+    int64_t clock_ahead_us;   /* time of day minus the monotonic clock; 0: not determined yet */
+    uint64_t no_board_due_us; /* time at which to report that no board answers; 0: not started */
+    bool no_board_reported;
+    uint64_t live_us;                 /* time of the last request for live readings; 0: none yet */
+    bool board_reported;              /* the board that answered was reported */
+    uint64_t presence_check_us;       /* time of the previous check for messages */
+    int64_t received[LINK_KINDS];     /* number of messages at that check */
+    uint64_t received_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
+    bool silence_reported, link_silence_reported[LINK_KINDS]; /* for all links, for one link */
     struct typed typed;
-    struct collector_own_commands own; /* commands that this program sent */
-    uint8_t nonce[MR_PROOF_BYTES];     /* nonce in the proof of the last command */
+    struct collector_own_commands own_commands; /* commands that this program sent */
+    uint8_t nonce[MR_PROOF_BYTES];              /* nonce in the proof of the last command */
 };
 
 /* ---- logger.c ---- */
@@ -114,25 +115,25 @@ struct logger {
 bool logger_is_signalled(struct logger *logger, int signals);
 /* Processes items of the link's queue, up to the limit of one turn. A link that fails is ended,
  * which is not an error. */
-enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);
+enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct error *error);
 /* If both links are ready, keeps only the one that is behind in board time. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
+void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KINDS]);
 /* Begin and commit the transaction that encloses all writes. Committing without a transaction is
  * MR_OK. */
-enum mr_status logger_begin(struct logger *logger, struct error *error);
+enum mr_status logger_begin_transaction(struct logger *logger, struct error *error);
 enum mr_status logger_commit(struct logger *logger, struct error *error);
 /* True if the transaction must be committed now: received data must be on disk within 100 ms. */
-bool logger_commit_due(struct logger *logger);
+bool logger_is_commit_due(struct logger *logger);
 /* Call after an error. If the store refused for a temporary reason, rolls back, clears the error
  * and schedules a new try at again_us. Otherwise returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
 /* If the campaign's file was moved or removed, saves the campaign beside it and continues there. If
  * its content was replaced, starts a new campaign beside it with the data that the queues have
  * kept. */
-enum mr_status logger_rescue(struct logger *logger, struct error *error);
+enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error);
 /* Writes the content of the queues and the end of the session. If a campaign does not accept it in
  * time, starts a new campaign beside it with all data that the queues have kept. */
-enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
+enum mr_status logger_end_session(struct logger *logger, int signals, struct error *error);
 /* Closes the store. Returns false if the file was overwritten by another program; this is reported,
  * and the journal is not left with the new file. */
 bool logger_close_store(struct logger *logger);
@@ -145,7 +146,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
 bool logger_repeat_command(struct logger *logger);
 void logger_ask_for_configuration(struct logger *logger);
 /* Serves the live page: due events, and the commands of its viewers. */
-void logger_serve_live(struct logger *logger);
+void logger_send_live_command(struct logger *logger);
 
 /* ---- console.c ---- */
 
@@ -155,28 +156,28 @@ void logger_serve_live(struct logger *logger);
 void logger_set_nonblocking(struct logger *logger, bool on);
 /* Prints the summaries still unprinted, as far as standard output accepts them; waits for it unless
  * output is non-blocking. */
-void logger_report_rest(struct logger *logger);
+void logger_print_pending(struct logger *logger);
 
 /* Clears the progress line before a line is printed on stderr. */
 void logger_clear_progress(const struct logger *logger);
 /* Reports new errors of a link. */
 void logger_note_troubles(struct logger *logger, unsigned link);
-void logger_note_missing(struct logger *logger);
+void logger_note_missing_board(struct logger *logger);
 /* Reports, for a live board: which board answered, that the board or one of its links has fallen
  * silent, and that it sends again. */
-void logger_note_board(struct logger *logger);
+void logger_note_presence(struct logger *logger);
 /* Time at which the silence must be reported; UINT64_MAX: none. */
 uint64_t logger_silence_due_us(const struct logger *logger);
 /* Reports, once, that the board on serial is not the board on CAN. */
-void logger_note_exchanged(struct logger *logger);
+void logger_note_exchanged_links(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
-enum mr_status logger_show_silent(struct logger *logger, struct error *error);
+enum mr_status logger_show_silent_landing(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
 /* Reports commands that the board executed or refused, from any sender. */
-void logger_note_orders(struct logger *logger);
+void logger_note_answers(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
 /* Reports, once, that another board sends hello on the bus. */
-void logger_note_other(struct logger *logger, const struct link_frame *frame);
+void logger_note_other_board(struct logger *logger, const struct link_frame *frame);
 /* Sets an error if no board was identified on the links. */
 enum mr_status logger_check_received(const struct logger *logger, struct error *error);
 /* Prints the totals of the session, during landings and outside. Returns `code`, or with --json the
@@ -186,7 +187,7 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
 /* Sends the viewers of the live page the reason for the end. */
 void logger_end_live(struct logger *logger, const struct error *error);
 /* Checks the process that writes the page; `end`: waits for it, at most a minute. */
-void logger_serve_page(struct logger *logger, bool end);
+void logger_update_page(struct logger *logger, bool end);
 
 /* `commands`: read commands even if standard input is not a terminal. `listen`: never read
  * commands. */
@@ -195,6 +196,6 @@ void typed_begin(struct typed *typed, bool commands, bool listen);
 int typed_fd(const struct typed *typed);
 void typed_read(struct typed *typed);
 /* Processes a line, and checks for the answer to the previous command. Call it every turn. */
-void typed_turn(struct logger *logger);
+void typed_update(struct logger *logger);
 
 #endif

@@ -8,16 +8,16 @@
 
 #include "host/base/monotonic_clock.h"
 
-#define LOOK_MS            200
-#define TELL_US            700000u  /* a problem is reported when it has lasted this long, */
-#define TELL_AGAIN_US      5000000u /* and again at this interval */
+#define POLL_MS            200
+#define REPORT_AFTER_US    700000u  /* time after which a problem is reported */
+#define REPORT_PERIOD_US   5000000u /* time between two reports of a problem */
 #define SLOW_CALL_US       250000u
-#define PLACE_US           500000u /* time between two checks of the file's place */
-/* with this much in a queue and no refusal, the log is behind: 3 s of data */
+#define PLACE_PERIOD_US    500000u /* time between two checks of the file's place */
+/* the log is behind if a queue is filled this much and the store refuses nothing: 3 s of data */
 #define BEHIND_PERMILLE    50u
 #define CAUGHT_UP_PERMILLE 5u
 /* after a request to end, a call of the store is given up after this time */
-#define HANG_US            10000000u
+#define END_TIMEOUT_US     10000000u
 
 static unsigned permille(const struct watch *watch)
 {
@@ -32,7 +32,7 @@ static unsigned permille(const struct watch *watch)
     return most;
 }
 
-unsigned watch_permille(struct watch *watch)
+unsigned watch_fill_permille(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
@@ -40,7 +40,7 @@ unsigned watch_permille(struct watch *watch)
     return full;
 }
 
-static void amount(const struct watch *watch, bool lost, char *out, size_t size)
+static void queue_amount(const struct watch *watch, bool lost, char *out, size_t size)
 {
     uint64_t count[LINK_KINDS] = {0};
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -65,12 +65,12 @@ static void amount(const struct watch *watch, bool lost, char *out, size_t size)
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
 {
     pthread_mutex_lock(&watch->lock);
-    amount(watch, lost, out, size);
+    queue_amount(watch, lost, out, size);
     pthread_mutex_unlock(&watch->lock);
 }
 
-/* Present cause of a delay, and its beginning. */
-static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
+/* Current cause of a delay, and its start time. */
+static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
                                               WATCH_FAILING, WATCH_FULL_DISK};
@@ -78,22 +78,23 @@ static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint
         *since_us = watch->refused_us;
         return causes[watch->refused];
     }
-    *since_us = watch->call_us;
-    if (watch->call_us && at_us - watch->call_us > SLOW_CALL_US)
+    *since_us = watch->call_start_us;
+    if (watch->call_start_us && at_us - watch->call_start_us > SLOW_CALL_US)
         return WATCH_SLOW_DISK;
     *since_us = watch->caught_up_us;
     if (permille(watch) < BEHIND_PERMILLE)
         return WATCH_NONE;
-    uint64_t in_calls_us = watch->in_calls_us + (watch->call_us ? at_us - watch->call_us : 0);
+    uint64_t in_calls_us = watch->calls_total_us +
+                           (watch->call_start_us ? at_us - watch->call_start_us : 0);
     return 2 * in_calls_us > at_us - watch->caught_up_us ? WATCH_SLOW_DISK : WATCH_PROCESSOR;
 }
 
-enum link_trouble watch_blame(void *context)
+enum link_trouble watch_find_cause(void *context)
 {
     struct watch *watch = context;
     uint64_t since_us;
     pthread_mutex_lock(&watch->lock);
-    enum watch_cause cause = cause_of(watch, monotonic_us(), &since_us);
+    enum watch_cause cause = find_cause(watch, monotonic_us(), &since_us);
     pthread_mutex_unlock(&watch->lock);
     switch (cause) {
     case WATCH_LOCK: return LINK_LOST_LOCK;
@@ -112,7 +113,7 @@ static const char *cause_name(enum watch_cause cause)
 }
 
 /* Print a line. Call without the lock: standard error may be a pipe that nobody reads. */
-static void note(const struct watch *watch, const char *line)
+static void print_note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
         return;
@@ -124,14 +125,14 @@ static void note(const struct watch *watch, const char *line)
 static void lost_text(const struct watch *watch, char *out, size_t size)
 {
     char what[100];
-    amount(watch, true, what, sizeof what);
+    queue_amount(watch, true, what, sizeof what);
     if (strcmp(what, "nothing") == 0)
         snprintf(out, size, "nothing lost");
     else
         snprintf(out, size, "lost so far in this session: %s", what);
 }
 
-static bool is_holding_up(const struct watch *watch)
+static bool is_blocked(const struct watch *watch)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
@@ -162,7 +163,7 @@ static void describe(const struct watch *watch, enum watch_cause cause, uint64_t
     }
     lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
-             is_holding_up(watch) ? ", the board must wait" : "", lost, watch->path);
+             is_blocked(watch) ? ", the board must wait" : "", lost, watch->path);
 }
 
 static void check_call(struct watch *watch, uint64_t at_us)
@@ -173,20 +174,20 @@ static void check_call(struct watch *watch, uint64_t at_us)
     sigpending(&pending);
     cli_fill_end_signals(&ends);
     sigandset(&both, &pending, &ends);
-    if (watch->end_us == 0 && watch->call_us && !sigisemptyset(&both))
+    if (watch->end_us == 0 && watch->call_start_us && !sigisemptyset(&both))
         watch->end_us = at_us;
-    if (watch->end_us == 0 || watch->call_us == 0)
+    if (watch->end_us == 0 || watch->call_start_us == 0)
         return;
-    uint64_t since_us = watch->end_us > watch->call_us ? watch->end_us : watch->call_us;
-    if (at_us - since_us < HANG_US)
+    uint64_t since_us = watch->end_us > watch->call_start_us ? watch->end_us : watch->call_start_us;
+    if (at_us - since_us < END_TIMEOUT_US)
         return;
     char what[100];
-    amount(watch, false, what, sizeof what);
+    queue_amount(watch, false, what, sizeof what);
     fprintf(stderr,
             "%smatrig: the disk has accepted no data for %.0f s: %s; not saved: the newest %s; "
             "check the disk\n",
-            cli_can_draw() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
-            what);
+            cli_can_draw() ? "\r\033[K" : "", (double)(at_us - watch->call_start_us) / 1e6,
+            watch->path, what);
     fflush(stderr);
     _exit(3); /* exit directly: closing the campaign would wait for the same disk */
 }
@@ -195,17 +196,19 @@ static void check_call(struct watch *watch, uint64_t at_us)
 static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
-    enum watch_cause cause = cause_of(watch, at_us, &since_us);
+    enum watch_cause cause = find_cause(watch, at_us, &since_us);
     unsigned full = permille(watch);
-    watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
-    watch->hold_permille = full > watch->hold_permille ? full : watch->hold_permille;
-    bool again = watch->told == cause && at_us - watch->told_us < TELL_AGAIN_US;
-    watch->low_permille = full < watch->low_permille ? full : watch->low_permille;
+    watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
+    watch->max_since_written_permille = full > watch->max_since_written_permille
+                                          ? full
+                                          : watch->max_since_written_permille;
+    bool again = watch->reported == cause && at_us - watch->reported_us < REPORT_PERIOD_US;
+    watch->min_permille = full < watch->min_permille ? full : watch->min_permille;
     bool catching_up = since_us == watch->caught_up_us &&
-                       full < watch->low_permille + BEHIND_PERMILLE / 2;
-    if (cause != WATCH_NONE && at_us - since_us >= TELL_US && !again && !catching_up) {
-        watch->told = cause;
-        watch->told_us = at_us;
+                       full < watch->min_permille + BEHIND_PERMILLE / 2;
+    if (cause != WATCH_NONE && at_us - since_us >= REPORT_AFTER_US && !again && !catching_up) {
+        watch->reported = cause;
+        watch->reported_us = at_us;
         describe(watch, cause, at_us - since_us, line, size);
     }
     check_call(watch, at_us);
@@ -216,7 +219,7 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
     pthread_mutex_lock(&watch->lock);
-    bool due = now || at_us - watch->place_us >= PLACE_US;
+    bool due = now || at_us - watch->place_us >= PLACE_PERIOD_US;
     struct store_identity identity = watch->identity;
     memcpy(path, watch->path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
@@ -237,7 +240,7 @@ static void *watch_thread(void *context)
     while (!watch->stop) {
         struct timespec until;
         clock_gettime(CLOCK_MONOTONIC, &until);
-        until.tv_nsec += LOOK_MS * 1000000l;
+        until.tv_nsec += POLL_MS * 1000000l;
         until.tv_sec += until.tv_nsec / 1000000000l;
         until.tv_nsec %= 1000000000l;
         pthread_cond_timedwait(&watch->wake, &watch->lock, &until);
@@ -247,7 +250,7 @@ static void *watch_thread(void *context)
         uint64_t at_us = monotonic_us();
         check_once(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
-        note(watch, line);
+        print_note(watch, line);
         check_file(watch, at_us, false);
         pthread_mutex_lock(&watch->lock);
     }
@@ -260,7 +263,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = monotonic_us()};
+    *watch = (struct watch){.cli = cli, .reported = WATCH_NONE, .caught_up_us = monotonic_us()};
     pthread_mutex_init(&watch->lock, NULL);
     pthread_cond_init(&watch->wake, &monotonic);
     pthread_condattr_destroy(&monotonic);
@@ -272,28 +275,29 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
     pthread_mutex_lock(&watch->lock);
     memcpy(watch->reader, reader, sizeof watch->reader);
     pthread_mutex_unlock(&watch->lock);
-    watch_follow(watch, path);
-    watch->on = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
-    return watch->on ? MR_OK
-                     : error_set(error, MR_IO,
-                                 "no thread: logging to %s; check the limits of this system", path);
+    watch_set_path(watch, path);
+    watch->running = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
+    return watch->running
+             ? MR_OK
+             : error_set(error, MR_IO, "no thread: logging to %s; check the limits of this system",
+                         path);
 }
 
 void watch_close(struct watch *watch)
 {
-    if (watch->on) {
+    if (watch->running) {
         pthread_mutex_lock(&watch->lock);
         watch->stop = true;
         pthread_cond_broadcast(&watch->wake);
         pthread_mutex_unlock(&watch->lock);
         pthread_join(watch->thread, NULL);
     }
-    watch->on = false;
+    watch->running = false;
     pthread_cond_destroy(&watch->wake);
     pthread_mutex_destroy(&watch->lock);
 }
 
-void watch_follow(struct watch *watch, const char *path)
+void watch_set_path(struct watch *watch, const char *path)
 {
     pthread_mutex_lock(&watch->lock);
     snprintf(watch->path, sizeof watch->path, "%s", path);
@@ -310,25 +314,25 @@ enum store_place watch_place(struct watch *watch)
     return place;
 }
 
-enum store_place watch_place_now(struct watch *watch)
+enum store_place watch_check_place(struct watch *watch)
 {
     check_file(watch, monotonic_us(), true);
     return watch_place(watch);
 }
 
-void watch_call(struct watch *watch, bool begins)
+void watch_note_call(struct watch *watch, bool begins)
 {
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
     if (!begins) {
-        watch->call_took_us = at_us - watch->call_us;
-        watch->in_calls_us += watch->call_took_us;
+        watch->call_took_us = at_us - watch->call_start_us;
+        watch->calls_total_us += watch->call_took_us;
     }
-    watch->call_us = begins ? at_us : 0;
+    watch->call_start_us = begins ? at_us : 0;
     pthread_mutex_unlock(&watch->lock);
 }
 
-void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason)
+void watch_note_refusal(struct watch *watch, enum store_refusal refused, const char *reason)
 {
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
@@ -341,46 +345,46 @@ void watch_refused(struct watch *watch, enum store_refusal refused, const char *
     pthread_mutex_unlock(&watch->lock);
 }
 
-void watch_written(struct watch *watch)
+void watch_note_written(struct watch *watch)
 {
     char line[400] = "";
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
     enum watch_cause cause = WATCH_NONE; /* cause of the delay that has just ended */
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
-    watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
+    watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
     if (watch->refused != STORE_TAKES) {
-        cause = cause_of(watch, at_us, &since_us);
+        cause = find_cause(watch, at_us, &since_us);
         held_us = at_us - watch->refused_us;
     } else if (watch->call_took_us > SLOW_CALL_US) {
         cause = WATCH_SLOW_DISK;
         held_us = watch->call_took_us;
     }
     if (cause != WATCH_NONE) { /* the delay is over: report it again only if the queue grows */
-        watch->held_us[cause] += held_us;
-        watch->low_permille = full;
+        watch->delay_us[cause] += held_us;
+        watch->min_permille = full;
     }
-    full = full > watch->hold_permille ? full : watch->hold_permille;
-    watch->hold_permille = 0;
+    full = full > watch->max_since_written_permille ? full : watch->max_since_written_permille;
+    watch->max_since_written_permille = 0;
     watch->refused = STORE_TAKES;
-    if (watch->told == cause && cause != WATCH_NONE) {
+    if (watch->reported == cause && cause != WATCH_NONE) {
         char lost[200];
         lost_text(watch, lost, sizeof lost);
         snprintf(line, sizeof line,
                  "the campaign can be written again after %.1f s; the queue was %u %% full, %s",
                  (double)held_us / 1e6, full / 10, lost);
-        watch->told = WATCH_NONE;
+        watch->reported = WATCH_NONE;
     }
     if (permille(watch) <= CAUGHT_UP_PERMILLE) {
         watch->caught_up_us = at_us;
-        watch->in_calls_us = 0;
-        watch->told = WATCH_NONE;
+        watch->calls_total_us = 0;
+        watch->reported = WATCH_NONE;
     }
     pthread_mutex_unlock(&watch->lock);
-    note(watch, line);
+    print_note(watch, line);
 }
 
-uint64_t watch_refused_us(struct watch *watch)
+uint64_t watch_refusal_start_us(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     uint64_t since_us = watch->refused == STORE_TAKES ? 0 : watch->refused_us;
@@ -388,7 +392,7 @@ uint64_t watch_refused_us(struct watch *watch)
     return since_us;
 }
 
-void watch_end(struct watch *watch)
+void watch_note_end(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     if (watch->end_us == 0)
@@ -401,17 +405,17 @@ json_t *watch_json(struct watch *watch)
     json_t *held = json_object();
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_CAUSES; cause++) {
-        if (watch->held_us[cause])
+        if (watch->delay_us[cause])
             json_object_set_new(held, cause_name((enum watch_cause)cause),
-                                json_real((double)watch->held_us[cause] / 1e6));
+                                json_real((double)watch->delay_us[cause] / 1e6));
     }
     json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent",
-                               (double)watch->most_permille / 10.0, "held_s", held);
+                               (double)watch->max_permille / 10.0, "held_s", held);
     pthread_mutex_unlock(&watch->lock);
     return object;
 }
 
-void watch_session(struct watch *watch, char *out, size_t size)
+void watch_session_text(struct watch *watch, char *out, size_t size)
 {
     static const char *const texts[] = {"another program held the campaign", "the disk was slow",
                                         "the disk was full", "the disk accepted no data"};
@@ -419,12 +423,12 @@ void watch_session(struct watch *watch, char *out, size_t size)
     out[0] = '\0';
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
-        if (watch->held_us[cause] >= TELL_US)
+        if (watch->delay_us[cause] >= REPORT_AFTER_US)
             used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "",
-                                     texts[cause], (double)watch->held_us[cause] / 1e6);
+                                     texts[cause], (double)watch->delay_us[cause] / 1e6);
     }
-    if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
+    if (watch->max_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
         snprintf(out + used, size - used, "%squeue at most %u %% full", used ? "; " : "",
-                 watch->most_permille / 10);
+                 watch->max_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

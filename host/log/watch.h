@@ -28,67 +28,67 @@ struct watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     pthread_t thread;
-    bool on, stop;
+    bool running, stop;
     struct link_reader *reader[LINK_KINDS]; /* NULL: the link is not used */
 
     /* Times are by the monotonic clock, microseconds. */
     enum store_refusal refused;
-    char reason[200];      /* message of the store */
-    uint64_t refused_us;   /* start of the refusal */
-    uint64_t call_us;      /* start of the current call of the store; 0: none */
-    uint64_t call_took_us; /* duration of the last call */
-    uint64_t in_calls_us;  /* time in calls since caught_up_us */
-    uint64_t caught_up_us; /* last time at which the queues were almost empty */
-    uint64_t end_us;       /* time at which the end was requested; 0: not yet */
+    char reason[200];        /* message of the store */
+    uint64_t refused_us;     /* start of the refusal */
+    uint64_t call_start_us;  /* start of the current call of the store; 0: none */
+    uint64_t call_took_us;   /* duration of the last call */
+    uint64_t calls_total_us; /* time in calls since caught_up_us */
+    uint64_t caught_up_us;   /* last time at which the queues were almost empty */
+    uint64_t end_us;         /* time at which the end was requested; 0: not yet */
     char path[4096];
     struct store_identity identity;
     enum store_place place;
     uint64_t place_us;
 
-    enum watch_cause told; /* cause that was last reported to the user */
-    uint64_t told_us;
-    uint64_t held_us[WATCH_CAUSES]; /* total delay by cause, in the session */
-    unsigned most_permille;         /* maximum fill of a queue in the session */
-    unsigned hold_permille;         /* maximum fill since everything was last written */
-    unsigned low_permille;          /* minimum fill of a queue since the delay began */
+    enum watch_cause reported; /* cause that was last reported to the user */
+    uint64_t reported_us;
+    uint64_t delay_us[WATCH_CAUSES];     /* total delay by cause, in the session */
+    unsigned max_permille;               /* maximum fill of a queue in the session */
+    unsigned max_since_written_permille; /* maximum fill since everything was last written */
+    unsigned min_permille;               /* minimum fill of a queue since the delay began */
 };
 
 void watch_open(struct watch *watch, const struct cli *cli);
-/* Starts the thread. `path`: as for watch_follow. MR_IO: the thread cannot be started. */
+/* Starts the thread. `path`: as for watch_set_path. MR_IO: the thread cannot be started. */
 enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
                            const char *path, struct error *error);
 void watch_close(struct watch *watch); /* waits for the thread */
 
 /* Sets the file of the campaign to watch. */
-void watch_follow(struct watch *watch, const char *path);
+void watch_set_path(struct watch *watch, const char *path);
 enum store_place watch_place(struct watch *watch);
 /* As watch_place, but checks the file now. */
-enum store_place watch_place_now(struct watch *watch);
+enum store_place watch_check_place(struct watch *watch);
 
 /* ---- for the thread that writes ---- */
 
-void watch_call(struct watch *watch, bool begins);
+void watch_note_call(struct watch *watch, bool begins);
 /* The store refused a write for a temporary reason. */
-void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason);
+void watch_note_refusal(struct watch *watch, enum store_refusal refused, const char *reason);
 /* The store accepted everything in the call that ended last. */
-void watch_written(struct watch *watch);
+void watch_note_written(struct watch *watch);
 /* Time since which the store has refused; 0: it accepts. */
-uint64_t watch_refused_us(struct watch *watch);
+uint64_t watch_refusal_start_us(struct watch *watch);
 /* The end was requested: a hanging call will end the program. */
-void watch_end(struct watch *watch);
+void watch_note_end(struct watch *watch);
 
 /* The cause of a full queue; a link_cause_finder function. */
-enum link_trouble watch_blame(void *watch);
+enum link_trouble watch_find_cause(void *watch);
 
 /* ---- totals ---- */
 
 /* Current fill of the fuller queue, in thousandths. */
-unsigned watch_permille(struct watch *watch);
+unsigned watch_fill_permille(struct watch *watch);
 /* Waiting data as text: "12 frames of CAN and 480 bytes of serial", or "nothing"; with `lost`, lost
  * data. */
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size);
 json_t *watch_json(struct watch *watch);
 /* A line for the end of the session; "": there was no delay. */
-void watch_session(struct watch *watch, char *out, size_t size);
+void watch_session_text(struct watch *watch, char *out, size_t size);
 
 #endif

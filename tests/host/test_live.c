@@ -32,8 +32,8 @@ static void say(struct live_buckets *buckets, enum link_kind kind, uint16_t id,
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
-    live_buckets_receive(buckets, kind, block);
-    live_buckets_message(buckets, &message, block);
+    live_buckets_advance(buckets, kind, block);
+    live_buckets_add_message(buckets, &message, block);
 }
 
 static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload, size_t length,
@@ -42,7 +42,7 @@ static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
     const struct collector_event event = event_of(LINK_CAN, &message, NOW_US, block);
-    live_hub_message(hub, &event);
+    live_hub_add_message(hub, &event);
 }
 
 #define MESSAGE(model, kind, name, NAME, block, ...)                                  \
@@ -56,7 +56,7 @@ static struct live_buckets *model_made(void)
 {
     struct live_buckets *model = malloc(sizeof *model);
     assert_non_null(model);
-    live_buckets_start(model);
+    live_buckets_init(model);
     MESSAGE(model, LINK_SERIAL, hello, HELLO, -1, .layout = MR_LAYOUT);
     for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
         struct mr_channel_config c = stream_channel(i);
@@ -80,14 +80,14 @@ static void put_record(struct live_buckets *model, uint32_t index, double inches
     for (unsigned i = 0; i < MR_GAGES; i++)
         t[i] = pounds;
     struct mr_block block = stream_block(index, d, t);
-    live_buckets_receive(model, LINK_SERIAL, index);
-    live_buckets_record(model, &block);
+    live_buckets_advance(model, LINK_SERIAL, index);
+    live_buckets_add_record(model, &block);
 }
 
 static unsigned take_all(struct live_buckets *model, struct live_bucket *buckets, unsigned most)
 {
-    live_buckets_settle(model);
-    return live_buckets_take(model, buckets, most);
+    live_buckets_close_complete(model);
+    return live_buckets_pop(model, buckets, most);
 }
 
 /* ---- readings ---- */
@@ -117,16 +117,16 @@ TEST(one_block_of_a_thousand_is_not_lost)
         assert_int_equal(buckets[b].bucket, b);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             /* half a step of the converter's sums: 0.0002 in */
-            assert_near(buckets[b].least[i], least, 0.00021);
-            assert_near(buckets[b].most[i], most, 0.00021);
+            assert_near(buckets[b].min[i], least, 0.00021);
+            assert_near(buckets[b].max[i], most, 0.00021);
         }
         for (unsigned i = MR_TRANSDUCERS; i < LIVE_CHANNELS; i++) {
-            assert_near(buckets[b].most[i], 100.0 - 0.2 * (double)b, 0.011);
-            assert_near(buckets[b].least[i], 100.0 - 0.2 * (double)b - 0.19, 0.011);
+            assert_near(buckets[b].max[i], 100.0 - 0.2 * (double)b, 0.011);
+            assert_near(buckets[b].min[i], 100.0 - 0.2 * (double)b - 0.19, 0.011);
         }
     }
-    assert_int_equal(model->late, 0);
-    assert_near(model->reading[3].most, 2.0, 0.00021);
+    assert_int_equal(model->late_readings, 0);
+    assert_near(model->reading[3].max, 2.0, 0.00021);
     free(model);
 }
 
@@ -144,9 +144,9 @@ TEST(can_fills_what_serial_does_not_bring)
     MESSAGE(model, LINK_CAN, clock, CLOCK, 1200, .block = 1200);
     unsigned count = take_all(model, buckets, 200), serial = 0, can = 0, none = 0;
     for (unsigned i = 0; i < count; i++) {
-        serial += buckets[i].most[0] < 0.6f;
-        can += buckets[i].least[0] > 0.9f;
-        none += isnan(buckets[i].most[2]) ? 1u : 0u;
+        serial += buckets[i].max[0] < 0.6f;
+        can += buckets[i].min[0] > 0.9f;
+        none += isnan(buckets[i].max[2]) ? 1u : 0u;
     }
     assert_int_equal(serial, 20);
     assert_int_equal(can, 20); /* from RECORD_FRESH_BLOCKS after the last record on */
@@ -170,7 +170,7 @@ TEST(links_out_of_step_lose_nothing)
     for (unsigned i = 0; i < count; i++)
         assert_int_equal(buckets[i].bucket, i);
     assert_in_range(count, 80, 85);
-    assert_int_equal(model->late, 0);
+    assert_int_equal(model->late_readings, 0);
     free(model);
 }
 
@@ -182,7 +182,7 @@ TEST(a_restart_begins_anew)
     put_record(model, 5, 0.25, 90.0);
     assert_int_equal(model->restarts, 1);
     assert_near(model->reading[0].value, 0.25, 0.00021);
-    assert_near(model->reading[0].most, 0.25, 0.00021);
+    assert_near(model->reading[0].max, 0.25, 0.00021);
     free(model);
 }
 
@@ -193,11 +193,11 @@ TEST(what_is_not_calibrated_is_not_read)
     struct live_buckets *joined = malloc(sizeof *joined);
     struct mr_channel_config c = stream_channel(0);
     assert_non_null(joined);
-    live_buckets_start(joined);
+    live_buckets_init(joined);
     MESSAGE(joined, LINK_SERIAL, hello, HELLO, -1, .layout = MR_LAYOUT);
-    assert_string_equal(live_buckets_why(joined, 0), ""); /* nothing has come */
+    assert_string_equal(live_buckets_missing_reason(joined, 0), ""); /* nothing has come */
     put_record(joined, 1, 0.5, 100.0);
-    assert_string_equal(live_buckets_why(joined, 0), "calibration not received yet");
+    assert_string_equal(live_buckets_missing_reason(joined, 0), "calibration not received yet");
     MESSAGE(joined, LINK_SERIAL, channel, CHANNEL, -1, .index = 0, .kind = c.kind,
             .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
     MESSAGE(joined, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = 0, .number = c.number,
@@ -213,7 +213,7 @@ TEST(what_is_not_calibrated_is_not_read)
             .value = 2);
     put_record(joined, 3, 0.5, 100.0);
     assert_near(joined->reading[0].value, 1.0, 0.00042);
-    assert_string_equal(live_buckets_why(joined, 0), "");
+    assert_string_equal(live_buckets_missing_reason(joined, 0), "");
     free(joined);
 }
 
@@ -223,7 +223,7 @@ TEST(memory_is_bounded)
     for (uint32_t block = 0; block < 60000; block++)
         put_record(model, block, 0.5, 100.0); /* and nobody takes a bucket for a minute */
     assert_int_equal(model->closed_count, LIVE_CLOSED_BUCKETS);
-    assert_true(model->late > 2000);
+    assert_true(model->late_readings > 2000);
     free(model);
 }
 
@@ -251,7 +251,7 @@ static char *next_with(struct live_hub *hub, struct live_viewer *viewer, const c
 {
     size_t length;
     char *text;
-    while ((text = live_hub_next(hub, viewer, 0, &length)) && !strstr(text, part))
+    while ((text = live_hub_wait_event(hub, viewer, 0, &length)) && !strstr(text, part))
         free(text);
     if (text)
         assert_int_equal(length, strlen(text));
@@ -265,13 +265,13 @@ TEST(a_warning_is_an_event_at_once)
     struct live_viewer viewer;
     size_t length;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    viewer = (struct live_viewer){.fresh = true};
-    char *first = live_hub_next(hub, &viewer, 0, &length);
+    viewer = (struct live_viewer){.needs_snapshot = true};
+    char *first = live_hub_wait_event(hub, &viewer, 0, &length);
     assert_non_null(first);
     assert_non_null(strstr(first, "event: configuration\n"));
     assert_null(strstr(first, "zone_lead"));
     free(first);
-    assert_null(live_hub_next(hub, &viewer, 0, &length));
+    assert_null(live_hub_wait_event(hub, &viewer, 0, &length));
     hub_zone(hub, 1000, true); /* no turn in between */
     char *text = next_with(hub, &viewer, "\"warning\":1");
     assert_non_null(text);
@@ -326,10 +326,10 @@ TEST(a_notice_of_the_log_is_a_message)
 {
     struct live_hub *hub;
     struct error error = {0};
-    struct live_viewer viewer = {.fresh = true};
+    struct live_viewer viewer = {.needs_snapshot = true};
     size_t length;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    free(live_hub_next(hub, &viewer, 0, &length));
+    free(live_hub_wait_event(hub, &viewer, 0, &length));
     live_hub_add_notice(hub, "another program sent \"disarm\"; the board executed it");
     live_hub_end(hub, "over");
     char *text = next_with(hub, &viewer, "\"m\":\"notice\"");
@@ -387,14 +387,14 @@ TEST(who_does_not_read_is_told_anew)
     struct live_viewer viewer;
     size_t length, told = 0;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    viewer = (struct live_viewer){.fresh = true};
-    free(live_hub_next(hub, &viewer, 0, &length));
+    viewer = (struct live_viewer){.needs_snapshot = true};
+    free(live_hub_wait_event(hub, &viewer, 0, &length));
     for (int64_t i = 0; i < 6000; i++)
         hub_zone(hub, 1000 + 50 * i, i % 2 == 0);
-    char *text = live_hub_next(hub, &viewer, 0, &length);
+    char *text = live_hub_wait_event(hub, &viewer, 0, &length);
     assert_non_null(strstr(text, "event: configuration\n")); /* where it was has been forgotten */
     free(text);
-    while ((text = live_hub_next(hub, &viewer, 0, &length)) != NULL) {
+    while ((text = live_hub_wait_event(hub, &viewer, 0, &length)) != NULL) {
         told++;
         free(text);
     }
@@ -423,13 +423,13 @@ TEST(an_order_waits_for_its_own_answer)
     uint8_t payload[MR_MESSAGE_MAX];
     pthread_t thread;
     assert_int_equal(live_hub_open(&source, &asking.hub, &error), MR_OK);
-    assert_false(live_hub_take_command(asking.hub, &command));
+    assert_false(live_hub_pop_command(asking.hub, &command));
     assert_int_equal(pthread_create(&thread, NULL, ask, &asking), 0);
-    for (int i = 0; i < 2000 && !live_hub_take_command(asking.hub, &command); i++)
+    for (int i = 0; i < 2000 && !live_hub_pop_command(asking.hub, &command); i++)
         usleep(1000);
     assert_int_equal(command.code, MR_COMMAND_ARM);
     assert_int_equal(command.argument, 7);
-    assert_false(live_hub_take_command(asking.hub, &command)); /* once */
+    assert_false(live_hub_pop_command(asking.hub, &command)); /* once */
     /* somebody else's */
     struct mr_ack ack = {
         .code = MR_COMMAND_ARM, .status = MR_OK, .tag = (uint16_t)(command.tag + 1)};
@@ -463,7 +463,7 @@ TEST(an_order_that_is_too_old_is_refused)
     assert_int_equal(
         live_hub_send_command(hub, MR_COMMAND_ARM, 1, (int64_t)link_now_us() - 1, &answer),
         MR_LIMIT);
-    assert_false(live_hub_take_command(hub, &command));
+    assert_false(live_hub_pop_command(hub, &command));
     live_hub_close(hub);
 }
 
