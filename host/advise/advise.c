@@ -294,7 +294,8 @@ static enum mr_status compute_rows(struct advise *advise, struct error *error)
     free(outcome);
     if (!good)
         return error_set(error, MR_FULL,
-                         "no memory for %zu members: matrig advise; ask for fewer (--members)",
+                         "too little memory for %zu members of the ensemble; give a smaller number "
+                         "with --members",
                          members->count);
     return MR_OK;
 }
@@ -315,7 +316,8 @@ static void format_max_braking(const struct advise *advise, bool si, char out[HA
                  "stops the gear before the closed mats",
                  from);
     else
-        snprintf(out, HARDEST_TEXT_SIZE, "all braking that stops on the runway is above the limit");
+        snprintf(out, HARDEST_TEXT_SIZE,
+                 "the limit is exceeded with any braking that stops the gear on the runway");
 }
 
 static void set_verdict(struct advise *advise, bool si)
@@ -349,11 +351,11 @@ static void set_verdict(struct advise *advise, bool si)
                  "at %s a zone of %u mats has a probability of %.0f %%, %s the limit of %.0f %%; "
                  "%s",
                  braking, ADVISE_ZONE_MATS, 100.0 * row->zone.p,
-                 row->zone.low >= limit ? "above" : "too close to distinguish from", 100.0 * limit,
-                 hardest);
+                 row->zone.low >= limit ? "above" : "too close to be distinguished from",
+                 100.0 * limit, hardest);
 }
 
-/* "at most 6.9 ft/s2 (6.5 to 7.2)". An end of the interval that lies outside the rows is
+/* "with at most 6.9 ft/s2 (6.5 to 7.2)". An end of the interval that lies outside the rows is
  * omitted. */
 static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
                          char out[3 * UNIT_TEXT])
@@ -371,9 +373,9 @@ static void format_bound(const struct advise_bound *reach, enum unit_kind unit, 
     else if (isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f or less)", decimals, high);
     if (reach->is_unbounded)
-        snprintf(out, 3 * UNIT_TEXT, "up to %s, the largest value tried", at);
+        snprintf(out, 3 * UNIT_TEXT, "with up to %s (the largest value tried)", at);
     else
-        snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
+        snprintf(out, 3 * UNIT_TEXT, "with at most %s%s", at, interval);
 }
 
 /* Writes the recommendation for the operator, in one sentence. */
@@ -391,22 +393,24 @@ static void set_action(struct advise *advise, bool si)
     const size_t size = sizeof advise->action;
     if (isfinite(advise->max_braking.value) && isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: at %s brake %s, or touch down %s, braking at %s.", percent,
-                 speed, brake, land, braking);
+                 "To stay below %.0f %%: brake %s after touchdown at %s, or touch down %s and "
+                 "brake at %s.",
+                 percent, brake, speed, land, braking);
     else if (isfinite(advise->max_braking.value))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: at %s brake %s. With braking at %s, every touchdown speed "
-                 "from %s up is above the limit.",
-                 percent, speed, brake, braking, slowest);
+                 "To stay below %.0f %%: brake %s after touchdown at %s. With braking at %s, every "
+                 "touchdown speed of %s or more exceeds the limit.",
+                 percent, brake, speed, braking, slowest);
     else if (isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: touch down %s, braking at %s. At %s, all gentler braking "
-                 "that stops on the runway is above the limit.",
+                 "To stay below %.0f %%: touch down %s and brake at %s. After touchdown at %s, "
+                 "gentler braking exceeds the limit or does not stop the gear on the runway.",
                  percent, land, braking, speed);
     else
         snprintf(advise->action, size,
-                 "No gentler plan stays below %.0f %%: at %s, all braking that stops on the runway "
-                 "is above the limit; with braking at %s, so is every touchdown speed from %s up.",
+                 "No gentler plan stays below %.0f %%. After touchdown at %s, any braking that "
+                 "stops the gear on the runway exceeds the limit. With braking at %s, any "
+                 "touchdown speed of %s or more exceeds it.",
                  percent, speed, braking, slowest);
     size_t used = strlen(advise->action);
     if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_ft_s2))
@@ -527,8 +531,8 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
         answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->by_station[s].p);
     }
-    answer_value(answer, "half_station", "half|by", UNIT_STATION, row->median_zone_ft, 0);
-    answer_words(answer, NULL, "rolls|off", "%.0f %%", 100.0 * row->off_runway_share);
+    answer_value(answer, "half_station", "half of|risk by", UNIT_STATION, row->median_zone_ft, 0);
+    answer_words(answer, NULL, "rolls off|the end", "%.0f %%", 100.0 * row->off_runway_share);
     answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
 }
 
@@ -550,7 +554,7 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned_landings);
-    answer_value(answer, "least", "least to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
+    answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
                  2);
     answer_flag(answer, "as_before", NULL, advise->uses_previous);
     answer_close(answer);
@@ -563,7 +567,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
         enum advise_parameter unknown;
         enum unit_kind unit;
         int decimals;
-    } rows[] = {{"share", "thrust on the strip, share of W/axles", ADVISE_SHARE, UNIT_NUMBER, 2},
+    } rows[] = {{"share", "thrust on the strip / (W/axles x a/g)", ADVISE_SHARE, UNIT_NUMBER, 2},
                 {"friction", "friction of a mat", ADVISE_FRICTION, UNIT_TENSION, 3},
                 {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
                 {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
@@ -598,8 +602,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
         answer_words(answer, NULL, "note", "%zu void landings were left out", history->voided);
     if (history->surveyed_segments < history->segments)
         answer_words(answer, NULL, "note",
-                     "%u of %u segments were surveyed since the last landing; for the others the "
-                     "members' estimates are used",
+                     "%u of %u segments were surveyed since the last landing; the openings of the "
+                     "others are estimates of the ensemble",
                      history->surveyed_segments, history->segments);
     if (history->is_relaid)
         answer_words(answer, NULL, "note",
@@ -663,10 +667,10 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
     add_plan(advise, answer);
-    answer_table(
-        answer, "rows",
-        "Probability that the wheel reaches a zone of 50 mats, by mean deceleration and station of "
-        "the wheel (in brackets: 95 % interval from the number of members only)");
+    answer_table(answer, "rows",
+                 "Probability that the wheel reaches a zone of 50 mats, for each mean deceleration "
+                 "and up to each station (in brackets: 95 % interval, which includes only the "
+                 "sampling error of the ensemble)");
     for (size_t i = 0; i < advise->rows; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close(answer);
@@ -674,7 +678,7 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
     answer_remark(answer,
                   isnan(advise->max_braking.value)
-                      ? "; all gentler braking that stops on the runway is above %.0f %%"
+                      ? "; any braking that stops the gear on the runway exceeds %.0f %%"
                   : advise->max_braking.is_unbounded
                       ? ", the last row, which is still below %.0f %%"
                       : " stays below %.0f %%",
@@ -729,6 +733,6 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK
              : error_set(error, MR_USAGE,
-                         "plan outside the range of the board: matrig advise; use speeds of 1 to "
-                         "300 ft/s and braking that ends at 0.1 ft/s2 or more");
+                         "the plan is outside the range of the board; use speeds of 1 to 300 ft/s "
+                         "and braking that ends at 0.1 ft/s2 or more");
 }

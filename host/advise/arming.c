@@ -44,18 +44,17 @@ static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_
         const struct store_gage_survey *row = &rows[count - 1];
         (void)store_gage_loaded(store, row->id, loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
-            append_line(out, "survey %lld is not finished: continue it with matrig survey DB\n",
+            append_line(out, "survey %lld is not finished; continue it with matrig survey DB\n",
                         (long long)row->id);
         else if (row->made_us < armed_us)
-            append_line(
-                out,
-                "the mat has not been surveyed since the last landing: survey %lld is older; "
-                "matrig survey DB\n",
-                (long long)row->id);
-        else if (!*loaded_us)
             append_line(out,
-                        "survey %lld is not loaded into the board: matrig survey DB --load LINK\n",
+                        "the mat has not been surveyed since the last landing: survey %lld is "
+                        "older; run matrig survey DB\n",
                         (long long)row->id);
+        else if (!*loaded_us)
+            append_line(
+                out, "survey %lld is not loaded into the board; run matrig survey DB --load LINK\n",
+                (long long)row->id);
     }
     free(rows);
 }

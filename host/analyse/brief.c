@@ -39,10 +39,11 @@ static void add_outcome(struct store *store, const struct summary *summary, stru
             snprintf(what, sizeof what, ": %s", row->reason);
         else if (isfinite(outcome->t_s))
             snprintf(what, sizeof what,
-                     ": wheel at %d closed mats about %.1f s after touchdown, in segments of ten",
+                     ": the wheel reached %d closed mats about %.1f s after touchdown (resolution: "
+                     "ten mats)",
                      OUTCOME_MATS, outcome->t_s);
         else if (outcome->reached == OUTCOME_NOT_REACHED && outcome->mats >= 0)
-            snprintf(what, sizeof what, ": wheel at %lld closed mats at most",
+            snprintf(what, sizeof what, ": the wheel reached at most %lld closed mats",
                      (long long)outcome->mats);
         answer_words(answer, NULL, "outcome", "%s%s", record_verdict_text(row->verdict), what);
     }
@@ -128,7 +129,7 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
             snprintf(lost + used, sizeof lost - used, "%s lost %lld of %lld frames%s, ",
                      summary_link_name(kind), (long long)link->lost,
                      (long long)(link->received + link->lost),
-                     link->silent ? " and was silent in part" : "");
+                     link->silent ? " and was silent for a time" : "");
     }
     answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gaps,
                  summary->gaps == 1 ? "" : "s", summary->faults, summary->faults == 1 ? "" : "s");

@@ -468,14 +468,14 @@ void measured_find_stretches(struct measured *measured)
 void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE])
 {
     out[0] = '\0';
-    const char *lost = measured->no_rest ? "no speeds and no movements are given"
-                                         : "no speeds are given";
+    const char *lost = measured->no_rest ? "speeds and movements are not known"
+                                         : "speeds are not known";
     if (measured->torn && measured->first_edge > 0)
         snprintf(out, MEASURED_TORN_SIZE,
-                 "torn: the switch edges before number %lld were not received; %s",
+                 "incomplete: the switch edges before number %lld were not received; %s",
                  (long long)measured->first_edge, lost);
     else if (measured->torn)
-        snprintf(out, MEASURED_TORN_SIZE, "torn: none of %zu switch edges was received; %s",
+        snprintf(out, MEASURED_TORN_SIZE, "incomplete: none of %zu switch edges was received; %s",
                  measured->missing_edges, lost);
 }
 
@@ -483,7 +483,7 @@ const char *measured_origin_text(const struct measured *measured)
 {
     return measured->t0_is_touchdown ? "touchdown"
          : measured->gates == 0
-             ? (measured->landing.armed_block == STORE_NONE ? "the record's begin" : "arming")
+             ? (measured->landing.armed_block == STORE_NONE ? "the start of the record" : "arming")
          : measured->torn ? "the first switch edge received"
                           : "the first switch edge";
 }
@@ -491,9 +491,9 @@ const char *measured_origin_text(const struct measured *measured)
 const char *measured_marks(const struct measured *measured)
 {
     static const char *const marks[3][2] = {
-        {"", ", torn"},
-        {", UNCALIBRATED", ", torn, UNCALIBRATED"},
-        {", calibration unknown", ", torn, calibration unknown"}};
+        {"", ", incomplete"},
+        {", UNCALIBRATED", ", incomplete, UNCALIBRATED"},
+        {", calibration unknown", ", incomplete, calibration unknown"}};
     return marks[!measured->dates_known ? 2 : measured->uncalibrated][measured->torn];
 }
 

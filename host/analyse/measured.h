@@ -138,7 +138,7 @@ struct measured {
 };
 
 void measured_free(struct measured *measured);
-/* Text "torn: ...", to be printed above numbers; "" if the landing has its first edges. */
+/* Text "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
 #define MEASURED_TORN_SIZE 120u
 void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE]);
 /* What t_s counts from: "touchdown", "the first switch edge" (of a torn landing with " received"),
@@ -147,8 +147,8 @@ const char *measured_origin_text(const struct measured *measured);
 /* True if the landing's board was an emulated one: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
-/* Marks to print after any number of the landing: "", ", torn", ", UNCALIBRATED" or ", calibration
- * unknown" (its configuration was not read), or ", torn" and one of the calibration marks. Static
+/* Marks to print after any number of the landing: "", ", incomplete", ", UNCALIBRATED" or
+ * ", calibration unknown" (its configuration was not read), or the first and one of these. Static
  * storage. */
 const char *measured_marks(const struct measured *measured);
 /* For MR_TRUNCATED: the reason why the stop is not known, as part of a sentence. */

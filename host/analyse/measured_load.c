@@ -228,10 +228,10 @@ static enum mr_status make_series(struct measured *measured, int64_t first, int6
                                   struct error *error)
 {
     if (last < first || last - first >= SAMPLES_MAX)
-        return error_set(
-            error, MR_MALFORMED,
-            "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is damaged",
-            (long long)measured->landing.id, (long long)first, (long long)last);
+        return error_set(error, MR_MALFORMED,
+                         "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is "
+                         "damaged, use a different copy",
+                         (long long)measured->landing.id, (long long)first, (long long)last);
     measured->first_block = first;
     measured->samples = (size_t)(last - first) + 1;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {

@@ -614,13 +614,15 @@ static void add_advice(const struct record *record, struct answer *answer)
 static void add_summary_line(const struct record *record, struct answer *answer)
 {
     const size_t *verdict = record->verdict;
+    const size_t reached = verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS];
     answer_sentence(
         answer, NULL,
-        "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, %zu missed. "
-        "%zu false warnings, %zu correctly quiet, %zu unknown (matrig report lists each).",
-        verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS], verdict[RECORD_HIT],
-        verdict[RECORD_LATE], verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM],
-        verdict[RECORD_TRUE_NEGATIVE], verdict[RECORD_NOT_KNOWN]);
+        "The wheel reached a zone in %zu landing%s: the board warned in time in %zu, too late in "
+        "%zu and not at all in %zu. The other landings: %zu with a false warning, %zu correctly "
+        "quiet, %zu unknown (matrig report lists all).",
+        reached, reached == 1 ? "" : "s", verdict[RECORD_HIT], verdict[RECORD_LATE],
+        verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM], verdict[RECORD_TRUE_NEGATIVE],
+        verdict[RECORD_NOT_KNOWN]);
 }
 
 void record_to_answer(const struct record *record, bool brief, struct answer *answer)

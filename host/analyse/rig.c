@@ -23,8 +23,8 @@ enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed
     double v2 = line.intercept.value + line.slope.value * height_ft;
     if (!(v2 > 0.0))
         return error_set(error, MR_NUMERICS,
-                         "the gear would not arrive: release at %g ft, by %zu landings; give a "
-                         "height near those of the landings",
+                         "the gear would not reach touchdown: release at %g ft, according to %zu "
+                         "landings; give a height near those of the landings",
                          height_ft, count);
     *predicted_ft_s = line_predict(&line, count, height_ft, 1.0 / v2);
     predicted_ft_s->value = sqrt(v2);
@@ -51,8 +51,8 @@ enum mr_status rig_height(const struct rig_marks *marks, struct estimate distanc
     if (!(between > 20.0 * marks->error && between > 0.0 && marks->error >= 0.0 &&
           isfinite(px + py)))
         return error_set(error, MR_USAGE,
-                         "no scale: its marks are %.3g pixels apart; mark points that are further "
-                         "apart than 20 errors of a mark",
+                         "no scale: the points of known distance are %.3g pixels apart; mark three "
+                         "points, and these two more than 20 errors of a mark apart",
                          between);
     /* y counts downwards */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),

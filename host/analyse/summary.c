@@ -141,7 +141,7 @@ static void add_link(const struct summary_link *link, int kind, struct answer *a
     answer_words(answer, NULL, summary_link_name(kind),
                  "%lld frames received, %lld lost, %lld not sent by the board%s",
                  (long long)link->received, (long long)link->lost, (long long)link->dropped,
-                 link->silent ? "; silent in part: more may be lost" : "");
+                 link->silent ? "; the link was silent for a time: more may be lost" : "");
     summary_format_troubles(link->trouble, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
@@ -407,8 +407,8 @@ static void add_clock(const struct summary *summary, struct answer *answer)
     answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
     if (good) {
         answer_words(answer, NULL, "clock",
-                     "board %.2f +- %.2f ppm %s (%s, %lld time pairs); times of day within %.2f ms "
-                     "(95 %%) plus the minimum delay of the link",
+                     "the board's clock is %.2f +- %.2f ppm %s (%s, %lld time pairs); times of day "
+                     "are known within %.2f ms (95 %%) plus the minimum delay of the link",
                      fabs(clock->fast_ppm), clock->fast_half_ppm,
                      clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
                      (long long)clock->pairs, clock->host_half_us / 1e3);
@@ -435,7 +435,7 @@ static void add_film(const struct summary *summary, struct answer *answer)
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     double worst_ft = 0.0;
     size_t placed = 0;
-    char gear[80] = "";
+    char gear[120] = "";
     if (film->frames == 0)
         return;
     for (size_t i = 0; i < film->frames; i++) {
@@ -445,8 +445,9 @@ static void add_film(const struct summary *summary, struct answer *answer)
         placed++;
     }
     if (placed)
-        snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed,
-                 SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
+        snprintf(gear, sizeof gear,
+                 "; the position of the gear is known on %zu of them within %.3f %s (95 %%)",
+                 placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open(answer, "film", "");
     answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
                  film->rate_hz, (long long)film->missing, gear);
@@ -506,7 +507,7 @@ void summary_free(struct summary *summary)
     free(summary->key);
 }
 
-/* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
+/* "all 24 seen" or "19 of 24 seen, missing 3, 17; switches 22 to 24 not reached". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size)
 {
     size_t seen = measured->gates;
@@ -526,14 +527,18 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
         length += snprintf(out + length, size - (size_t)length, "%s%zu", before, p + 1);
         before = ", ";
     }
-    if (beyond && length > 0 && (size_t)length < size)
-        length += snprintf(out + length, size - (size_t)length, ", %s from %d on",
-                           measured->fit_status == MR_TRUNCATED || measured_is_cut_short(measured)
-                               ? "none received"
-                               : "not reached",
-                           __builtin_ctzll(beyond) + 1);
+    if (beyond && length > 0 && (size_t)length < size) {
+        const char *state = measured->fit_status == MR_TRUNCATED || measured_is_cut_short(measured)
+                              ? "not received"
+                              : "not reached";
+        int from = __builtin_ctzll(beyond) + 1, to = 64 - __builtin_clzll(beyond);
+        length += from == to
+                    ? snprintf(out + length, size - (size_t)length, "; switch %d %s", from, state)
+                    : snprintf(out + length, size - (size_t)length, "; switches %d to %d %s", from,
+                               to, state);
+    }
     if (measured->edges > seen && length > 0 && (size_t)length < size)
-        snprintf(out + length, size - (size_t)length, "; %zu edges not assigned",
+        snprintf(out + length, size - (size_t)length, "; %zu edges were not assigned to a switch",
                  measured->edges - seen);
 }
 
@@ -612,11 +617,11 @@ static void add_commands(const struct summary *summary, struct answer *answer)
         const struct store_fault *order = &summary->command[i];
         enum mr_status status = (enum mr_status)order->detail;
         if (order->code != MR_COMMAND_ARM || status != MR_OK)
-            answer_words(answer, NULL, "order", "%s by %s at %.3f s: %s%s",
+            answer_words(answer, NULL, "command", "%s, sent by %s at %.3f s: %s%s",
                          mr_command_name((unsigned)order->code),
-                         order->count ? "the log" : "another program",
+                         order->count ? "this log" : "another program",
                          event_time_s(&summary->measured, order),
-                         status == MR_OK ? "obeyed" : "refused, ",
+                         status == MR_OK ? "executed" : "refused, ",
                          status == MR_OK ? "" : mr_status_text(status))
                 ->warn = status != MR_OK;
     }
@@ -686,9 +691,8 @@ static void add_motion(const struct summary *summary, struct answer *answer)
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->torn
-                         ? "the landing is torn: its first switch edges were not received"
-                         : mr_status_text(measured->fit_status));
+                     measured->torn ? "the first switch edges were not received"
+                                    : mr_status_text(measured->fit_status));
     } else {
         add_motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
                             fit->mean_deceleration_ft_s2, 4, answer);
@@ -870,10 +874,10 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
     char torn[MEASURED_TORN_SIZE];
     measured_format_torn(measured, torn);
     if (torn[0])
-        answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
+        answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
     if (summary->duplicate_run)
-        answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
+        answer_words(answer, NULL, "twice", "RUN %lld is the same landing",
                      (long long)summary->duplicate_run)
             ->warn = true;
     answer_count(answer, "same_as", NULL,

@@ -89,8 +89,8 @@ void summary_add_dates(const struct measured *measured, struct answer *answer);
 /* Adds the whole summary under its heading. The functions below add parts that a page shows in
  * separate sections. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);
-/* Adds what makes the landing doubtful: torn, recorded twice, restarted, commands received, not
- * ready. */
+/* Adds what makes the landing doubtful: incomplete, recorded twice, restarted, commands received,
+ * or not ready. */
 void summary_add_alerts(const struct summary *summary, struct answer *answer);
 /* Adds the outcome and the recorder. */
 void summary_add_facts(const struct summary *summary, struct answer *answer);

@@ -244,8 +244,8 @@ static void add_lead(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "lead_t", label_if_known("predicted at", w->lead_s), UNIT_TIME,
                  w->lead_t_s, 3)
         ->digits = 9;
-    answer_value(answer, "lead_start", label_if_known("zone's start then", w->lead_s), UNIT_STATION,
-                 w->lead_start_ft, 1)
+    answer_value(answer, "lead_start", label_if_known("zone start at that time", w->lead_s),
+                 UNIT_STATION, w->lead_start_ft, 1)
         ->digits = 9;
     if (became && isnan(w->lead_actual_s))
         answer_none(answer, "lead_became_s", became, not_reached_text(w));
@@ -269,7 +269,7 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
-        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey only",
+        answer_words(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
                      (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
@@ -495,7 +495,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     return status;
 }
 
-#define LABEL "foresight"
+#define LABEL "predictor"
 
 static void add_start(const struct foresight *foresight, struct answer *answer)
 {
@@ -517,10 +517,10 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
                      struct answer *answer)
 {
     static const char *const words[] = {
-        [FORESIGHT_BLIND] = "blind: no transducer corrects the model; zones come only from "
-                            "switches, survey and earlier landings",
-        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones come only from "
-                                "transducers and survey, without times",
+        [FORESIGHT_BLIND] = "no transducer corrects the model: zones follow only from switches, "
+                            "survey and earlier landings",
+        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones follow only from "
+                                "transducers and survey, and have no times",
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on its zones",
     };
@@ -528,11 +528,11 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
     if (isnan(span->from_s))
         return;
     if (lack == FORESIGHT_DEGRADED)
-        answer_words(answer, NULL, LABEL,
-                     "%s instead of every mat, from %.3f to %.3f s: update limit "
-                     "(predict.updates_per_block) or backlog; ends of zones are less certain",
-                     mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s,
-                     span->to_s);
+        answer_words(
+            answer, NULL, LABEL,
+            "model level %s instead of every mat, from %.3f to %.3f s, because of the update limit "
+            "(predict.updates_per_block) or a backlog: the ends of zones are less certain",
+            mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
     else
         answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s,
                      span->to_s);
@@ -559,12 +559,13 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
 {
     if (isnan(foresight->max_risk))
         return;
-    answer_words(answer, NULL, LABEL, "largest risk of a zone of %u mats %.2f, at %.3f s%s%s",
+    answer_words(answer, NULL, LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
                  MR_PREDICTOR_WARNING_MATS, foresight->max_risk, foresight->max_risk_s,
-                 foresight->risk_basis & MR_RISK_OF_CHART  ? ", from chart and plan"
-                 : foresight->risk_basis & MR_RISK_OF_PLAN ? ", from the plan only (no chart)"
-                                                           : ", from neither plan nor chart",
-                 foresight->risk_basis & MR_RISK_BLIND ? ", blind" : "");
+                 foresight->risk_basis & MR_RISK_OF_CHART ? ", computed with chart and plan"
+                 : foresight->risk_basis & MR_RISK_OF_PLAN
+                     ? ", computed with the plan but without a chart"
+                     : ", computed without plan and chart",
+                 foresight->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
     if (!isnan(foresight->off_plan_s))
         answer_words(answer, NULL, LABEL,
                      "the landing left the plan, detected at %.3f s: the risk after that does not "
@@ -579,7 +580,7 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
 void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
                          struct answer *answer)
 {
-    answer_list(answer, "foresight", "");
+    answer_list(answer, "predictor", "");
     if (foresight->messages)
         add_start(foresight, answer);
     for (unsigned i = 0; foresight->messages && i < FORESIGHT_LACKS; i++)

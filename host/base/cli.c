@@ -176,7 +176,7 @@ unsigned cli_columns(void)
 
 int cli_report_output_failure(void)
 {
-    fputs("matrig: cannot write the result: standard output; check the pipe, file or disk\n",
+    fputs("matrig: cannot write the result to standard output; check the pipe, file or disk\n",
           stderr);
     return mr_status_exit_code(MR_IO);
 }

@@ -122,13 +122,14 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
     if (row != command_matrig.count && !attached && parts[row].text) /* false for --version */
-        return error_set(
-            error, MR_UNKNOWN,
-            "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s",
-            word, p->name, word, p->name);
+        return error_set(error, MR_UNKNOWN,
+                         "option in the wrong place: '%s' after %s; put the option before the "
+                         "command: matrig %s %s",
+                         word, p->name, word, p->name);
     if (strstr(p->command->operands.names, "RUN") && word[1 + strspn(word + 1, "0123456789")] == 0)
         return error_set(error, MR_UNKNOWN,
-                         "not a RUN: '%s' of %s; RUN counts from 1, matrig show DB lists them",
+                         "not a RUN: '%s' of %s; RUN is the number of a landing, from 1: matrig "
+                         "show DB lists them",
                          word, p->name);
     return refuse_unknown_option(p->command, p->name, word, error);
 }
@@ -233,8 +234,8 @@ static enum mr_status check_extension(const struct command_option *option, const
     *strrchr(ending, '.') = '\0';
     if (strstr(own, ending))
         return MR_OK;
-    return error_set(error, MR_USAGE, "format and file extension differ: '%s' for %s; name it %s",
-                     text, option->name, option->argument);
+    return error_set(error, MR_USAGE, "wrong file extension: '%s' for %s; name the file %s", text,
+                     option->name, option->argument);
 }
 
 static enum mr_status store_value(const struct parser *p, const struct command_option *option,

@@ -59,16 +59,11 @@ void help_overview(const struct command_table *table)
          "\n"
          "Exit codes");
 #define EXIT_ROW(code, text) "  " #code "         " text "\n"
-    puts(MR_EXIT_TABLE(EXIT_ROW) "\n"
-                                 "matrig COMMAND --help describes a command, with an example; man "
-                                 "matrig describes all "
-                                 "commands.\n"
-                                 "A number may have any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
-                                 "NO_COLOR=1 turns off colours.\n"
-                                 "\n"
-                                 "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 "
-                                 "--db campaign.db && "
-                                 "matrig report campaign.db");
+    puts(MR_EXIT_TABLE(
+        EXIT_ROW) "\nmatrig COMMAND --help describes a command, with an example; man matrig "
+                  "describes all commands.\nA number may have a unit: 15mm, '2.5 kN', "
+                  "12m/s.\nNO_COLOR=1 turns off colours.\n\nExample: matrig log --can can:can0 "
+                  "--serial serial:/dev/ttyUSB0 --db campaign.db && matrig report campaign.db");
 }
 
 void help_command(const struct command *command)

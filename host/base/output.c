@@ -136,7 +136,7 @@ static enum mr_status check_path(const char *path, struct error *error)
     struct stat info;
     if (strcmp(path, "-") == 0)
         return error_set(error, MR_USAGE,
-                         "not a file: -; give a path (/dev/stdout is standard output)");
+                         "not a file name: -; give a path (/dev/stdout is standard output)");
     bool exists = stat(path, &info) == 0;
     if (exists && S_ISDIR(info.st_mode))
         return errno = EISDIR, set_write_error(path, error);
@@ -268,7 +268,7 @@ enum mr_status output_end(struct output *output, struct error *error)
         return fflush(stdout) == 0 && !ferror(stdout)
                  ? error->status
                  : error_set(error, MR_IO,
-                             "cannot write (%s): standard output; check the pipe, file or disk",
+                             "cannot write to standard output (%s); check the pipe, file or disk",
                              strerror(errno));
     bool whole = !ferror(output->file);
     whole &= fclose(output->file) == 0;
@@ -300,7 +300,7 @@ FILE *output_open_temporary(const char *what, struct error *error)
     FILE *file = tmpfile();
     if (!file)
         error_set(error, MR_IO,
-                  "cannot create a temporary file (%s): /tmp, for %s; make room there",
+                  "cannot create a temporary file in /tmp (%s): %s; free space in /tmp",
                   strerror(errno), what);
     return file;
 }

@@ -19,7 +19,7 @@ static void *print_lines(void *context)
         if (now_s >= u->next_s) {
             fprintf(stderr, "matrig: %s: running for %.0f s: %s%s%s%s\n", u->command,
                     now_s - u->begin_s, u->text, *u->advice ? "; " : "", u->advice,
-                    *u->advice ? " is quicker" : "");
+                    *u->advice ? " would be quicker" : "");
             u->next_s = now_s + PROGRESS_EVERY_S;
         }
         pthread_mutex_unlock(&u->lock);

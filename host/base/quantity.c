@@ -317,7 +317,7 @@ static bool refuse_other_kind(const char *came, const char *unit, const char *ba
     const struct quantity_kind *is = quantity_kind_of(came), *wanted = quantity_kind_of(unit);
     char what[sizeof wrong->what];
     if (!*unit)
-        snprintf(what, sizeof what, "a unit after a plain number");
+        snprintf(what, sizeof what, "unexpected unit");
     else if (!is || !wanted)
         snprintf(what, sizeof what, "not in %s", unit);
     else
@@ -328,7 +328,7 @@ static bool refuse_other_kind(const char *came, const char *unit, const char *ba
 /* Three digits after a comma are ambiguous: thousands or decimals. */
 static bool refuse_comma(const char *text, const char *comma, struct quantity_error *wrong)
 {
-    snprintf(wrong->what, sizeof wrong->what, "a comma");
+    snprintf(wrong->what, sizeof wrong->what, "a comma in a number");
     if (strspn(comma + 1, "0123456789") == 3)
         snprintf(wrong->advice, sizeof wrong->advice,
                  "use a decimal point and no thousands separator");
@@ -364,7 +364,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (strcmp(came, unit) == 0) /* also accepts units that are not in the table */
         return true;
     if (!read_unit(came, &from))
-        return refuse(wrong, *unit ? "unknown unit" : "a unit after a plain number", unit, bare);
+        return refuse(wrong, *unit ? "unknown unit" : "unexpected unit", unit, bare);
     if (!*unit || !read_unit(unit, &to))
         return refuse_other_kind(came, unit, bare, wrong);
     convert_kg_to_force(&from, &to);

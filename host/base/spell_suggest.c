@@ -91,7 +91,7 @@ void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPE
         {" list ls view open summary ", "to list the landings use matrig show DB"},
         {" plot graph chart draw ", "to plot a campaign use matrig report DB"},
         {" start begin run ", "to record landings use matrig log"},
-        {" stop quit exit end ", "to end a log press Ctrl-C in its terminal"},
+        {" stop quit exit end ", "to end matrig log, press Ctrl-C in its terminal"},
         {" version ", "write matrig --version"},
         {" format pdf print ",
          "the ending of -o F sets the format; to print a report, open its page in a browser"},

@@ -8,7 +8,8 @@
 
 _Noreturn void xmalloc_failed(size_t bytes)
 {
-    fprintf(stderr, "matrig: out of memory: %zu bytes more\n", bytes);
+    fprintf(stderr, "matrig: out of memory: cannot allocate %zu bytes; close other programs\n",
+            bytes);
     exit(mr_status_exit_code(MR_FULL));
 }
 

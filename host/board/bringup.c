@@ -292,10 +292,15 @@ static enum mr_status wait_for(struct receiver *l, struct link *link, const char
         if (status == MR_CLOSED && link_is_recorded(link))
             return find_line(l->text, "begin ")
                      ? MR_OK /* incomplete: parse reports it */
-                     : error_set(error, MR_MALFORMED, "no bring-up text: %s", link_spec(link));
+                     : error_set(error, MR_MALFORMED,
+                                 "the file contains no output of a bring-up image: %s; give the "
+                                 "file that the terminal program saved",
+                                 link_spec(link));
         if (status == MR_CLOSED)
-            return error_set(error, MR_CLOSED, "the board has closed the link: %s",
-                             link_spec(link));
+            return error_set(
+                error, MR_CLOSED,
+                "the board closed the link: %s; check the cable, reset the board and try again",
+                link_spec(link));
         if (status == MR_OK)
             status = resend_if_due(l, link, asked, error);
         if (status != MR_OK)

@@ -115,8 +115,8 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
         if (!equals || !parse_field(part, equals + 1, row, &seen))
             error_set(error, MR_USAGE,
                       "not valid: '%s%s%s' for --certificate; give number=N, calibrated=DATE, "
-                      "due=DATE (or never; not before calibrated), uncertainty=U (0.05mm, 0.4%%), "
-                      "coverage=K (2), laboratory=L",
+                      "due=DATE (not before calibrated) or due=never, uncertainty=U (0.05mm, "
+                      "0.4%%), coverage=K (2), laboratory=L",
                       part, equals ? "=" : "", equals ? equals + 1 : "");
     }
     free(copy);

@@ -433,7 +433,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     bool bracket =
         sscanf(rest, "%31[a-z_][%9u].%47[a-z_0-9]%n", group, &index, field, &used) == 3 && used;
     if (!bracket && (sscanf(rest, "%31[a-z_].%47[a-z_0-9]%n", group, field, &used) != 2 || !used)) {
-        snprintf(what, sizeof what, "no field: `%.60s`", rest);
+        snprintf(what, sizeof what, "not a field: `%.60s`", rest);
         return refuse_text(r, MR_MALFORMED, what,
                            "write group[index].field = value, or begin the line with #");
     }
@@ -448,7 +448,8 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     if (bracket ? index < 1 || index > found->count : found->count != 1) {
         char advice[100];
         snprintf(advice, sizeof advice, "use %s[1] to %s[%u]", group, group, found->count);
-        snprintf(what, sizeof what, bracket ? "no such %s: %u" : "which %s?", group, index);
+        snprintf(what, sizeof what, bracket ? "no such %s: %u" : "%s without a number in brackets",
+                 group, index);
         return refuse_text(r, MR_UNKNOWN, what, advice);
     }
     at->index = bracket ? index - 1 : 0;
@@ -461,7 +462,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     *p = rest + used;
     skip_blanks(p);
     if (**p != '=') {
-        snprintf(what, sizeof what, "no value: `%.60s`", rest);
+        snprintf(what, sizeof what, "no `=` after the field: `%.60s`", rest);
         return refuse_text(r, MR_MALFORMED, what, "write group[index].field = value");
     }
     ++*p;

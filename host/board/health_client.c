@@ -239,7 +239,9 @@ static void health_answer(const struct health_client *client, struct answer *ans
     answer_count(answer, "restarts", "restarts", client->restarts.restarts)->end =
         " since power-on that were not requested";
     answer_count(answer, "in_row", "in a row", client->restarts.in_row)->end =
-        client->restarts.in_row >= 5 ? ": the board only communicates until `reset`" : NULL;
+        client->restarts.in_row >= 5
+            ? ": until the command `reset`, the board communicates but does not measure"
+            : NULL;
     answer_count(answer, "late_task", NULL, client->restarts.late_task);
     if (client->restarts.late_task) {
         answer_words(answer, NULL, "watchdog",
@@ -251,18 +253,19 @@ static void health_answer(const struct health_client *client, struct answer *ans
     answer_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->end =
         " bytes at most";
     answer_count(answer, "stack_size", "stack", client->upkeep.stack_size)->end = " bytes";
-    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->end = " passes, idle";
+    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->end =
+        " complete checks while idle";
     answer_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->end =
-        " passes, idle";
+        " complete checks while idle";
     answer_words(answer, "can", "CAN", "%s", mr_can_state_text(client->alarm.state));
     answer_count(answer, "can_tec", "TEC", client->alarm.tec);
     answer_count(answer, NULL, "REC", client->alarm.rec);
     answer_count(answer, "can_outages", "CAN outages", client->alarm.outages);
-    answer_value(answer, NULL, "the last", UNIT_TIME, (double)client->alarm.outage_s, 2);
+    answer_value(answer, NULL, "last outage", UNIT_TIME, (double)client->alarm.outage_s, 2);
     answer_open(answer, NULL, "CAN frames dropped");
     answer_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
     answer_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
-    answer_count(answer, "dropped_timeout", "no frame through", client->drops.timeout);
+    answer_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
     answer_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close(answer);
     faults_answer(client, answer);

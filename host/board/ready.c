@@ -279,11 +279,13 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
                  (long long)f->previous_run);
     ready_add(report, verdict, "firmware", limit,
               !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
-              : f->image ? "not the image given with --image: flash it with matrig flash LINK IMAGE"
-              : verdict == READY_NOT_DONE ? "the campaign has no landing of this board to compare "
-                                            "with; give --image FILE to compare with a file"
-                                          : "not the image of that landing: flash the image of "
-                                            "that landing, or confirm this image with --image FILE",
+              : f->image ? "the board runs a different image than the one given with --image: "
+                           "flash the latter with matrig flash LINK IMAGE"
+              : verdict == READY_NOT_DONE
+                  ? "the campaign has no landing of this board to compare "
+                    "with; give --image FILE to compare with a file"
+                  : "the board runs a different image than in that landing: flash the image of "
+                    "that landing, or confirm the present image with --image FILE",
               "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
               id->hello.patch, runs, (unsigned)id->image_crc,
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
@@ -312,10 +314,11 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
                  (long long)f->previous_run);
     ready_add(report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE,
               "configuration", limit,
-              compared ? "check it with matrig board config get; send the right configuration with "
-                         "config set, or confirm this one with --expect-config"
-                       : "the campaign has no landing of this board to compare with; give "
-                         "--expect-config FILE to compare with a file",
+              compared
+                  ? "check the board's configuration with matrig board config get; send the right "
+                    "one with config set, or confirm the present one with --expect-config"
+                  : "the campaign has no landing of this board to compare with; give "
+                    "--expect-config FILE to compare with a file",
               "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
               (unsigned)f->config.site[0].revision, mr_config_source_text(f->config_state.source));
 }
@@ -336,8 +339,8 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                   verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
                              READY_CLOCK_ERROR_MAX_PPM),
                   "time of day", limit,
-                  "stop programs that set the clock of this computer; if the result stays, the "
-                  "crystal of the board is off frequency",
+                  "stop programs that set the clock of this computer; if the result stays the "
+                  "same, the crystal of the board has a wrong frequency",
                   "board %+.0f +- %.0f ppm, from %zu messages",
                   unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width, t->pairs);
     else
@@ -351,7 +354,7 @@ static void judge_orders(const struct ready_facts *f, struct ready_report *repor
     ready_add(report,
               !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
               "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
-              who->key_known ? mr_key_state_text(who->key.state) : "not told");
+              who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
 /* The factory setting, off, is not a no-go: supply dips are rare. */
@@ -444,12 +447,13 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add(
-        report, verdict_if(!off && !noisy), name, limit,
-        !off         ? "noise: check its shield and ground"
-        : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
-                     : "check for a slack or uneven band; if it is good, the gage zero is off",
-        "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "", (double)m->noise_codes);
+    ready_add(report, verdict_if(!off && !noisy), name, limit,
+              !off         ? "noise: check its shield and ground"
+              : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
+                           : "check for a slack or uneven band; if the band is good, the zero of "
+                             "the gage is wrong",
+              "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
+              (double)m->noise_codes);
 }
 
 static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
@@ -515,7 +519,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                  compared ? "change since the last one " : "no earlier one is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
-    ready_add(report, verdict_if(!bad), name, "1 % and three errors",
+    ready_add(report, verdict_if(!bad), name, "1 % and three standard errors",
               "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
@@ -542,7 +546,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
                  level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
     ready_add(report, verdict_if(closed), "switches", limit,
-              level > 0.0f ? "set the switches along the runway"
+              level > 0.0f ? "close all switches along the runway"
                            : "check the wiring and supply of the staircase",
               "%s", text);
 }
@@ -585,14 +589,14 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         return;
     }
     if (isnan(box->wait_s))
-        snprintf(wait, sizeof wait, ", no room before records are freed");
+        snprintf(wait, sizeof wait, ", no room until records are freed");
     else if (box->wait_s > 0.0f)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
     ready_add(
         report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
         box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
-            ? "check the memory on SPI2; without one, set site.black_box = 0"
+            ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
         : isnan(box->wait_s)
             ? "read the records with matrig board read N, then free them with free N"
             : "wait until the black box is erased",
@@ -642,8 +646,8 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
                   (double)f->temperature.error_c);
     else
         ready_add(report, READY_NO_GO, "thermometer", NULL,
-                  "fault 30 of matrig board health gives the reason; without a thermometer, set "
-                  "site.thermometer = 0",
+                  "fault 30 of matrig board health gives the reason; if no thermometer is fitted, "
+                  "set site.thermometer = 0",
                   "%s", f->temperature_known ? "no reading" : "not reported");
 }
 
@@ -720,8 +724,8 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
               "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
               f->landing_bytes / BYTES_PER_MB);
     ready_add(report, verdict_if(!f->database[0]), "database", NULL,
-              "check your access rights, and whether another program is writing; otherwise begin a "
-              "new campaign and keep this one as it is",
+              "check your access rights, and whether another program is writing; if neither is the "
+              "cause, begin a new campaign and keep this one unchanged",
               "%s",
               f->database[0]        ? f->database
               : f->database_checked ? "writable, all pages intact"

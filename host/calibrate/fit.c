@@ -46,8 +46,8 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
     size_t values = average_distinct(point, count, mean);
     if (values > MR_CONFIG_POINTS)
         return error_set(error, MR_LIMIT,
-                         "too many known values: the calibration has %zu, a table holds %u; leave "
-                         "some out, or use the straight line",
+                         "too many known values: the calibration has %zu, but a table holds only "
+                         "%u; leave some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
     bool falls = channel->unit_per_code < 0.0f; /* the reading rises as codes fall */
     channel->points = (uint8_t)values;
@@ -57,10 +57,10 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
         channel->point_value[i] = (float)p->value;
         if (i && (channel->point_reading[i] <= channel->point_reading[i - 1] ||
                   channel->point_value[i] <= channel->point_value[i - 1]))
-            return error_set(error, MR_NUMERICS,
-                             "readings do not rise with the known values: the calibration near %g; "
-                             "measure that point again",
-                             p->value);
+            return error_set(
+                error, MR_NUMERICS,
+                "the readings do not rise with the known values near %g; measure that point again",
+                p->value);
     }
     return MR_OK;
 }
@@ -103,8 +103,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->high = -(double)INFINITY;
     if (count < 3 || count > CALIBRATE_POINTS_MAX)
         return error_set(error, MR_TOO_FEW,
-                         "wrong number of points: the calibration has %zu; give 3 to %u, at two or "
-                         "more different values",
+                         "wrong number of points: the calibration has %zu; give 3 to %u points at "
+                         "two or more different values",
                          count, CALIBRATE_POINTS_MAX);
     for (size_t i = 0; i < count; i++) {
         x[i] = point[i].code;
@@ -115,7 +115,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     if (fit->low == fit->high)
         return error_set(
             error, MR_TOO_FEW,
-            "all points have the value %g: the calibration; give two or more different values",
+            "all points have the same known value, %g; give two or more different values",
             fit->low);
     enum mr_status status = line_fit(x, y, count, &line, error);
     if (status != MR_OK)
@@ -123,8 +123,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     double span = fit->high - fit->low;
     if (!(fabs(line.slope.value) > SLOPE_ERRORS_MIN * line.slope.error))
         return error_set(error, MR_NUMERICS,
-                         "the readings do not follow the known values: the calibration; check the "
-                         "channel number and the connection");
+                         "the readings do not follow the known values; check the channel number "
+                         "and the connection");
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);

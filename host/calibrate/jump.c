@@ -33,7 +33,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
            most = same       ? JUMP_RATIO_SAME
                 : transducer ? JUMP_RATIO_TRANSDUCER
                              : JUMP_RATIO_GAGE;
-    snprintf(text, JUMP_TEXT_SIZE, "gain %.4g -> %.4g %s per code, %.3g times", was, is,
+    snprintf(text, JUMP_TEXT_SIZE, "gain %.4g -> %.4g %s per code, a factor of %.3g", was, is,
              transducer ? "in" : "lb", ratio);
     return (same && is * was < 0.0) || !(ratio <= most && ratio >= 1.0 / most);
 }

@@ -177,10 +177,10 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
     char uid[25];
     if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK ||
         header.kind != MR_BOXPAGE_START)
-        return error_set(
-            error, MR_MALFORMED,
-            "the first page of the record is missing: %s; it cannot be assigned to a landing",
-            link);
+        return error_set(error, MR_MALFORMED,
+                         "the first page of the record is missing, so the record cannot be "
+                         "assigned to a landing: %s",
+                         link);
     mr_boxpage_get_start(pages[0], &start);
     if (start.layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,

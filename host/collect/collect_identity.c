@@ -20,10 +20,10 @@ static enum mr_status reject_other_board(struct collector *collector, struct sid
             side->other_board_messages < COLLECT_OTHER_BOARD_MESSAGES)
             return MR_OK;
     }
-    return error_set(
-        error, why,
-        "not the board from the start of this log (%s): %s; end this log and start a new one", now,
-        side->spec);
+    return error_set(error, why,
+                     "this is a different board than at the start of this log (%s): %s; end this "
+                     "log and start a new one",
+                     now, side->spec);
 }
 
 static enum mr_status handle_hello(struct collector *collector, struct side *side,

@@ -56,7 +56,8 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
                       "decelerations of 0 to 60 ft/s2",
                       text);
         if (profile->count == ADVISE_PROFILE_MAX)
-            error_set(fatal, MR_USAGE, "more than %u points: --profile; leave some out",
+            error_set(fatal, MR_USAGE,
+                      "too many points: --profile has more than %u; leave some out",
                       ADVISE_PROFILE_MAX);
         profile->t_s[profile->count] = last_s = t_s;
         profile->factor[profile->count++] = a;
@@ -219,27 +220,26 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     r.advise.risk_limit = r.limit_percent / 100.0;
     if (r.keep && r.advise.before_run)
         error_set(fatal, MR_USAGE,
-                  "--keep with --before: matrig advise; a plan can only be stored for the next "
-                  "landing, leave out one option");
+                  "--keep and --before exclude each other, because a plan can only be stored for "
+                  "the next landing; leave one out");
     if (r.load != (r.serial != NULL))
-        error_set(
-            fatal, MR_USAGE,
-            "--load and --serial only work together: matrig advise; give --load --serial LINK");
+        error_set(fatal, MR_USAGE,
+                  "--load and --serial only work together; give --load --serial LINK");
     if (r.load && r.advise.before_run)
         error_set(fatal, MR_USAGE,
-                  "--load with --before: matrig advise; a chart can only be loaded for the next "
-                  "landing, leave out one option");
+                  "--load and --before exclude each other, because a chart can only be loaded for "
+                  "the next landing; leave one out");
     if (r.profile && isfinite(r.advise.deceleration_ft_s2))
         error_set(fatal, MR_USAGE,
-                  "both --profile and --deceleration: matrig advise; the profile sets the mean "
-                  "deceleration, leave one out");
+                  "--profile and --deceleration exclude each other, because the profile sets the "
+                  "mean deceleration; leave one out");
     if (r.profile)
         read_profile(r.profile, cli->si, &r.advise.profile);
     if (r.load && r.advise.profile.count > MR_RISK_KNOTS)
-        error_set(
-            fatal, MR_USAGE,
-            "too many points: --profile has %zu, with --load the board takes %u; leave some out",
-            r.advise.profile.count, MR_RISK_KNOTS);
+        error_set(fatal, MR_USAGE,
+                  "too many points: --profile has %zu, but the board accepts only %u (--load); "
+                  "leave some out",
+                  r.advise.profile.count, MR_RISK_KNOTS);
     return run(&r, cli);
 }
 

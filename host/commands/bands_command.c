@@ -191,7 +191,8 @@ static void read_words(const char **words, struct request *request)
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
     if (drawn && (request->area_given || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
         error_set(fatal, MR_USAGE,
-                  "section of the band: %s given; give either width and thickness, or area",
+                  "the cross section of the band is not clear: %s given; give either width and "
+                  "thickness, or area",
                   request->area_given ? "both area and width or thickness"
                                       : "only width or thickness");
     if (drawn)
@@ -261,16 +262,16 @@ static const struct figure figures[] = {
     {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
-    {"n_most", "most of n", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
+    {"n_most", "largest n", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
     {"longest", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
     {"T0", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
     {"T0_least", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
     {"T0_most", "at most", UNIT_TENSION, 1, OF_DESIGN(most_t0_lb), " (C.9)"},
     {"ahead", "dT", UNIT_TENSION, 1, OF_DESIGN(ahead_lb), " ahead of the aircraft (C.6)"},
     {"behind", "dT", UNIT_TENSION, 1, OF_DESIGN(behind_lb), " behind it (C.7)"},
-    {NULL, "at", UNIT_NUMBER, 2, OF_DESIGN(at), " of the length"},
+    {NULL, "at", UNIT_NUMBER, 2, OF_DESIGN(at), " of the length, where the braking force acts"},
     {"least", "least tension", UNIT_TENSION, 1, OF_DESIGN(least_lb), " by theory"},
-    {"most", "largest", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
+    {"most", "largest tension", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
     {"spring", "K", UNIT_STIFFNESS, 1, OF_DESIGN(spring_lb_ft), ", springs at the ends"},
 };
 

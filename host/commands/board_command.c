@@ -231,10 +231,10 @@ static int list(const struct request *request, const struct box_client *talk)
     answer_words(answer, "state", "black box", "%s", mr_box_condition_text(talk->state.state));
     answer_count(answer, NULL, "sectors", talk->space.sectors);
     answer_count(answer, "ready_sectors", "erased", talk->state.ready);
-    answer_count(answer, "reserve_sectors", "needed to arm", talk->state.reserve);
+    answer_count(answer, "reserve_sectors", "needed for arming", talk->state.reserve);
     answer_count(answer, "dirty_sectors", "not yet erased", talk->space.dirty);
     answer_count(answer, "bad_sectors", "bad", talk->space.bad);
-    answer_value(answer, "wear", "mean erases", UNIT_NUMBER, (double)talk->space.wear, 2);
+    answer_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)talk->space.wear, 2);
     answer_value(answer, "wait", NULL, UNIT_TIME, (double)talk->state.wait_s, 1);
     answer_table(answer, "records", "");
     for (size_t i = 0; i < talk->count; i++) {
@@ -254,11 +254,11 @@ static int report_read(const struct request *request, const struct box_client_re
     answer_words(answer, "db", NULL, "%s", request->db);
     answer_count(answer, "run", "RUN", filled->run)->end = filled->created ? " (new)" : NULL;
     answer_flag(answer, "new_landing", NULL, filled->created);
-    answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end =
-        " blocks from the black box";
-    answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
-    answer_count(answer, "absent_blocks", "absent", filled->missing_blocks)->end =
-        " blocks, also missing in the black box";
+    answer_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->end =
+        " from the black box";
+    answer_count(answer, "filled_edges", "edges added", filled->filled_edges);
+    answer_count(answer, "absent_blocks", "blocks missing", filled->missing_blocks)->end =
+        " (missing in the black box, too)";
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
@@ -773,9 +773,8 @@ static const struct verb *find_verb(const char *word)
     }
     help_suggest_word(&command_board, word, near);
     error_set(fatal, MR_UNKNOWN,
-              "not list, read, free, config, runway, arm, disarm, zero, shunt, "
-              "bringup, key, health, self-test or reset: '%s'%s%s see matrig board --help",
-              word, near, near[0] ? "" : ";");
+              "unknown word after matrig board: '%s'%s%s see matrig board --help", word, near,
+              near[0] ? "" : ";");
     return NULL;
 }
 
@@ -797,7 +796,8 @@ static void check_options(struct request *r, const struct verb *verb)
                       options[i].whose, verb->name);
     }
     if (r->can && r->serial)
-        error_set(fatal, MR_USAGE, "both --can and --serial: matrig board %s needs only one link",
+        error_set(fatal, MR_USAGE,
+                  "two links given: matrig board %s needs only one; leave out --can or --serial",
                   verb->name);
     if (!r->can && !r->serial)
         error_set(fatal, MR_USAGE,

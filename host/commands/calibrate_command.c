@@ -92,7 +92,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
     return answer_show(r->cli, answer, code);
 }
 
-#define ACCEPTED ": accepted off its fit: "
+#define ACCEPTED ": deviation from the fit accepted: "
 
 /* Writes the reasons as comments at the start of the file, where its reader sees them. Keeps
  * reasons of other channels, because the next channel is calibrated from this file. */
@@ -493,10 +493,10 @@ static void read_known(struct request *r)
     if (wrong.what[0])
         error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
                   wrong.advice);
-    error_set(
-        fatal, MR_USAGE,
-        "not an error from 0 to %g %s: '%s' for --known; give a number in %s, or with its unit",
-        most, unit_text(r), r->known_text, unit_text(r));
+    error_set(fatal, MR_USAGE,
+              "not a standard error from 0 to %g %s: '%s' for --known; give a number in %s, or "
+              "with its unit",
+              most, unit_text(r), r->known_text, unit_text(r));
 }
 
 static void check(struct request *r)
@@ -519,21 +519,20 @@ static void check(struct request *r)
                   "calibrate --help");
     if ((r->certificate != NULL) != (r->db != NULL))
         error_set(fatal, MR_USAGE,
-                  "--certificate and --db DB only work together: matrig calibrate; see matrig "
-                  "calibrate --help");
+                  "--certificate and --db DB only work together; see matrig calibrate --help");
     bool measures = r->serial || r->points || !r->certificate;
     if (measures && (r->serial != NULL) == (r->points != NULL))
         error_set(fatal, MR_USAGE,
-                  "give either --serial LINK or --points F: matrig calibrate; see matrig calibrate "
+                  "matrig calibrate needs either --serial LINK or --points F; see matrig calibrate "
                   "--help");
     if ((r->config != NULL) != (r->points != NULL))
         error_set(fatal, MR_USAGE,
-                  "--config F needs --points: matrig calibrate; with --serial the board sends its "
-                  "configuration");
+                  "--config F needs --points; with --serial, leave --config out, because the board "
+                  "sends its configuration");
     if (r->accept && (!r->output || !r->accept[0] || r->accept[strcspn(r->accept, "\r\n")]))
-        error_set(fatal, MR_USAGE,
-                  "--accept needs -o F and a reason of one line: matrig calibrate; the reason is "
-                  "stored in that file");
+        error_set(
+            fatal, MR_USAGE,
+            "--accept needs a reason of one line and -o F; the reason is stored in that file");
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
         error_set(fatal, MR_USAGE, "serial number too long: '%s'; give at most %zu characters",
                   r->sensor, sizeof room.serial);

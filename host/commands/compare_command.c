@@ -48,10 +48,11 @@ static void read_words(const char *const words[3], struct request *request)
         error_set(fatal, MR_USAGE,
                   "unexpected argument: '%s' of compare; see matrig compare --help", words[2]);
     if (request->run && request->series)
-        error_set(fatal, MR_USAGE, "both a RUN and a series: %s and --series %s; give only one",
+        error_set(fatal, MR_USAGE,
+                  "a RUN and a series exclude each other: %s and --series %s; give only one",
                   words[1], request->series);
     if (!request->run && (request->output || request->voided))
-        error_set(fatal, MR_USAGE, "only for a single landing: %s; give the RUN of the landing",
+        error_set(fatal, MR_USAGE, "%s works only for a single landing; give its RUN",
                   request->output ? "-o" : "--void");
     if (file && request->scene)
         error_set(fatal, MR_USAGE, "two scenes: %s and --scene %s; give only one", file,

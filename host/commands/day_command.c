@@ -303,8 +303,9 @@ static enum day_state calibrate_state(const struct day_facts *f, char reason[240
 {
     if (f->calibration_due && f->calibrated_us < f->ready_us)
         return because(reason, DAY_NEXT, "%.200s", f->no_go);
-    return f->calibrated_us ? because(reason, DAY_DONE, "calibrated since the last check")
-                            : because(reason, DAY_NOT_NEEDED, "ready reports when it is due");
+    return f->calibrated_us
+             ? because(reason, DAY_DONE, "calibrated since the last check")
+             : because(reason, DAY_NOT_NEEDED, "matrig ready reports when a calibration is due");
 }
 
 static bool is_surveyed(const struct day_facts *f)
@@ -399,7 +400,7 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
         else
             plan->next = step;
         if (found && step == DAY_LAND)
-            because(plan->reason[step], DAY_LATER, "after the steps above");
+            because(plan->reason[step], DAY_LATER, "after all steps above");
         found = true;
     }
 }

@@ -249,7 +249,7 @@ static void check_operands(const struct request *r, bool dbc, const char *const 
         error_set(fatal, MR_USAGE, "unexpected argument: '%s'; --format dbc takes no landing",
                   words[0]);
     if (!dbc && r->base)
-        error_set(fatal, MR_USAGE, "--base is only for --format dbc: matrig export; leave it out");
+        error_set(fatal, MR_USAGE, "--base is only for --format dbc; leave --base out");
     if (!dbc && !words[1])
         error_set(fatal, MR_USAGE,
                   "argument missing: export needs DB RUN; see matrig export --help");

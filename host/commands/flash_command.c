@@ -202,7 +202,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 {
     static const char *const files[] = {"part.bin"};
     const struct imagefile *image = &to->image;
-    struct part first = {"detour to the boot ROM", 0, detour, sizeof detour, false};
+    struct part first = {"jump to the boot ROM", 0, detour, sizeof detour, false};
     struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
     char folder[TEMPORARY_FOLDER];
     enum mr_status status = temporary_folder_create(folder, "flash", error);

@@ -151,17 +151,18 @@ static enum mr_status describe(const struct textfile *file, const struct import_
     if (request->like && !mapping->text)
         return error_set(error, MR_USAGE,
                          "--like is only for readings of other instruments: %s is a log of a "
-                         "matrig board; leave it out",
+                         "matrig board; leave --like out",
                          request->path);
     if (request->base && (csv || map))
         return error_set(error, MR_USAGE,
                          "--base is only for logs of a matrig board: %s is from another "
-                         "instrument; leave it out",
+                         "instrument; leave --base out",
                          request->path);
     if (request->interface && csv)
-        return error_set(error, MR_USAGE,
-                         "--interface is only for candump logs: %s is a table; leave it out",
-                         request->path);
+        return error_set(
+            error, MR_USAGE,
+            "--interface is only for candump logs: %s is a table; leave --interface out",
+            request->path);
     return MR_OK;
 }
 

@@ -372,7 +372,7 @@ static void check(struct request *r)
             fatal, MR_USAGE,
             "no reason: matrig landing needs --reason TEXT for a correction, withdrawal or void");
     if (r->note && !r->note[0])
-        error_set(fatal, MR_USAGE, "empty note: matrig landing; give a text");
+        error_set(fatal, MR_USAGE, "the text of --note is empty; give a text");
     if (details && !r->observe)
         error_set(fatal, MR_USAGE,
                   "--station, --panels, --height, --side, --at and --form need --observe; see "

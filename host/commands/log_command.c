@@ -89,11 +89,11 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
     polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news_fd, .events = POLLIN};
     if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
-        return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
+        return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
     if (polled[NEWS].revents & POLLIN && read(logger->news_fd, &counted, sizeof counted) < 0 &&
         errno != EAGAIN)
-        return error_set(error, MR_IO, "cannot wait for data (%s): the links; try again",
+        return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
@@ -203,10 +203,9 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     logger->news_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     enum mr_status status = MR_OK;
     if (logger->news_fd < 0)
-        return error_set(
-            error, MR_IO,
-            "cannot create an eventfd (%s): matrig log; check the limits of this system",
-            strerror(errno));
+        return error_set(error, MR_IO,
+                         "cannot create an eventfd (%s); check the limits of this system",
+                         strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
             status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news_fd,
@@ -246,7 +245,8 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
                    ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
                                logger->removal_text, logger->lost_before[0] ? " since " : "",
                                logger->lost_before, logger->saved_path)
-                   : error_set(error, MR_IO, "%s; the data could not be saved next to it",
+                   : error_set(error, MR_IO,
+                               "%s; the data could not be saved in the same folder either",
                                logger->removal_text);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
@@ -366,9 +366,9 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (!r.db)
         error_set(fatal, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
     if (r.listen && r.commands)
-        error_set(
-            fatal, MR_USAGE,
-            "both --listen and --commands: matrig log; --listen sends nothing, leave one out");
+        error_set(fatal, MR_USAGE,
+                  "--listen and --commands exclude each other, because --listen sends nothing; "
+                  "leave one out");
     output_check(r.page, r.db, fatal);
 
     /* signalfd: a signal between a check and a wait is not lost. */

@@ -291,8 +291,7 @@ static void check_request(const struct request *r)
                   "no link: matrig ready needs --serial LINK; see matrig ready --help");
     if (r->walk && (r->image || r->expected))
         error_set(fatal, MR_USAGE,
-                  "--walk does not take --image or --expect-config: matrig ready; see matrig ready "
-                  "--help");
+                  "--walk excludes --image and --expect-config; see matrig ready --help");
 }
 
 static int ready_command(int argc, char **argv, const struct cli *cli)

@@ -62,9 +62,9 @@ static int list_kinds(const struct cli *cli)
         }
     }
     answer_close(answer);
-    answer_sentence(
-        answer, NULL,
-        "A kept field that you leave out has its value in the last record of the kind.");
+    answer_sentence(answer, NULL,
+                    "If you leave out a field marked kept, it gets the value from the last record "
+                    "of its kind.");
     return answer_show(cli, answer, 0);
 }
 
@@ -255,7 +255,8 @@ static void write_marks_page(const struct request *r, const struct inspections *
     inspection_read(entry->kind, word, now, fatal);
     if (!json_equal(json_object_get(now, "file_sha256"),
                     json_object_get(entry->values, "file_sha256")))
-        error_set(fatal, MR_IO, "another picture: %s is not the file of record %lld; restore it",
+        error_set(fatal, MR_IO,
+                  "the picture has changed: %s is not the file of record %lld; restore that file",
                   file, (long long)r->measure);
     output_check(r->path, file, fatal);
     output_begin(&output, r->path, fatal);
@@ -381,7 +382,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     else if (!r.compare)
         show(cli, &r, &all, run, answer);
     else if (inspection_add_differences(store, &all, r.compare, run, answer, fatal) == 0)
-        answer_sentence(answer, NULL, "No difference was entered.");
+        answer_sentence(answer, NULL, "The records of the two landings do not differ.");
     if (adds) {
         store_commit(store, fatal);
         inspection_free(&all);

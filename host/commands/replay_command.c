@@ -180,16 +180,17 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
                      (unsigned)replay->recorded.landing.config_crc,
                      (unsigned)replay->replayed.landing.config_crc);
     answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
-        " measured before the landing, loaded again";
+        " measured before the landing and loaded for the replay";
     answer_flag(answer, "runway", NULL, input->runway);
     answer_words(answer, NULL, "runway", "%s",
-                 input->runway ? "the runway with which the landing was armed, loaded again"
-                               : "not recorded completely: the replay starts with an unmeasured "
-                                 "runway, so warnings may differ");
+                 input->runway
+                     ? "the runway with which the landing was armed was loaded for the replay"
+                     : "not recorded completely: the replay starts with an unmeasured "
+                       "runway, so warnings may differ");
     answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
         answer_words(answer, NULL, "moved",
-                     "by %lld s: block %lld of the record is block %lld of the replay",
+                     "by %lld s: block %lld of the record corresponds to block %lld of the replay",
                      (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
                      (long long)(input->armed_block - input->shift_blocks));
     diff_answer(&replay->diff, answer);

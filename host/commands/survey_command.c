@@ -27,7 +27,7 @@ static void put_head(const struct survey *survey, struct answer *answer)
     bool ended = row->ended_us != STORE_NONE;
     char when[40];
     survey_time_text(row->made_us, when, sizeof when);
-    answer_count(answer, "survey", "survey", row->id)->end = ended ? ", ended" : ", goes on";
+    answer_count(answer, "survey", "survey", row->id)->end = ended ? ", ended" : ", in progress";
     answer_flag(answer, "ended", NULL, ended);
     answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
     if (row->after_run == STORE_NONE)
@@ -683,7 +683,8 @@ static int report_load(const struct request *request, const struct survey *surve
     answer_count(answer, "sent", "loaded", loaded->sent)->end = " segments";
     answer_count(answer, "read_back", "read back", SURVEY_SPANS)->end = " segments";
     answer_count(answer, "different", "different", loaded->different);
-    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in it" : NULL, loaded->older)
+    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in this survey" : NULL,
+                 loaded->older)
         ->end = " segments, for which the board keeps its earlier values";
     if (!loaded->older && loaded->sent < SURVEY_SPANS)
         answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
@@ -770,20 +771,18 @@ static void check(struct request *r)
                   "more than one of --show, --sheet, --load, --from, --end, --withdraw: matrig "
                   "survey; give only one");
     if (r->number && !r->show && !r->load && !r->sheet)
-        error_set(
-            fatal, MR_USAGE,
-            "--survey needs --show, --sheet or --load: matrig survey; see matrig survey --help");
+        error_set(fatal, MR_USAGE,
+                  "--survey needs --show, --sheet or --load; see matrig survey --help");
     if ((r->withdraw != 0) != (r->reason && r->reason[0]) ||
         (r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT))
         error_set(fatal, MR_USAGE,
-                  "--withdraw N and --reason T only work together: matrig survey; the reason has "
-                  "at most %d characters",
+                  "--withdraw N and --reason T only work together, with a reason of at most %d "
+                  "characters; see matrig survey --help",
                   STORE_JOURNAL_TEXT - 1);
     if (r->doubtful && !r->from)
-        error_set(fatal, MR_USAGE,
-                  "--doubtful needs --from: matrig survey; see matrig survey --help");
+        error_set(fatal, MR_USAGE, "--doubtful needs --from; see matrig survey --help");
     if (r->can && !r->load)
-        error_set(fatal, MR_USAGE, "--can needs --load: matrig survey; see matrig survey --help");
+        error_set(fatal, MR_USAGE, "--can needs --load; see matrig survey --help");
 }
 
 static int survey_command(int argc, char **argv, const struct cli *cli)

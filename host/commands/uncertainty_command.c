@@ -185,7 +185,7 @@ static void rows_answer(struct answer *answer, const struct one *one)
         answer_words(answer, "source", NULL, "%s", budget_source_name(s));
         answer_words(answer, NULL, "source", "%s", budget_source_text(s));
         answer_flag(answer, "stated", NULL, s < BUDGET_STATED);
-        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED ? "stated" : "beyond it");
+        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED ? "stated" : "added");
         answer_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);
         answer_words(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
         answer_words(answer, "distribution", "distribution", "%s", budget_distribution(s));
@@ -266,12 +266,11 @@ static void check(struct request *r)
     if (r->words[1])
         r->channel = (int)index;
     if (r->at && !r->words[1])
-        error_set(fatal, MR_USAGE,
-                  "--at needs a CHANNEL: matrig uncertainty; see matrig uncertainty --help");
+        error_set(fatal, MR_USAGE, "--at needs a CHANNEL; see matrig uncertainty --help");
     if (r->config && r->run)
-        error_set(fatal, MR_USAGE,
-                  "both --config and --run: matrig uncertainty; give only one, see matrig "
-                  "uncertainty --help");
+        error_set(
+            fatal, MR_USAGE,
+            "--config and --run exclude each other; give only one, see matrig uncertainty --help");
     enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     struct quantity_error wrong = {"", ""};

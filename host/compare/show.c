@@ -76,11 +76,12 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
     for (size_t i = 0; i < figures->channels; i++)
         channel_answer(&figures->channel[i], answer);
     answer_close(answer);
-    answer_sentence(answer, NULL,
-                    "Differences are measured minus simulated. Errors are standard errors. chi: "
-                    "rms difference in standard errors. En: difference divided by two standard "
-                    "errors; up to 1 means agreement. Arrival: at %.0f %% of the peak.",
-                    100.0 * SIGNAL_ARRIVAL);
+    answer_sentence(
+        answer, NULL,
+        "Differences are measured minus simulated. Errors are standard errors. chi: rms difference "
+        "in standard errors. En: difference divided by two standard errors; up to 1 means "
+        "agreement. Arrival: time at which the displacement reaches %.0f %% of the peak.",
+        100.0 * SIGNAL_ARRIVAL);
 }
 
 static void zone_answer(const char *name, const struct compare_zone *zone, struct answer *answer)
@@ -110,10 +111,10 @@ static void overlap_answer(const char *name, const struct compare_overlap *overl
     answer_value(answer, "common_mats", "mats|in common", UNIT_NUMBER, overlap->common_mats, 0);
     answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
     answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
-    answer_value(answer, "start_difference", "measured starts|further by", UNIT_STATION,
+    answer_value(answer, "start_difference", "measured start|minus this one", UNIT_STATION,
                  overlap->start_ft, 1)
         ->plus = true;
-    answer_value(answer, "end_difference", "measured ends|further by", UNIT_STATION,
+    answer_value(answer, "end_difference", "measured end|minus this one", UNIT_STATION,
                  overlap->end_ft, 1)
         ->plus = true;
     answer_close(answer);
@@ -198,7 +199,8 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
         answer_words(answer, NULL, "runways",
-                     "%lld: the simulation is their mean, and its error includes their spread",
+                     "%lld: the simulation is the mean over these runways, and its error includes "
+                     "their spread",
                      (long long)figures->seeds);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
@@ -233,7 +235,7 @@ void compare_brief_answer(const struct compare_figures *figures,
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->end =
         ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
-    answer_value(answer, NULL, "at worst", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
+    answer_value(answer, NULL, "worst channel", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
     if (rest && rest->simulated.known)
         answer_words(answer, NULL, "zone at rest", "%.0f of %.0f mats in common",
                      rest->simulated.common_mats, rest->simulated.all_mats);

@@ -95,8 +95,8 @@ static enum mr_status align(struct work *w, const struct mapping_channel *channe
                          w->request->path);
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
-                         "no edge through %g to align with: %s, '%s'; see align in the mapping",
-                         channel->threshold, w->request->path, channel->column);
+                         "no edge for align: '%s' never crosses %g in %s; see align in the mapping",
+                         channel->column, channel->threshold, w->request->path);
     for (size_t e = 0; e < w->edges; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
             continue;

@@ -352,8 +352,8 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 static void add_forces(struct answer *answer, const struct landing_series *c,
                        const struct series_landing_summary *s)
 {
-    char label[160] = "largest force in a joint: mean over the runways with its standard error "
-                      "from the steps, and the error for one runway";
+    char label[160] = "largest force in a joint: mean over the runways, with its standard error "
+                      "caused by the time steps; error of: the same error for a single runway";
     if (isnan(s[0].push_lb.error))
         snprintf(label, sizeof label,
                  "largest force in a joint: mean over the runways; its error needs %d runways or "
@@ -378,8 +378,8 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer)),
                       *movement = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
     char label[80];
-    snprintf(label, sizeof label, "total movement, %s, median, at station, %s", movement->text,
-             station->text);
+    snprintf(label, sizeof label, "total movement (%s), median over the runways, by station (%s)",
+             movement->text, station->text);
     answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
         answer_row(answer);

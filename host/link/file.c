@@ -340,7 +340,7 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
             c->bad_lines >= BAD_LINES_MAX)
             return error_set(
                 error, MR_MALFORMED,
-                "no candump line in the first %zu: %s; give a log that `candump -L` wrote",
+                "no candump line in the first %zu lines: %s; give a log that `candump -L` wrote",
                 log->line, link->spec);
     }
     *frame = line.frame;

@@ -550,8 +550,8 @@ static void missing_answer(int kind, const int64_t missing[MR_MESSAGES], struct 
                                      mr_message_name(place), (long long)missing[place]);
     }
     if (used)
-        answer_sentence(answer, NULL, "%s missed in this session:%s", summary_link_name(kind),
-                        text);
+        answer_sentence(answer, NULL, "messages missed on %s in this session:%s",
+                        summary_link_name(kind), text);
     answer_close(answer);
 }
 

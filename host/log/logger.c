@@ -616,7 +616,7 @@ static enum mr_status continue_in_next(struct logger *logger, const char *origin
     snprintf(from, sizeof from, "%s", original);
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_BYTES;
     snprintf(logger->removal_text, sizeof logger->removal_text,
-             "%s has reached the size limit for files (ulimit -f, or its file system), its data "
+             "%s has reached the size limit for files (ulimit -f, or its file system); its data "
              "stays there",
              from);
     return continue_in_new(logger, STORE_IN_PLACE, from, again);
@@ -763,8 +763,8 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     if (*beside ||
         continue_in_new(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
         return error_set(error, MR_IO,
-                         "the newest data could not be written to the campaign or saved next to "
-                         "it: lost: %s; %.250s",
+                         "the newest data could not be written to the campaign, nor saved in the "
+                         "same folder. Lost: %s; %.250s",
                          what, reason);
     *beside = true;
     logger->end_repeated = false;

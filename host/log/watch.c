@@ -184,7 +184,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
     char what[100];
     queue_amount(watch, false, what, sizeof what);
     fprintf(stderr,
-            "%smatrig: the disk has accepted no data for %.0f s: %s; not saved: the newest %s; "
+            "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
             "check the disk\n",
             cli_can_draw() ? "\r\033[K" : "", (double)(at_us - watch->call_start_us) / 1e6,
             watch->path, what);

@@ -700,7 +700,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
     if (series->count < PUSH_LEAST)
         return error_set(error, MR_TOO_FEW,
                          "too few readings: %s: test %s under %.4g lb has %zu; read at %u forces "
-                         "or more, up and down",
+                         "or more, while loading and unloading",
                          series->path, series->name, series->load_lb, series->count, PUSH_LEAST);
     struct work *w = xcalloc(1, sizeof *w);
     w->series = series;

@@ -46,8 +46,8 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
         answer_sentence(
             answer, NULL,
             "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
-            "times as likely with %s, and %.0f times are required. Push harder (to 0.8 of the "
-            "sliding force), or take more readings. No gear_ key is written.",
+            "times as likely with %s as with the other law, but the factor must be %.0f. Push "
+            "harder (to 0.8 of the sliding force), or take more readings. No gear_ key is written.",
             times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS);
     }
 }
@@ -86,11 +86,12 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
 {
     const struct push_interval *rho = &ground->unloading.of;
     if (ground->poor)
-        answer_sentence(answer, NULL,
-                        "Neither law fits well: readings scatter %.1f times as much as their "
-                        "stated errors (by chance once in 1,000). The intervals are wider by that "
-                        "factor. Check the curves for a bend, a drift, or a rod that seats late.",
-                        ground->scatter);
+        answer_sentence(
+            answer, NULL,
+            "Neither law fits well: readings scatter %.1f times as much as their stated errors, "
+            "which happens by chance once in 1,000 tests. The intervals are wider by that factor. "
+            "Check the curves for a bend, a drift, or a rod that seats late.",
+            ground->scatter);
     if (!isnan(rho->value) && rho->low > SPRUNG)
         answer_sentence(
             answer, NULL,
@@ -99,8 +100,8 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
             rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->untold > 0)
         answer_sentence(answer, NULL,
-                        "%zu test%s moved too little to give a stiffness and are left out: stiff "
-                        "places are under-represented.",
+                        "In %zu test%s the mat moved too little to give a stiffness. They are left "
+                        "out, so stiff places are under-represented.",
                         ground->untold, ground->untold == 1 ? "" : "s");
 }
 
@@ -111,12 +112,13 @@ void push_answer_law(struct answer *answer, const struct push_ground *ground,
     add_law(answer, ground);
     add_doubts(answer, ground);
     if (!isnan(k->value))
-        answer_sentence(answer, NULL,
-                        "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). "
-                        "Their total stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 "
-                        "in/ft / %u of the total. A different foot has a different k.",
-                        ground->axle_load_lb, setting->mats, setting->mats == 1 ? "" : "s",
-                        k->value * setting->mats / IN_PER_FT, setting->mats);
+        answer_sentence(
+            answer, NULL,
+            "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
+            "stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 in/ft / %u of the total. "
+            "A contact area of a different length gives a different k.",
+            ground->axle_load_lb, setting->mats, setting->mats == 1 ? "" : "s",
+            k->value * setting->mats / IN_PER_FT, setting->mats);
     if (!isnan(k->value) && setting->mats == 1)
         answer_sentence(answer, NULL,
                         "A wheel whose contact is as long as a mat nearly always presses two mats. "

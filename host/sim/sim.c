@@ -73,8 +73,8 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
                  result->solver);
     else if (!given)
         snprintf(why, size,
-                 "solver %s contradicts itself at two tolerances; give a smaller rtol or another "
-                 "solver",
+                 "solver %s gives different results at two tolerances; give a smaller rtol or "
+                 "another solver",
                  result->solver);
     else if (underflow)
         snprintf(why, size,
@@ -259,8 +259,8 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
     for (size_t i = 0; i < s->cleats; i++)
         sum += s->cleat_left[i];
     answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
-    answer_value(answer, NULL, "hold of a cleat", UNIT_NUMBER, sum / (double)s->cleats, -3);
-    answer_remark(answer, " of the initial hold is left on average, %.3g on mat %.0f",
+    answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
+    answer_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
                   s->cleat_left[worst], s->cleat_mat[worst]);
 }
 
@@ -422,14 +422,14 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
 
 static void add_active(struct answer *answer, const struct sim_result *result)
 {
-    answer_open(answer, "active", "integrated");
-    answer_value(answer, "mats_mean", "mats on average", UNIT_NUMBER, result->mats_mean, 1);
-    answer_count(answer, "mats_max", "mats at most", result->mats_max);
+    answer_open(answer, "active", "integration");
+    answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER, result->mats_mean, 1);
+    answer_count(answer, "mats_max", "integrated mats, max", result->mats_max);
     answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
-    answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
+    answer_value(answer, "dt_limit", "stability limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
         9;
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
-    answer_value(answer, "pass_ms", "time of this pass", UNIT_NUMBER, result->pass_ms, 1)->end =
+    answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->end =
         " ms";
     answer_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out[i]; i++)

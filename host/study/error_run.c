@@ -123,10 +123,11 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 study->lifts ? "minimum ms for an error of lift up to (fixed steps: worst of the "
-                                "step and its two neighbours)"
-                              : "minimum ms for an error of u up to (fixed steps: worst of the "
-                                "step and its two neighbours)");
+                 study->lifts
+                     ? "shortest run time (ms) with an error of lift up to the value above the "
+                       "column (fixed steps: the worst error of the step and its two neighbours)"
+                     : "shortest run time (ms) with an error of u up to the value above the column "
+                       "(fixed steps: the worst error of the step and its two neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");

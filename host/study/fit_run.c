@@ -257,14 +257,15 @@ static void misfit_text(const struct misfit *misfit, char *text, size_t size)
 {
     if (!misfit->checked)
         snprintf(text, size,
-                 "the model was not checked: %zu replicated data sets, but %u are needed; narrow "
+                 "the model was not checked: it generated %zu data sets, but %u are needed; narrow "
                  "the priors",
                  misfit->replicas, MISFIT_LEAST);
     else
-        snprintf(text, size,
-                 "the model %s describe the data: %.0f %% of replicated data sets deviate as much "
-                 "(%.0f %% or less: it cannot)",
-                 misfit->cannot ? "cannot" : "can", 100.0 * misfit->share, 100.0 * MISFIT_FALSE);
+        snprintf(
+            text, size,
+            "the model %s describe the data: %.0f %% of the data sets that it generates deviate at "
+            "least as much as the measurements (the model fails at %.0f %% or less)",
+            misfit->cannot ? "cannot" : "can", 100.0 * misfit->share, 100.0 * MISFIT_FALSE);
 }
 
 static void add_misfit(struct answer *answer, const struct fit_landings *list,

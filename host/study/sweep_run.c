@@ -11,11 +11,11 @@
 static void check_together(const struct sweep_request *r)
 {
     if (r->cases && r->table)
-        error_set(fatal, MR_USAGE,
-                  "--cases and --table do not work together: matrig sweep; run the cases first, "
-                  "then make the table");
+        error_set(
+            fatal, MR_USAGE,
+            "--cases and --table exclude each other; run the cases first, then make the table");
     if (r->output && !r->cases && !r->table)
-        error_set(fatal, MR_USAGE, "-o without --cases or --table: matrig sweep; give one of them");
+        error_set(fatal, MR_USAGE, "-o needs --cases or --table; give one of them");
     if (r->words[1] && !r->table)
         error_set(fatal, MR_USAGE, "unexpected argument: '%s' of sweep; result files need --table",
                   r->words[1]);

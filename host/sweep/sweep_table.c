@@ -534,8 +534,8 @@ static void answer_indices(struct answer *answer, const struct sweep_table *tabl
 {
     const json_t *outputs = sweep_outputs(table->sweep);
     answer_table(answer, "indices",
-                 "indices of sensitivity: share of the variance, by the key alone "
-                 "(first order) and with others (total)");
+                 "sensitivity indices: share of the variance that the key causes alone (first "
+                 "order) and together with other keys (total)");
     for (size_t place = 0; place < table->sweep->grid; place++) {
         if (table->sweep->find.wanted)
             add_indices(answer, table, NULL, place);

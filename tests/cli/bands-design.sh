@@ -47,7 +47,7 @@ check "--si: findings too" in_newtons
 check "too weak" fails_with 2 "bands too weak: .*R = 60000 lb.*A fy = 18750" $m bands width=1in thickness=0.375in
 check "no such input" fails_with 2 "unknown input: 'wieght'" $m bands wieght=3
 check "no such unit" fails_with 2 "unknown unit: '3stone' for weight; write lb, kip, N, kN, kgf or kg" $m bands weight=3stone
-check "a unit where there is none" fails_with 2 "plain number" $m bands bands=4ft
+check "a unit where there is none" fails_with 2 "unexpected unit" $m bands bands=4ft
 check "not a number" fails_with 2 "not a number: 'x'" $m bands weight=x
 check "out of range" fails_with 2 "value out of range: at is 1.5" $m bands at=1.5
 check "half a section" fails_with 2 "width and thickness, or area" $m bands width=6

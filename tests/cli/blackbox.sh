@@ -91,6 +91,6 @@ check "board read of a record that is not there" fails_with 2 "no record 9 in th
     bash -c "$(declare -f with_board at_board box); elf=$elf sockets=$sockets tmp=$tmp; box read 9 --db $tmp/x"
 check "board read without a place to put it" fails_with 2 "no campaign for the record: matrig board read needs --db DB" \
     build/matrig board --serial unix:x read 1
-check "board without a verb it knows" fails_with 2 "not list, read, free, config, runway, arm, disarm, zero, shunt, bringup, key, health, self-test or reset: 'erase'" build/matrig board --serial unix:x erase 1
+check "board without a verb it knows" fails_with 2 "unknown word after matrig board: 'erase'; see matrig board --help" build/matrig board --serial unix:x erase 1
 check "board list takes no number" fails_with 2 "list takes no number: '3'" build/matrig board --serial unix:x list 3
 finish

@@ -106,7 +106,7 @@ cut_and_damaged() {
         sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'only 96 of 97 lines received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the checksum is' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, but this matrig uses 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        fails_with 4 'no bring-up text' build/matrig board --serial file:README.md bringup &&
+        fails_with 4 'no output of a bring-up image' build/matrig board --serial file:README.md bringup &&
         sed 's/$/\r/' "$tmp/zg.txt" >"$tmp/dos.txt" && judge dos >"$tmp/out"
 }
 numbers_are_finite() { # nan and inf are words

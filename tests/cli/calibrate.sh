@@ -143,7 +143,7 @@ silly() {
     printf 'in,codes\n3,x\n' >"$tmp/bad.csv"
     fails_with 4 'not a value and a code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'not a channel' $matrig calibrate d9 --points "$tmp/points.csv" --config "$tmp/rig.cfg" &&
-        fails_with 2 'give either --serial' $matrig calibrate d1 && fails_with 2 'no reason' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
+        fails_with 2 'needs either --serial' $matrig calibrate d1 && fails_with 2 'no reason' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
         fails_with 2 'too long' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" --sensor 0123456789abc
 }
 one_error_when_nothing_can_be_shown() {

@@ -100,8 +100,8 @@ wrong_input_is_told() {
         fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
         fails_with 2 "two scenes: $scene and --scene $scene; give only one" $matrig compare "$db" 1 $scene --scene $scene &&
         fails_with 2 'one runway; give a study file with --seeds' $matrig compare "$db" 1 --seeds 4 &&
-        fails_with 2 'both a RUN and a series' $matrig compare "$db" 1 --series spring &&
-        fails_with 2 'only for a single landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
+        fails_with 2 'a RUN and a series exclude each other' $matrig compare "$db" 1 --series spring &&
+        fails_with 2 '-o works only for a single landing; give its RUN' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
         fails_with 2 'needs DB RUN, DB FILE or DB --series' $matrig compare "$db"
 }
 ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)

@@ -19,7 +19,7 @@ fits() { # by a clock that passes 300 times as fast: it takes minutes
 }
 goes_on() {
     cat "$tmp/goes.txt"
-    grep -Eq '^matrig: fit: running for [1-9][0-9]* s: round [0-9]+ is at [0-9]+ of [0-9]+ data sets; fewer --draws is quicker$' "$tmp/goes.txt"
+    grep -Eq '^matrig: fit: running for [1-9][0-9]* s: round [0-9]+ is at [0-9]+ of [0-9]+ data sets; fewer --draws would be quicker$' "$tmp/goes.txt"
 }
 holds_truth() { between "$(fitted low)" 10.0 "$(fitted high)"; }
 narrows_prior() { between 0 "$(fitted error_of_prior)" 0.7; }
@@ -55,7 +55,7 @@ check "the residuals are a picture" residuals_drawn
 check "the scene runs, with the fitted resistance" scene_has_it
 check "a runway laid in stretches cannot be: exit code 1, JSON and picture say so" laid_in_stretches
 check "a landing without transducers" eval "no_transducer && fails_with 5 'no landing to fit: .*no transducer' $matrig fit '$tmp/none.db'"
-check "a landing of which no switch edge was received" eval "no_switches && fails_with 2 'RUN 1 is torn: none of .* switch edges' $matrig fit '$tmp/blind.db' 1"
+check "a landing of which no switch edge was received" eval "no_switches && fails_with 2 'RUN 1 is incomplete: none of .* switch edges' $matrig fit '$tmp/blind.db' 1"
 check "another version's database" eval "cp '$db' '$tmp/old.db' && sqlite3 '$tmp/old.db' 'pragma user_version = 99' && fails_with 4 'version' $matrig fit '$tmp/old.db'"
 check "no database" fails_with 3 'none' $matrig fit "$tmp/none/none.db"
 finish

@@ -88,7 +88,7 @@ protected() {
         stop_board
     done
     [ $done = 0 ] && stop_board && start_board --boot0 || return 1
-    fails_with 3 'stm32flash failed at the detour to the boot ROM.*stm32flash -u .*-k read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
+    fails_with 3 'stm32flash failed at the jump to the boot ROM.*stm32flash -u .*-k read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
     local found=$?
     stop_board && return $found
 }

@@ -72,7 +72,7 @@ mistakes_are_refused() {
     printf 'in,codes\n0,62.1\n0.5,3724\n1,6826\n' >"$tmp/points.csv"
     refuses d3 1 'code out of range: 3724 for d3, point 2' || return 1
     printf 'in,codes\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" # cm: possible, but not what it was
-    calibrate d3 2>"$tmp/err" && grep -q 'd3: gain 0.001611 -> 0.004093 in per code, 2.54 times, compared with' "$tmp/err" &&
+    calibrate d3 2>"$tmp/err" && grep -q 'd3: gain 0.001611 -> 0.004093 in per code, a factor of 2.54, compared with' "$tmp/err" &&
         cp "$tmp/new.cfg" "$tmp/jump.cfg" && $matrig board config check "$tmp/jump.cfg"
 }
 a_slip_of_the_pen_is_refused() { # 628.6 for 682.6: the gain would be 9 % off; the others fit to 0.0003 in
@@ -80,11 +80,11 @@ a_slip_of_the_pen_is_refused() { # 628.6 for 682.6: the gain would be 9 % off; t
     refuses d3 1 'the points deviate from their fit by 0.029 in, 2.9 % of their span .limit 1.: .*points.csv; without point 3 .1 in, 628.6 codes. the others fit within 8.1e-05 in: .* --accept REASON$' &&
         refuses d3 1 'without point 3' --table && refuses d3 2 'a reason of one line' --accept "" || return 1
     calibrate d3 >"$tmp/out" 2>/dev/null
-    grep 'worst$' "$tmp/out" && calibrate d3 --miss 5 && [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: accepted off its fit: --miss 5: the points deviate from their fit by 2.9 % of their span' ] && calibrate d3 --accept 'stop bent at 1 in' &&
-        [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: accepted off its fit: stop bent at 1 in' ] && $matrig board config check "$tmp/new.cfg" || return 1
+    grep 'worst$' "$tmp/out" && calibrate d3 --miss 5 && [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: deviation from the fit accepted: --miss 5: the points deviate from their fit by 2.9 % of their span' ] && calibrate d3 --accept 'stop bent at 1 in' &&
+        [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: deviation from the fit accepted: stop bent at 1 in' ] && $matrig board config check "$tmp/new.cfg" || return 1
     goes_on() { $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/$2.cfg" -o "$tmp/$3.cfg" --force "${@:4}" >/dev/null && head -n 2 "$tmp/$3.cfg" | tr '\n' /; }
-    [[ $(goes_on d4 new next --accept bent) == "# d4: accepted off its fit: bent/# d3: accepted off its fit: stop bent at 1 in/" &&
-        $(goes_on d4 next last --miss 5) == "# d4: accepted off its fit: --miss 5: "*"/# d3: accepted off its fit: stop bent at 1 in/" ]] || return 1
+    [[ $(goes_on d4 new next --accept bent) == "# d4: deviation from the fit accepted: bent/# d3: deviation from the fit accepted: stop bent at 1 in/" &&
+        $(goes_on d4 next last --miss 5) == "# d4: deviation from the fit accepted: --miss 5: "*"/# d3: deviation from the fit accepted: stop bent at 1 in/" ]] || return 1
     $matrig --json calibrate d3 --points "$tmp/points.csv" --config "$tmp/rig.cfg" 2>/dev/null | jq -e '.exit == 1 and .kind == "limit" and (.points | length) == 5' || return 1
     printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,628.6\n' >"$tmp/points.csv" # of three, any
     refuses d3 1 'no single point explains this'
@@ -96,7 +96,7 @@ check_and_set_refuse_what_is_impossible() {
 }
 set_refuses_a_jump() {
     ! config set "$tmp/jump.cfg" 2>"$tmp/set.err" && cat "$tmp/set.err" && [ "$(wc -l <"$tmp/set.err")" = 1 ] &&
-        grep -q 'd3: gain 0.001611 -> 0.004093 in per code, 2.54 times, compared with the board' "$tmp/set.err"
+        grep -q 'd3: gain 0.001611 -> 0.004093 in per code, a factor of 2.54, compared with the board' "$tmp/set.err"
 }
 set_sends_it_with_force() { config set "$tmp/jump.cfg" --force | grep -q '^channel\[3\].unit_per_code: 0.00161.* -> 0.00409'; }
 # Any change of the configuration since the last landing is no-go for ready, until it is said with --expect-config.

@@ -76,7 +76,7 @@ summary_says() { # each figure as the run file's truth has it
     $matrig report "$tmp/all.db" -o "$tmp/all.html" 2>/dev/null && $matrig --quiet log --all --can "file:$tmp/all.can" \
         --serial "file:$tmp/all.serial" --db "$tmp/text.db" >"$tmp/summary.txt" || return 1
     cat "$tmp/summary.txt"
-    grep -q '^RUN 1: landing 5, done' "$tmp/summary.txt" && grep -q 'switches  *[0-9]* of 24 seen, not reached from 20 on' "$tmp/summary.txt" &&
+    grep -q '^RUN 1: landing 5, done' "$tmp/summary.txt" && grep -q 'switches  *[0-9]* of 24 seen; switches 20 to 24 not reached' "$tmp/summary.txt" &&
         grep -Eq 'CAN  *[0-9]+ frames received, 0 lost' "$tmp/summary.txt" &&
         grep -Eq 'serial  *[0-9]+ frames received, 0 lost' "$tmp/summary.txt"
 }

@@ -204,7 +204,7 @@ hung() {
     wait $sender
     cat "$tmp/hung.err"
     echo "exit $status after $((SECONDS - from)) s"
-    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; not saved: the newest [0-9]+ frames of CAN and [0-9]+ bytes of serial"
+    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; the newest [0-9]+ frames of CAN and [0-9]+ bytes of serial are not saved"
 }
 
 # The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.

@@ -47,8 +47,8 @@ beginning_is_missing() {
     tail -n +"$((at + 1))" "$tmp/all.can" >"$tmp/late.can"
     log late "$tmp/late.can" || return 1
     cat "$tmp/late.txt"
-    grep -Eq 'torn  *the switch edges before number [0-9]+ were not received' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
-        grep -q '^  motion  *not known: the landing is torn' "$tmp/late.txt"
+    grep -Eq 'incomplete  *the switch edges before number [0-9]+ were not received' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
+        grep -q '^  motion  *not known: the first switch edges were not received' "$tmp/late.txt"
 }
 everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/strangers.py "$tmp/all.can" "$tmp/all.serial" "$tmp/each" $matrig; }
 # A stranger's orders, one for three frames of the board: told a line a second, kept, and the record replays for all that.

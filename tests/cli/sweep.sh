@@ -224,8 +224,8 @@ unknown_output() { printf '%s' "{$b, \"vary\": {\"F\": [1]}, \"outputs\": [\"lif
 check "an output that no result has" unknown_output
 for cases in 0 5..4 1001 1001..1002; do check "--cases $cases" fails_with 2 'out of range: --cases' $m sweep "$tmp/whole.json" --cases $cases; done
 for cases in x 1.. ..2 1..2x -1; do check "--cases $cases" fails_with 2 'malformed: --cases' $m sweep "$tmp/whole.json" --cases=$cases; done
-check "-o alone" fails_with 2 '-o without --cases' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
-check "two things at once" fails_with 2 'do not work together' $m sweep "$tmp/whole.json" --cases 1 --table "$tmp/whole.jsonl"
+check "-o alone" fails_with 2 '-o needs --cases' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
+check "two things at once" fails_with 2 'exclude each other' $m sweep "$tmp/whole.json" --cases 1 --table "$tmp/whole.jsonl"
 check "no results" fails_with 2 'give the result files' $m sweep "$tmp/whole.json" --table
 check "results that are not there" fails_with 3 'cannot open results: .*gone.jsonl' $m sweep "$tmp/whole.json" --table "$tmp/gone.jsonl"
 check "results over the sweep" fails_with 2 'would overwrite' $m sweep "$tmp/whole.json" --cases 1 -o "$tmp/whole.json"

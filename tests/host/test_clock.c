@@ -84,7 +84,8 @@ TEST(times_of_day_are_right_within_their_intervals)
     assert_true(answer_text(answer, out));
     answer_free(answer);
     fclose(out);
-    assert_non_null(strstr(line, "ppm fast (CAN, 60 time pairs); times of day within 0."));
+    assert_non_null(
+        strstr(line, "ppm fast (CAN, 60 time pairs); times of day are known within 0."));
     assert_non_null(strstr(line, "touchdown at  2026-09-21 ")); /* date -u -d @1790000081 */
     summary_free(&summary);
     session_end(&session);

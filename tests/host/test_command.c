@@ -110,9 +110,10 @@ TEST(a_number_is_read_with_its_unit)
 TEST(nonsense_is_refused_in_a_line)
 {
     REFUSED("unknown option: '--bd' of try; see matrig try --help", "a.db", "--bd", "b.db");
-    REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig "
-            "--json try",
-            "a.db", "--json");
+    REFUSED(
+        "option in the wrong place: '--json' after try; put the option before the command: matrig "
+        "--json try",
+        "a.db", "--json");
     REFUSED("unknown option: '--version' of try", "a.db", "--version");
     REFUSED("option given twice: --db of try", "a.db", "--db", "b", "--db", "c");
     /* also when it is no text */

@@ -395,7 +395,7 @@ TEST(bad_input_is_refused)
     struct fit_answer answer;
     struct error few = {0}, draws = {0}, failed = {0};
     fit_run(&model, measured, &options, &answer, &few);
-    assert_error(&few, MR_TOO_FEW, "1 measured statistics for 2 parameters");
+    assert_error(&few, MR_TOO_FEW, "measured statistics: 1 for 2 parameters");
     fit_free(&answer);
     model.statistics = LINEAR_STATISTICS;
     options.draws = 20;

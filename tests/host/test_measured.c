@@ -177,8 +177,9 @@ TEST(torn_has_no_movements)
         assert_true(c->error > 0.0);
     }
     measured_format_torn(&m, text);
-    assert_string_equal(text, "torn: the switch edges before number 9 were not received; no speeds "
-                              "and no movements are given");
+    assert_string_equal(text,
+                        "incomplete: the switch edges before number 9 were not received; speeds "
+                        "and movements are not known");
     measured_free(&m);
     session_end(&s);
 }

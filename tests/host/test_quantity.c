@@ -173,16 +173,16 @@ TEST(never_another_unit)
     refused("3 ft 2 in", "ft", NULL, "unknown unit", "ft");
     refused("3 m/s/s", "m/s2", NULL, "unknown unit", "m/s2");
     refused("3 mm2x", "in2", NULL, "unknown unit", "in2");
-    refused("3 lb", "", NULL, "a unit after a plain number", "number without a unit");
+    refused("3 lb", "", NULL, "unexpected unit", "number without a unit");
     refused("3", "in", "", "a number without a unit", "mm");
     refused("3 kB", "MB", NULL, "unknown unit", "number without a unit, in MB");
 }
 
 TEST(a_comma_is_refused_with_a_word)
 {
-    refused("5,2 mm", "in", NULL, "a comma", "write a point: 5.2 mm");
-    refused("1,000 lb", "lb", NULL, "a comma", "no thousands separator");
-    refused("5,", "in", NULL, "a comma", "point");
+    refused("5,2 mm", "in", NULL, "a comma in a number", "write a point: 5.2 mm");
+    refused("1,000 lb", "lb", NULL, "a comma in a number", "no thousands separator");
+    refused("5,", "in", NULL, "a comma in a number", "point");
     refused("", "in", NULL, "no number", "4 in");
     refused("mm", "in", NULL, "not a number", "4 in");
     refused("0x10 mm", "in", NULL, "unknown unit", "mm");

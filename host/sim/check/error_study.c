@@ -374,7 +374,7 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
     for (size_t i = 0; i < size; i++)
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
     snprintf(study->method, sizeof study->method,
-             "event (every switch located) at rtol 1e-13; agrees with rtol 1e-12");
+             "event (every event located) at rtol 1e-13; agrees with rtol 1e-12");
     if (error->status == MR_OK && (run.status != SIM_OK || check.status != SIM_OK ||
                                    study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
         error_set(error, MR_NUMERICS,

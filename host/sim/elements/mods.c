@@ -657,9 +657,9 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         if (b->segments > 0)
-            sim_result_note(result,
-                            "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two",
-                            b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
+            sim_result_note(
+                result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two rivets",
+                b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
     if (m->cleated)
         sim_result_note(result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",

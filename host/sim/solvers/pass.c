@@ -50,7 +50,7 @@ struct pass {
 
 /* Reasons for no progress. */
 #define TOO_SMALL "its step became too small"
-#define PILE_UP   "switches follow each other too closely"
+#define PILE_UP   "events (contact, sticking, slipping) follow each other too closely"
 #define USED_UP   "it reached its limit of steps"
 
 static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)

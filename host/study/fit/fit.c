@@ -268,10 +268,10 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
            k = surface_terms(q);
     *surface = (struct surface){.parameters = q, .statistics = p, .terms = k, .draws = n};
     if (n <= 2 * k)
-        return error_set(
-            error, MR_TOO_FEW,
-            "too few simulated data sets: %zu for a surface of %zu terms; use more than %zu draws",
-            n, k, 2 * k);
+        return error_set(error, MR_TOO_FEW,
+                         "too few simulated data sets: %zu for a response surface of %zu terms; "
+                         "use more than %zu draws",
+                         n, k, 2 * k);
     surface->factor = new_matrix(k, p);
     surface->departure = new_matrix(n, p);
     surface->covariance = new_matrix(p, p);
@@ -281,8 +281,8 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
     for (size_t i = 0; i < n; i++)
         set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
     if (!invert_normal(design, surface->spread)) {
-        error_set(error, MR_NUMERICS, "the surface is not determined: %zu draws; use more draws",
-                  n);
+        error_set(error, MR_NUMERICS,
+                  "the response surface is not determined: %zu draws; use more draws", n);
     } else {
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
         gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
@@ -882,7 +882,8 @@ static enum mr_status check(const struct fit_model *model, const struct fit_opti
                          model->parameters, FIT_PARAMETERS_MAX);
     if (model->statistics < model->parameters || model->statistics > FIT_STATISTICS_MAX)
         return error_set(
-            error, MR_TOO_FEW, "%zu measured statistics for %zu parameters: fit; give %zu to %u",
+            error, MR_TOO_FEW,
+            "wrong number of measured statistics: %zu for %zu parameters; give %zu to %u",
             model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
     if (options->draws < FIT_DRAWS_LEAST || options->draws < least)
         return error_set(error, MR_USAGE,
