@@ -57,7 +57,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     progress_begin(&progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
                    cli->quiet);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
-    request->options.side_by_side = true;
+    request->options.in_parallel = true;
     request->options.may_continue = show_progress;
     request->options.may_continue_ctx = &progress;
     interrupted = 0;
@@ -149,7 +149,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
         code = cli_fail(&error);
     if (error.status == MR_OK || result.status != SIM_OK) {
         if (cli->json || usable)
-            code = answer_show(cli, sim_answer(&scene, &result, cli->si), code);
+            code = answer_show(cli, sim_to_answer(&scene, &result, cli->si), code);
     }
     sim_result_free(&result);
     sim_scene_free(&scene);
@@ -175,7 +175,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--csv", "F.csv", csv_path,
                 "write displacement and left-end height over time, for the mats in the scene key "
                 "u_mats; default: all"),
-    OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
+    OPTION_NUMBER("--limit", "S", options.time_limit_s, "s", 1e-3, 1e7, 0.0,
                   "stop after S seconds and print the results so far; default: no limit"),
     HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints the results "
               "so far (status interrupted, exit 5)."),

@@ -292,7 +292,7 @@ static void modify(struct runway *r, const struct sim_scene *scene)
     mods_free_lists(&r->mods);
     r->mods = scene->mods;
     struct sim_list *lists[MODS_LISTS];
-    mods_lists(&r->mods, lists);
+    mods_collect_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
         own_list(lists[i]); /* copy every list, because the originals belong to the series */
     if (torn.count > 0) {
@@ -520,7 +520,7 @@ static void note_bands(const struct sim_scene *scene, const struct mods_state *s
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
         int connections = mods_connections(scene, g);
         for (int i = 0; i <= connections && connections > 0; i++)
-            out->band_slack += state->band_least_lb[segment++] <= 0.0;
+            out->band_slack += state->band_min_lb[segment++] <= 0.0;
     }
 }
 

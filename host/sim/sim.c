@@ -35,9 +35,9 @@ static enum mr_status check_options(const struct sim_scene *scene,
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give 0 to 1e+06 s",
                          options->dt_s);
-    if (!(options->limit_s >= 0.0))
+    if (!(options->time_limit_s >= 0.0))
         return error_set(error, MR_USAGE, "limit out of range: %g s; give 0 (no limit) or more",
-                         options->limit_s);
+                         options->time_limit_s);
     if (options->rtol != 0.0 && !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
                          chain ? "1e-13 to 1" : "1e-13 to 0.01");
@@ -90,18 +90,19 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
                  result->dt_s);
 }
 
-static void fail_text(const struct sim_result *result, const struct sim_scene *scene,
-                      const struct deadline *deadline, struct error *error)
+static void format_failure(const struct sim_result *result, const struct sim_scene *scene,
+                           const struct deadline *deadline, struct error *error)
 {
     const char *name = sim_scene_name(scene);
     char why[160];
     int nine = sim_time_digits(result->start_s, 9), six = sim_time_digits(result->start_s, 6);
-    if (result->status == SIM_INTERRUPTED && deadline->late) {
+    if (result->status == SIM_INTERRUPTED && deadline->is_exceeded) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.*g of %.*g s, because the limit of %g s of computing was "
                   "reached; the result up to this time is given; give a longer limit, an earlier "
                   "tend or a looser rtol",
-                  name, nine, result->t_s, nine, result->t_end_s, deadline->asked->limit_s);
+                  name, nine, result->t_s, nine, result->t_end_s,
+                  deadline->asked_options->time_limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.*g of %.*g s; the result up to this time is given", name,
@@ -111,7 +112,7 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
                   "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
                   "diverge there, by up to %.2g ft of movement and %.2g ft of lift; a finer step "
                   "does not help; give an earlier tend",
-                  name, six, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
+                  name, six, result->t_s, result->mat, result->divergence_runs, result->error_u_ft,
                   result->error_lift_ft);
     } else {
         fail_at(result, scene, why, sizeof why);
@@ -130,15 +131,15 @@ static void to_scene_times(struct sim_result *result)
 }
 
 /* If a run was stopped during its check, it has a result but no error estimate. */
-static enum mr_status conclude(struct sim_result *result, const struct sim_scene *scene,
-                               const struct deadline *deadline, struct error *error)
+static enum mr_status finish_result(struct sim_result *result, const struct sim_scene *scene,
+                                    const struct deadline *deadline, struct error *error)
 {
     if (error->status != MR_OK)
         return error->status;
-    if (deadline->late && result->status == SIM_OK)
-        sim_result_end(result, SIM_INTERRUPTED, 1, result->t_end_s);
+    if (deadline->is_exceeded && result->status == SIM_OK)
+        sim_result_set_status(result, SIM_INTERRUPTED, 1, result->t_end_s);
     if (result->status != SIM_OK)
-        fail_text(result, scene, deadline, error);
+        format_failure(result, scene, deadline, error);
     return error->status;
 }
 
@@ -148,7 +149,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     const char *where = sim_scene_name(scene);
     struct deadline deadline;
     *result = (struct sim_result){0};
-    deadline_begin(&deadline, options, options->limit_s);
+    deadline_begin(&deadline, options, options->time_limit_s);
     if (sim_scene_check(scene, where, error) != MR_OK ||
         check_options(scene, options, error) != MR_OK)
         return error->status;
@@ -157,15 +158,15 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal is soil; give weight", where);
     struct sim_scene counted;
-    sim_scene_from_start(&counted, scene);
+    sim_scene_shift_times(&counted, scene);
     result->start_s = sim_scene_start_s(scene);
     if (scene->model == SIM_CHAIN)
         chain_run(&counted, &deadline.options, result, error);
     else
         planar_run(&counted, &deadline.options, result, error);
-    sim_scene_from_start_free(&counted, scene);
+    sim_scene_shift_times_free(&counted, scene);
     to_scene_times(result);
-    return conclude(result, scene, &deadline, error);
+    return finish_result(result, scene, &deadline, error);
 }
 
 bool sim_progress(void *progress, int pass, double part)
@@ -178,7 +179,7 @@ bool sim_progress(void *progress, int pass, double part)
 
 #define DIGITS 9
 
-static json_t *numbers(const double *values, size_t count)
+static json_t *numbers_json(const double *values, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -186,7 +187,7 @@ static json_t *numbers(const double *values, size_t count)
     return list;
 }
 
-static json_t *flagged(const double *flags, const double *names, size_t count)
+static json_t *flagged_json(const double *flags, const double *names, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
@@ -204,13 +205,13 @@ static void add_group(struct answer *answer, int group, const struct mods_state 
         const char *name;
         json_t *list;
     } lists[] = {
-        {"T0", numbers(s->band_lb + segment, count + 1)},
-        {"least_lb", numbers(s->band_least_lb + segment, count + 1)},
-        {"most_lb", numbers(s->band_most_lb + segment, count + 1)},
-        {"mats", numbers(s->band_mat + connection, count)},
-        {"load_lb", numbers(s->band_load_lb + connection, count)},
-        {"slipped", numbers(s->band_slip_ft + connection, count)},
-        {"pulled", flagged(s->band_out + connection, s->band_mat + connection, count)},
+        {"T0", numbers_json(s->band_lb + segment, count + 1)},
+        {"least_lb", numbers_json(s->band_min_lb + segment, count + 1)},
+        {"most_lb", numbers_json(s->band_max_lb + segment, count + 1)},
+        {"mats", numbers_json(s->band_mat + connection, count)},
+        {"load_lb", numbers_json(s->band_load_lb + connection, count)},
+        {"slipped", numbers_json(s->band_slip_ft + connection, count)},
+        {"pulled", flagged_json(s->band_pulled_out + connection, s->band_mat + connection, count)},
     };
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
         char name[24];
@@ -219,7 +220,7 @@ static void add_group(struct answer *answer, int group, const struct mods_state 
     }
 }
 
-static size_t extreme(const double *values, size_t count, double sign)
+static size_t find_extreme(const double *values, size_t count, double sign)
 {
     size_t at = 0;
     for (size_t i = 1; i < count; i++)
@@ -229,19 +230,18 @@ static size_t extreme(const double *values, size_t count, double sign)
 
 static void add_bands(struct answer *answer, const struct mods_state *s)
 {
-    size_t least = extreme(s->band_least_lb, s->segments, -1.0),
-           most = extreme(s->band_most_lb, s->segments, 1.0);
-    size_t load = extreme(s->band_load_lb, s->connections, 1.0),
-           slip = extreme(s->band_slip_ft, s->connections, 1.0);
+    size_t least = find_extreme(s->band_min_lb, s->segments, -1.0),
+           most = find_extreme(s->band_max_lb, s->segments, 1.0);
+    size_t load = find_extreme(s->band_load_lb, s->connections, 1.0),
+           slip = find_extreme(s->band_slip_ft, s->connections, 1.0);
     size_t slack = 0, out = 0;
     for (size_t i = 0; i < s->segments; i++)
-        slack += s->band_least_lb[i] < 0.0;
+        slack += s->band_min_lb[i] < 0.0;
     for (size_t i = 0; i < s->connections; i++)
-        out += s->band_out[i] != 0.0;
-    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_least_lb[least]),
-                 -4);
+        out += s->band_pulled_out[i] != 0.0;
+    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_min_lb[least]), -4);
     answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segments, slack);
-    answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_most_lb[most], -4);
+    answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
     answer_remark(answer, ", in segment %zu", most + 1);
     answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
         DIGITS;
@@ -254,7 +254,7 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
 
 static void add_cleats(struct answer *answer, const struct mods_state *s)
 {
-    size_t worst = extreme(s->cleat_left, s->cleats, -1.0);
+    size_t worst = find_extreme(s->cleat_left, s->cleats, -1.0);
     double sum = 0.0;
     for (size_t i = 0; i < s->cleats; i++)
         sum += s->cleat_left[i];
@@ -270,14 +270,14 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
     for (int k = 0; k < SIM_RESTRAINTS; first += s->restraints[k++]) {
         const char *kind = mods_restraint_name(k);
         const double *load_lb = s->restraint_load_lb + first, *at = s->restraint_at + first;
-        size_t count = s->restraints[k], most = extreme(load_lb, count, 1.0);
+        size_t count = s->restraints[k], most = find_extreme(load_lb, count, 1.0);
         char name[24];
         if (count == 0)
             continue;
         snprintf(name, sizeof name, "%s_zero", kind);
-        answer_json_value(answer, name, numbers(s->restraint_zero_ft + first, count));
+        answer_json_value(answer, name, numbers_json(s->restraint_zero_ft + first, count));
         snprintf(name, sizeof name, "%s_load_lb", kind);
-        answer_json_value(answer, name, numbers(load_lb, count));
+        answer_json_value(answer, name, numbers_json(load_lb, count));
         snprintf(name, sizeof name, "largest %s load", kind);
         answer_value(answer, NULL, name, UNIT_TENSION, load_lb[most], -4);
         answer_remark(answer, ", at %s %.0f", k == SIM_ABSORBERS ? "joint" : "mat", at[most]);
@@ -287,8 +287,8 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
 /* Add "mods". JSON: the state as scene keys (band_T0, band_slipped, band_pulled, cleat_left, torn)
  * and the extremes of each part. Printed: extremes over all parts. `state` NULL: no modifications,
  * nothing added. */
-static void mods_answer(struct answer *answer, const struct sim_scene *scene,
-                        const struct mods_state *s)
+static void add_mods(struct answer *answer, const struct sim_scene *scene,
+                     const struct mods_state *s)
 {
     size_t segment = 0, connection = 0, torn = 0;
     if (!s)
@@ -311,7 +311,7 @@ static void mods_answer(struct answer *answer, const struct sim_scene *scene,
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
-        answer_json_value(answer, "torn", flagged(s->torn, NULL, s->joints + 1));
+        answer_json_value(answer, "torn", flagged_json(s->torn, NULL, s->joints + 1));
     if (may_tear || torn > 0)
         answer_count(answer, NULL, "joints torn", (int64_t)torn);
     answer_close(answer);
@@ -396,17 +396,17 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
                  seen ? result->max_lift_ft : (double)NAN, 4)
         ->digits = 12;
-    bool alike = unsure &&
-                 (result->spread_waves == 0 || result->spread_waves == result->spread_runs);
+    bool alike = unsure && (result->divergence_waves == 0 ||
+                            result->divergence_waves == result->divergence_runs);
     if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
         answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL,
                     unsure ? "in some runs" : "none yet");
     if (unsure) {
-        answer_count(answer, "spread_runs", "runs", result->spread_runs);
+        answer_count(answer, "spread_runs", "runs", result->divergence_runs);
         answer_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
-                     result->spread_waves);
+                     result->divergence_waves);
     }
     answer_open(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
@@ -442,7 +442,8 @@ static void add_active(struct answer *answer, const struct sim_result *result)
     answer_close(answer);
 }
 
-struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si)
+struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_result *result,
+                             bool si)
 {
     struct answer *answer = answer_new(si);
     int twelve = sim_time_digits(result->start_s, 12), six = sim_time_digits(result->start_s, 6);
@@ -471,7 +472,7 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
     answer_count(answer, "rejected", NULL, (int64_t)result->rejected);
     answer_count(answer, "events", NULL, (int64_t)result->events);
     add_extremes(answer, scene, result);
-    mods_answer(answer, scene, result->mods);
+    add_mods(answer, scene, result->mods);
     add_outputs(answer, scene, result);
     add_active(answer, result);
     return answer;

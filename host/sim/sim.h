@@ -30,6 +30,7 @@ int sim_shown_mat(const struct sim_scene *scene, size_t i);
 
 /* Makes a new answer from a result with any status; the caller frees it. In the JSON lengths are in
  * ft, times in s, forces in lb, also with `si`. */
-struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si);
+struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_result *result,
+                             bool si);
 
 #endif

@@ -47,14 +47,14 @@ static void add_run(struct answer *answer, const struct error_study *study,
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->disagreement_u_ft);
     add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft, study->agreement_lift_ft);
     answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
-    answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s",
+    answer_words(answer, NULL, "status", run->is_unstable ? "%s, beyond the limit" : "%s",
                  sim_status_name(run->status));
     if (run->status != SIM_OK)
         answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
     answer_value(answer, "max_lift", NULL, UNIT_STATION,
                  or_null(run->status == SIM_OK, run->max_lift_ft), 0)
         ->digits = 9;
-    answer_flag(answer, "beyond_limit", NULL, run->beyond);
+    answer_flag(answer, "beyond_limit", NULL, run->is_unstable);
 }
 
 static void add_runs(struct answer *answer, const struct error_study *study)
@@ -63,7 +63,7 @@ static void add_runs(struct answer *answer, const struct error_study *study)
     answer_table(answer, "runs", "runs");
     for (size_t i = 0; i < study->run_count; i++) {
         add_run(answer, study, &study->runs[i]);
-        beyond = beyond || (study->runs[i].beyond && study->runs[i].status == SIM_OK);
+        beyond = beyond || (study->runs[i].is_unstable && study->runs[i].status == SIM_OK);
     }
     answer_close(answer);
     if (beyond)
@@ -86,7 +86,7 @@ static void slope_text(const char *what, const struct error_slope *slope,
 {
     if (slope->points == 0)
         snprintf(text, size, "%s: too few errors to fit, or too similar run times", what);
-    else if (slope->scatter > ERROR_NO_LAW)
+    else if (slope->scatter > ERROR_SCATTER_MAX)
         snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what,
                  slope->points, slope->scatter);
     else
@@ -103,11 +103,11 @@ static void add_orders(struct answer *answer, const struct error_study *study)
         const char *law = order->of_step ? "error ~ dt^p" : "error ~ rtol^p";
         char u[120], lift[120];
         slope_text("u", &order->u, order, u, sizeof u);
-        if (study->lifts)
+        if (study->has_lift)
             slope_text("lift", &order->lift, order, lift, sizeof lift);
         answer_open(answer, NULL, "");
         answer_words(answer, NULL, order->solver, "%s, %s", law, u);
-        if (study->lifts)
+        if (study->has_lift)
             answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_words(answer, "solver", NULL, "%s", order->solver);
         answer_words(answer, "against", NULL, "%s", order->of_step ? "dt" : "rtol");
@@ -132,8 +132,8 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
         answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
-            const struct error_run *run = error_study_cheapest(study, i < count ? names[i] : NULL,
-                                                               error_levels_ft[k]);
+            const struct error_run *run =
+                error_study_find_cheapest(study, i < count ? names[i] : NULL, error_levels_ft[k]);
             char level[24];
             snprintf(level, sizeof level, "%.0e ft", error_levels_ft[k]);
             if (i < count)
@@ -192,7 +192,7 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         bool ok = run->status == SIM_OK;
-        if (strcmp(run->solver, solver) != 0 || run->beyond != beyond)
+        if (strcmp(run->solver, solver) != 0 || run->is_unstable != beyond)
             continue;
         ms[count] = ok ? run->ms : (double)NAN;
         error[count++] = ok ? error_ft(run, lift) : (double)NAN;
@@ -231,8 +231,8 @@ static void plot_panel_of(struct plot *plot, const struct error_study *study, bo
 static enum mr_status write_plot(const char *path, const char *name,
                                  const struct error_study *study, struct error *error)
 {
-    struct plot *plot = plot_new(name, study->lifts ? 960 : 640, 480, study->lifts ? 2 : 1);
-    if (study->lifts)
+    struct plot *plot = plot_new(name, study->has_lift ? 960 : 640, 480, study->has_lift ? 2 : 1);
+    if (study->has_lift)
         plot_panel_of(plot, study, true);
     plot_panel_of(plot, study, false);
     return plot_write(plot, path, error);

@@ -39,7 +39,8 @@ static json_t *simulate_scene(const json_t *input)
     sim_run(&scene, &options, &result, &error);
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
-    json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
+    json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
+                           : refused(&error);
     /* over all mats and times; `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));

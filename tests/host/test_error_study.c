@@ -111,9 +111,9 @@ TEST(references_agree_and_errors_fall)
     for (size_t i = 0; i < study.run_count; i++) {
         const struct error_run *r = &study.runs[i];
         if (strcmp(r->solver, "rk4") == 0) {
-            over = over || r->beyond;
-            assert_int_equal(r->beyond, r->dt_s > study.dt_limit_s);
-            if (r->beyond)
+            over = over || r->is_unstable;
+            assert_int_equal(r->is_unstable, r->dt_s > study.dt_limit_s);
+            if (r->is_unstable)
                 assert_true(isnan(error_study_judged_ft(&study, i)));
         }
     }
@@ -220,7 +220,7 @@ TEST(without_a_reference_there_is_no_table)
 /* error = 3 dt^1.5 except at one lucky step. */
 TEST(slopes_and_cheapest_of_a_known_study)
 {
-    study = (struct error_study){.lifts = true,
+    study = (struct error_study){.has_lift = true,
                                  .agreement_lift_ft = 1e-9,
                                  .disagreement_u_ft = 1e-9,
                                  .peak_u_ft = 10,
@@ -235,7 +235,7 @@ TEST(slopes_and_cheapest_of_a_known_study)
                                                            .u_ft = 3.0 * pow(dt, 1.5),
                                                            .lift_ft = 3.0 * pow(dt, 1.5)};
     }
-    error_study_fit(&study);
+    error_study_fit_slopes(&study);
     assert_near(slope_of("rk4", true)->slope, 1.5, 1e-9);
     assert_int_equal(slope_of("rk4", true)->points, 8);
     assert_near(slope_of("rk4", true)->scatter, 0.0, 1e-9);
@@ -244,20 +244,20 @@ TEST(slopes_and_cheapest_of_a_known_study)
     study.runs[1].lift_ft = 1e-6;
     assert_near(error_study_judged_ft(&study, 1), 3e-3, 1e-9);
     assert_true(isnan(error_study_judged_ft(&study, 0)));
-    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[2]);
+    assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1e-3), &study.runs[2]);
     study.runs[1].lift_ft = study.runs[1].u_ft;
     /* 2 has a neighbour above it */
-    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[3]);
-    assert_ptr_equal(error_study_cheapest(&study, NULL, 1.1e-3), &study.runs[2]);
-    assert_null(error_study_cheapest(&study, "event", 1e-3));
+    assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1e-3), &study.runs[3]);
+    assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1.1e-3), &study.runs[2]);
+    assert_null(error_study_find_cheapest(&study, "event", 1e-3));
     study.agreement_lift_ft = 1e-3;
-    assert_null(error_study_cheapest(&study, NULL, 1.1e-3)); /* the reference cannot tell */
+    assert_null(error_study_find_cheapest(&study, NULL, 1.1e-3)); /* the reference cannot tell */
 
     /* a failed run has no error and does not count */
     study.agreement_lift_ft = 1e-9;
     study.runs[2].status = SIM_UNSTABLE;
     assert_true(isnan(error_study_judged_ft(&study, 2)));
     assert_true(isnan(error_study_judged_ft(&study, 3)));
-    error_study_fit(&study);
+    error_study_fit_slopes(&study);
     assert_int_equal(slope_of("rk4", true)->points, 7);
 }

@@ -29,7 +29,7 @@ TEST(a_limit_ends_every_solver)
                                              : "host/scenes/consistent_fig3_7.json");
         struct clock clock = {100.0, 1.0, 0};
         struct sim_options options = {
-            .solver = solvers[i], .limit_s = 2.0, .clock_s = look, .clock_ctx = &clock};
+            .solver = solvers[i], .time_limit_s = 2.0, .clock_s = look, .clock_ctx = &clock};
         struct sim_result result;
         memset(&error, 0, sizeof error);
         if (sim_run(&scene, &options, &result, &error) != MR_NUMERICS)
@@ -53,7 +53,7 @@ TEST(without_a_limit_nobody_looks)
     assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
     assert_int_equal(clock.looks, 0);
     sim_result_free(&result);
-    options.limit_s = -1.0;
+    options.time_limit_s = -1.0;
     assert_int_equal(sim_run(&scene, &options, &result, &error), MR_USAGE);
     assert_non_null(strstr(error.text, "limit"));
     sim_result_free(&result);

@@ -45,8 +45,8 @@ TEST(a_mat_swings_between_anchors)
         scene.t_end_s = 0.5 * PI / rate; /* a quarter of a period: at its furthest */
         struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
         near(result.u_ft[5], 1.0 / rate, 1e-7);
-        near(result.mods->band_least_lb[1], t0 - 1000.0 / 5.5 / rate, 1e-3);
-        near(result.mods->band_most_lb[0], t0 + 1000.0 / 4.5 / rate, 1e-3);
+        near(result.mods->band_min_lb[1], t0 - 1000.0 / 5.5 / rate, 1e-3);
+        near(result.mods->band_max_lb[0], t0 + 1000.0 / 4.5 / rate, 1e-3);
         assert_true(result.speed_end_ft_s < 1e-3);
         sim_result_free(&result);
         sim_scene_free(&scene);
@@ -70,10 +70,10 @@ TEST(a_slack_band_does_not_push)
     scene.t_end_s = 0.5;
     scene.mods.band[0].k_lb_ft = (double)INFINITY;
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
-    near(result.mods->band_most_lb[0], t0 + k * furthest, 1e-3);
+    near(result.mods->band_max_lb[0], t0 + k * furthest, 1e-3);
     /* negative: how much it hangs loose */
-    near(result.mods->band_least_lb[1], t0 - k * furthest, 1e-3);
-    assert_true(result.mods->band_least_lb[1] < 0.0);
+    near(result.mods->band_min_lb[1], t0 - k * furthest, 1e-3);
+    assert_true(result.mods->band_min_lb[1] < 0.0);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
@@ -149,7 +149,7 @@ TEST(pulled_rivets_let_the_band_run)
     near(result.mods->band_lb[0], both, 1e-9);
     near(result.mods->band_lb[1], both, 1e-9);
     near(result.mods->band_lb[2], 40.0, 1e-9);
-    assert_true(result.mods->band_out[0] == 1.0 && result.mods->band_out[1] == 0.0);
+    assert_true(result.mods->band_pulled_out[0] == 1.0 && result.mods->band_pulled_out[1] == 0.0);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
@@ -174,8 +174,8 @@ TEST(the_wheel_pulls_rivets_out)
             sim_scene_set_list(&scene.mods.band[0].slipped_ft, &slipped, 1);
         struct sim_result result = run(&scene, (struct sim_options){0});
         /* mat 3 is passed at 0.04 to 0.06 s */
-        assert_true(result.mods->band_out[0] == (i == 1 ? 0.0 : 1.0));
-        assert_true(result.mods->band_out[1] == 0.0); /* mat 8 would be at 0.14 */
+        assert_true(result.mods->band_pulled_out[0] == (i == 1 ? 0.0 : 1.0));
+        assert_true(result.mods->band_pulled_out[1] == 0.0); /* mat 8 would be at 0.14 */
         sim_result_free(&result);
     }
     sim_scene_free(&scene);

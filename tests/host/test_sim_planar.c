@@ -396,12 +396,12 @@ TEST(mats_that_collide_part_again)
  * Returns how long the step may be. */
 static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, double a_ft_s2)
 {
-    const struct stepper_kind kind = {.turn_veps = turn_veps};
+    const struct stepper_kind kind = {.reversal_veps = turn_veps};
     struct model model = {.law = law, .veps_ft_s = 0.01, .mats = MATS, .size = SIZE, .last = 1};
     double z[2 * SIZE] = {0.0}, rate[2 * SIZE] = {0.0};
     z[SIZE + 3] = v_ft_s;
     rate[SIZE + 3] = a_ft_s2;
-    struct stepper stepper = {.kind = &kind, .model = &model, .least_s = 1e-14, .z = z};
+    struct stepper stepper = {.kind = &kind, .model = &model, .min_step_s = 1e-14, .z = z};
     double h_s = 1e-3, before_s = h_s;
     bool cut = stepper_cut_at_reversal(&stepper, rate, &h_s);
     assert_int_equal(cut, h_s < before_s);

@@ -42,7 +42,7 @@ TEST(runs_that_part_say_when_and_how_far)
     assert_int_equal(result.status, SIM_UNPREDICTABLE);
     assert_non_null(strstr(error.text, "unpredictable"));
     assert_true(result.t_s > 0.0 && result.t_s < scene.t_end_s);
-    assert_true(result.spread_runs >= 5 && result.spread_waves == 0);
+    assert_true(result.divergence_runs >= 5 && result.divergence_waves == 0);
     assert_true(result.error_u_ft > 0.2 * result.peak_u_ft && isfinite(result.error_u_ft));
     assert_int_equal(result.output_count, OUTPUTS);
     /* another run parts from it too, not before that time, and not further than the spread */

@@ -69,7 +69,7 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
     scene.mods.tear_lb = 30.0; /* and a third pass */
     assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &one), MR_OK);
     assert_int_equal(
-        try(&scene, &(struct sim_options){.solver = "staggered", .side_by_side = true}, &two),
+        try(&scene, &(struct sim_options){.solver = "staggered", .in_parallel = true}, &two),
         MR_OK);
     assert_true(one.passes >= 3 && two.passes == one.passes && one.peak_u_ft > 0.005);
     assert_true(two.rhs == one.rhs && two.events == one.events && two.steps == one.steps);
@@ -78,7 +78,7 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
     assert_memory_equal(two.gap_ft, one.gap_ft, 82 * sizeof(double));
     assert_memory_equal(two.push_lb, one.push_lb, 82 * sizeof(double));
     const struct sim_options stop = {.solver = "staggered",
-                                     .side_by_side = true,
+                                     .in_parallel = true,
                                      .may_continue = stop_late,
                                      .may_continue_ctx = &asked};
     assert_int_equal(try(&scene, &stop, &stopped), MR_NUMERICS);

@@ -88,7 +88,7 @@ static void compare(const char *path, unsigned seed)
         }
         if (span->t0_s >= s.tend)
             continue;
-        model_enter(&model, (size_t)k % model.spans.count, z);
+        model_enter_span(&model, (size_t)k % model.spans.count, z);
         model_sample(&model, t, z);
         model_rates(&model, t, z, accel);
         struct ref_wheel wheel = ref_wheel_between(&s, t, t);

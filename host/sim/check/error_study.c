@@ -31,18 +31,18 @@
 /* the first ones a fifth of an octave apart, to show which of them are right by luck; the rest half
  * an octave */
 #define CLOSE_RUNGS         15
-#define FIRST               0.97 /* first step, times the limit */
-#define LEAST_STEPS         20.0
+#define FIRST_STEP_FRACTION 0.97 /* first step, times the limit */
+#define MIN_STEPS           20.0
 #define MAT_STEPS           6e7              /* limit of a run of rk4: steps times mats */
 static const double beyond[] = {1.12, 1.05}; /* further steps, times the limit */
 
-/* Slopes are fitted to errors in this range: above LEAST_OF_AGREEMENT times the difference of the
- * references, below MOST_OF_PEAK of the peak. The range must span at least LEAST_RANGE. */
-#define LEAST_OF_AGREEMENT 10.0
-#define MOST_OF_PEAK       0.1
+/* Slopes are fitted to errors in this range: above MIN_PER_AGREEMENT times the difference of the
+ * references, below MAX_PER_PEAK of the peak. The range must span at least MIN_RANGE. */
+#define MIN_PER_AGREEMENT 10.0
+#define MAX_PER_PEAK      0.1
 /* times the largest value: rounding over 1e5 steps can add up to this */
-#define ROUND_OFF          3e-12
-#define LEAST_RANGE        3.0
+#define ROUND_OFF         3e-12
+#define MIN_RANGE         3.0
 
 const double error_levels_ft[] = {1e-3, 1e-5, 5e-6, 1e-7};
 const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft[0];
@@ -55,8 +55,8 @@ struct reference {
     struct sim_record record; /* of the first method */
 };
 
-static __attribute__((format(printf, 2, 3))) void note(struct error_study *study,
-                                                       const char *format, ...)
+static __attribute__((format(printf, 2, 3))) void add_note(struct error_study *study,
+                                                           const char *format, ...)
 {
     for (size_t i = 0; i + 1 < ERROR_NOTES_MAX; i++) {
         if (study->notes[i][0] != '\0')
@@ -75,8 +75,8 @@ static struct error_run *add_run(struct error_study *study)
     if (study->run_count == ERROR_RUNS_MAX)
         return NULL;
     struct error_run *run = &study->runs[study->run_count++];
-    if (study->told)
-        study->told(study->told_ctx, study->run_count);
+    if (study->progress)
+        study->progress(study->progress_ctx, study->run_count);
     *run =
         (struct error_run){.u_ft = (double)NAN, .lift_ft = (double)NAN, .max_lift_ft = (double)NAN};
     return run;
@@ -85,8 +85,8 @@ static struct error_run *add_run(struct error_study *study)
 /* ---- one run ---- */
 
 /* outcome->ms is processor time afterwards. */
-static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
-                               const struct pass_request *request, struct error *error)
+static enum mr_status run_one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
+                                   const struct pass_request *request, struct error *error)
 {
     struct model model;
     const struct sim_options options = {0};
@@ -107,7 +107,8 @@ static double lift_difference_ft(const struct pass_outcome *a, const struct sim_
 }
 
 /* Fastest rate of the linearised equations at the start. */
-static enum mr_status fastest_rate(const struct sim_scene *scene, double *rate, struct error *error)
+static enum mr_status find_fastest_rate(const struct sim_scene *scene, double *rate,
+                                        struct error *error)
 {
     struct model model;
     if (model_make(&model, scene, false, error) != MR_OK)
@@ -126,7 +127,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
 {
     struct pass_outcome outcome;
     struct error_run *run = add_run(study);
-    if (!run || one_pass(&outcome, scene, request, error) != MR_OK)
+    if (!run || run_one_pass(&outcome, scene, request, error) != MR_OK)
         return error->status;
     run->solver = request->kind->name;
     run->rtol = request->rtol;
@@ -137,18 +138,18 @@ static enum mr_status measure(struct error_study *study, const struct reference 
     run->status = outcome.status;
     run->mat = outcome.mat;
     run->t_s = outcome.t_s;
-    run->beyond = request->dt_s > study->dt_limit_s;
+    run->is_unstable = request->dt_s > study->dt_limit_s;
     if (outcome.status == SIM_OK) {
         run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
     } else if (outcome.steps > request->most_steps / 2) {
-        note(study, "%s at rtol %g was stopped after %llu steps, at %.4g s", run->solver, run->rtol,
-             (unsigned long long)outcome.steps, outcome.t_s);
+        add_note(study, "%s at rtol %g was stopped after %llu steps, at %.4g s", run->solver,
+                 run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
     }
     pass_outcome_free(&outcome);
     for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
-        if (one_pass(&outcome, scene, request, error) == MR_OK)
+        if (run_one_pass(&outcome, scene, request, error) == MR_OK)
             run->ms = fmin(run->ms, outcome.ms);
         pass_outcome_free(&outcome);
     }
@@ -166,9 +167,10 @@ static uint64_t reference_steps(const struct sim_scene *scene)
 
 /* Tighten one pair of methods until they agree; `reference` keeps the best pair. If no pair
  * completes, *failed_name is the method that failed. */
-static enum mr_status tighten(struct reference *reference, const struct stepper_kind *const pair[2],
-                              const struct sim_scene *scene, struct pass_outcome *failed,
-                              const char **failed_name, struct error *error)
+static enum mr_status find_reference(struct reference *reference,
+                                     const struct stepper_kind *const pair[2],
+                                     const struct sim_scene *scene, struct pass_outcome *failed,
+                                     const char **failed_name, struct error *error)
 {
     static const double rtols[] = {1e-9, 1e-12, 1e-13};
     struct pass_outcome both[2];
@@ -179,7 +181,8 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
             const struct pass_request request = {pair[i], rtol, 0.0, reference_steps(scene),
                                                  0,       0.0};
             both[i] = (struct pass_outcome){0};
-            if (one_pass(&both[i], scene, &request, error) != MR_OK || both[i].status != SIM_OK) {
+            if (run_one_pass(&both[i], scene, &request, error) != MR_OK ||
+                both[i].status != SIM_OK) {
                 *failed = both[i];
                 *failed_name = pair[i]->name;
                 pass_outcome_free(&both[i]);
@@ -219,8 +222,8 @@ static enum mr_status refuse_failed(const struct sim_scene *scene, const char *n
                      failed->t_s);
 }
 
-static enum mr_status planar_reference(struct reference *reference, struct error_study *study,
-                                       const struct sim_scene *scene, struct error *error)
+static enum mr_status find_planar_reference(struct reference *reference, struct error_study *study,
+                                            const struct sim_scene *scene, struct error *error)
 {
     const struct stepper_kind *const explicit_first[2] = {&stepper_event, &stepper_implicit};
     const struct stepper_kind *const both_implicit[2] = {&stepper_implicit, &stepper_cvode};
@@ -229,14 +232,14 @@ static enum mr_status planar_reference(struct reference *reference, struct error
     const char *name = NULL;
     double rate = 0.0;
     *reference = (struct reference){0};
-    if (fastest_rate(scene, &rate, error) != MR_OK)
+    if (find_fastest_rate(scene, &rate, error) != MR_OK)
         return error->status;
     bool hopeless = rate * sim_scene_end_s(scene) / EXPLICIT_REACH > (double)reference_steps(scene);
-    if (hopeless || tighten(reference, pair, scene, &failed, &name, error) != MR_OK ||
+    if (hopeless || find_reference(reference, pair, scene, &failed, &name, error) != MR_OK ||
         (!reference->found && name == stepper_event.name && failed.status == SIM_STEP_UNDERFLOW)) {
         pair = both_implicit;
         if (error->status == MR_OK && !(scene->friction_law == SIM_SIGN && scene->friction > 0.0))
-            tighten(reference, pair, scene, &failed, &name, error);
+            find_reference(reference, pair, scene, &failed, &name, error);
     }
     if (error->status != MR_OK)
         return error->status;
@@ -255,9 +258,9 @@ static enum mr_status planar_reference(struct reference *reference, struct error
 
 /* ---- the runs ---- */
 
-static enum mr_status over_tolerances(struct error_study *study, const struct reference *reference,
-                                      const struct sim_scene *scene,
-                                      const struct stepper_kind *kind, struct error *error)
+static enum mr_status run_tolerances(struct error_study *study, const struct reference *reference,
+                                     const struct sim_scene *scene, const struct stepper_kind *kind,
+                                     struct error *error)
 {
     double most = fmin(TABLE_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
                        fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
@@ -268,8 +271,8 @@ static enum mr_status over_tolerances(struct error_study *study, const struct re
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.most_steps / 2 && e < TIGHTEST_EXPONENT) {
-            note(study, "%s: tolerances below %g left out: they need even more steps", kind->name,
-                 run->rtol);
+            add_note(study, "%s: tolerances below %g left out: they need even more steps",
+                     kind->name, run->rtol);
             break;
         }
     }
@@ -282,19 +285,19 @@ static double octaves(int rung)
 }
 
 /* Runs of rk4 over fixed steps. */
-static enum mr_status over_steps(struct error_study *study, const struct reference *reference,
-                                 const struct sim_scene *scene, struct error *error)
+static enum mr_status run_steps(struct error_study *study, const struct reference *reference,
+                                const struct sim_scene *scene, struct error *error)
 {
     struct pass_request request = {.kind = &stepper_rk4, .most_steps = UINT64_MAX};
     double end_s = study->end_s, limit_s = study->dt_limit_s;
     double least_s = end_s * scene->mats / MAT_STEPS;
-    double first_s = FIRST * fmin(limit_s, end_s / LEAST_STEPS);
+    double first_s = FIRST_STEP_FRACTION * fmin(limit_s, end_s / MIN_STEPS);
     if (first_s < least_s) {
-        note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
-             end_s / limit_s);
+        add_note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
+                 end_s / limit_s);
         return MR_OK;
     }
-    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / LEAST_STEPS; i++) {
+    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / MIN_STEPS; i++) {
         request.dt_s = beyond[i] * limit_s;
         if (measure(study, reference, scene, &request, error) != MR_OK)
             return error->status;
@@ -302,7 +305,7 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
     for (int k = 0; k < RUNGS; k++) {
         request.dt_s = first_s * pow(2.0, -octaves(k));
         if (request.dt_s < least_s) {
-            note(study, "rk4: steps below %.3g s left out", least_s);
+            add_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
         }
         if (measure(study, reference, scene, &request, error) != MR_OK)
@@ -319,8 +322,8 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
 #define CHAIN_RUNGS  16   /* number of runs of staggered, half an octave apart in step */
 
 /* Run once; u at even times is stored in u_ft. Returns the longest stable step. */
-static double chain_pass(struct error_run *run, const struct sim_scene *scene,
-                         const struct sim_options *options, double *u_ft, struct error *error)
+static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
+                             const struct sim_options *options, double *u_ft, struct error *error)
 {
     struct sim_result result;
     size_t row = (size_t)scene->mats + 1;
@@ -344,7 +347,7 @@ static double chain_pass(struct error_run *run, const struct sim_scene *scene,
     return limit_s;
 }
 
-static double chain_apart_ft(const struct sim_scene *scene, const double *a, const double *b)
+static double chain_difference_ft(const struct sim_scene *scene, const double *a, const double *b)
 {
     size_t row = (size_t)scene->mats + 1;
     double most = 0.0;
@@ -355,8 +358,8 @@ static double chain_apart_ft(const struct sim_scene *scene, const double *a, con
 
 /* The chain's two solvers against `event` at the tightest tolerance, confirmed by a second run of
  * it. tests/stability has an independent method. */
-static enum mr_status chain_study(struct error_study *study, const struct sim_scene *whole,
-                                  struct error *error)
+static enum mr_status run_chain_study(struct error_study *study, const struct sim_scene *whole,
+                                      struct error *error)
 {
     struct sim_scene timed = *whole, *scene = &timed;
     size_t size = CHAIN_TIMES * ((size_t)scene->mats + 1);
@@ -367,10 +370,10 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
     for (int k = 0; k < CHAIN_TIMES; k++)
         times_s[k] = study->end_s * (k + 1) / CHAIN_TIMES;
     timed.t_out_s = (struct sim_list){times_s, CHAIN_TIMES};
-    study->dt_limit_s = chain_pass(&check, scene, &options, u, error);
+    study->dt_limit_s = run_chain_pass(&check, scene, &options, u, error);
     options.rtol = 1e-13;
-    chain_pass(&run, scene, &options, reference, error);
-    study->disagreement_u_ft = chain_apart_ft(scene, u, reference);
+    run_chain_pass(&run, scene, &options, reference, error);
+    study->disagreement_u_ft = chain_difference_ft(scene, u, reference);
     for (size_t i = 0; i < size; i++)
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
     snprintf(study->method, sizeof study->method,
@@ -387,13 +390,13 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
                 ? (struct sim_options){.solver = "event", .single = true, .rtol = pow(10, -3 - i)}
                 : (struct sim_options){.solver = "staggered",
                                        .single = true,
-                                       .dt_s = study->dt_limit_s * FIRST *
+                                       .dt_s = study->dt_limit_s * FIRST_STEP_FRACTION *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
         struct error_run *row = add_run(study); /* there is room: checked above */
-        chain_pass(row, scene, &options, u, error);
-        row->u_ft = row->status == SIM_OK ? chain_apart_ft(scene, u, reference) : (double)NAN;
+        run_chain_pass(row, scene, &options, u, error);
+        row->u_ft = row->status == SIM_OK ? chain_difference_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
-            chain_pass(&run, scene, &options, u, error);
+            run_chain_pass(&run, scene, &options, u, error);
             row->ms = fmin(row->ms, run.ms);
         }
     }
@@ -403,39 +406,39 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
 }
 
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               error_told *told, void *told_ctx, struct error *error)
+                               error_study_progress *told, void *told_ctx, struct error *error)
 {
     static const struct stepper_kind *const kinds[] = {
         &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
     struct reference reference = {0};
     double rate = 0.0;
-    *study = (struct error_study){.told = told, .told_ctx = told_ctx};
+    *study = (struct error_study){.progress = told, .progress_ctx = told_ctx};
     if (told)
         told(told_ctx, 0);
     if (sim_scene_check(scene, sim_scene_name(scene), error) != MR_OK)
         return error->status;
     struct sim_scene counted;
-    sim_scene_from_start(&counted, scene);
+    sim_scene_shift_times(&counted, scene);
     study->end_s = sim_scene_end_s(&counted);
-    study->lifts = scene->model != SIM_CHAIN;
-    if (!study->lifts) {
-        chain_study(study, &counted, error);
-    } else if (planar_reference(&reference, study, &counted, error) == MR_OK &&
-               fastest_rate(&counted, &rate, error) == MR_OK) {
+    study->has_lift = scene->model != SIM_CHAIN;
+    if (!study->has_lift) {
+        run_chain_study(study, &counted, error);
+    } else if (find_planar_reference(&reference, study, &counted, error) == MR_OK &&
+               find_fastest_rate(&counted, &rate, error) == MR_OK) {
         study->disagreement_u_ft = reference.u_ft;
         study->agreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
         study->max_lift_ft = reference.max_lift_ft;
         study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
         for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
-            over_tolerances(study, &reference, &counted, kinds[i], error);
+            run_tolerances(study, &reference, &counted, kinds[i], error);
         if (error->status == MR_OK)
-            over_steps(study, &reference, &counted, error);
+            run_steps(study, &reference, &counted, error);
     }
     sim_record_free(&reference.record);
-    sim_scene_from_start_free(&counted, scene);
+    sim_scene_shift_times_free(&counted, scene);
     if (error->status == MR_OK)
-        error_study_fit(study);
+        error_study_fit_slopes(study);
     return error->status;
 }
 
@@ -456,16 +459,16 @@ size_t error_study_solvers(const struct error_study *study, const char **names, 
 
 static bool is_usable(const struct error_run *run)
 {
-    return run->status == SIM_OK && !run->beyond;
+    return run->status == SIM_OK && !run->is_unstable;
 }
 
-static struct error_slope fit(const struct error_study *study, const char *solver, bool lift)
+static struct error_slope fit_slope(const struct error_study *study, const char *solver, bool lift)
 {
     struct error_slope s = {.from = HUGE_VAL, .to = 0.0};
     double least =
-        fmax(LEAST_OF_AGREEMENT * (lift ? study->agreement_lift_ft : study->disagreement_u_ft),
+        fmax(MIN_PER_AGREEMENT * (lift ? study->agreement_lift_ft : study->disagreement_u_ft),
              ROUND_OFF * (lift ? study->max_lift_ft : study->peak_u_ft));
-    double most = MOST_OF_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
+    double most = MAX_PER_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
     double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
@@ -483,7 +486,7 @@ static struct error_slope fit(const struct error_study *study, const char *solve
         syy += y * y;
     }
     double n = s.points, width = sxx - sx * sx / n;
-    if (s.points < 3 || s.to < LEAST_RANGE * s.from) {
+    if (s.points < 3 || s.to < MIN_RANGE * s.from) {
         s.points = 0;
         return s;
     }
@@ -492,37 +495,37 @@ static struct error_slope fit(const struct error_study *study, const char *solve
     return s;
 }
 
-void error_study_fit(struct error_study *study)
+void error_study_fit_slopes(struct error_study *study)
 {
     const char *names[ERROR_ORDERS_MAX];
     study->order_count = error_study_solvers(study, names, ERROR_ORDERS_MAX);
     for (size_t k = 0; k < study->order_count; k++) {
         struct error_order *order = &study->orders[k];
         *order = (struct error_order){.solver = names[k],
-                                      .u = fit(study, names[k], false),
-                                      .lift = fit(study, names[k], true)};
+                                      .u = fit_slope(study, names[k], false),
+                                      .lift = fit_slope(study, names[k], true)};
         for (size_t i = 0; i < study->run_count; i++)
             order->of_step = order->of_step || (strcmp(study->runs[i].solver, names[k]) == 0 &&
                                                 study->runs[i].dt_s > 0.0);
     }
 }
 
-static double own_ft(const struct error_study *study, const struct error_run *run)
+static double own_error_ft(const struct error_study *study, const struct error_run *run)
 {
-    return !is_usable(run) ? (double)NAN : study->lifts ? run->lift_ft : run->u_ft;
+    return !is_usable(run) ? (double)NAN : study->has_lift ? run->lift_ft : run->u_ft;
 }
 
 double error_study_judged_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
-    double own = own_ft(study, run);
+    double own = own_error_ft(study, run);
     if (run->dt_s == 0.0 || isnan(own))
         return own;
     for (int side = 0; side < 2; side++) {
         if (side == 0 ? i == 0 : i + 1 == study->run_count)
             return (double)NAN;
         const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
-        double error = own_ft(study, next);
+        double error = own_error_ft(study, next);
         if (strcmp(next->solver, run->solver) != 0 || isnan(error))
             return (double)NAN;
         own = fmax(own, error);
@@ -530,12 +533,12 @@ double error_study_judged_ft(const struct error_study *study, size_t i)
     return own;
 }
 
-const struct error_run *error_study_cheapest(const struct error_study *study, const char *solver,
-                                             double level_ft)
+const struct error_run *error_study_find_cheapest(const struct error_study *study,
+                                                  const char *solver, double level_ft)
 {
     const struct error_run *best = NULL;
     if (level_ft <
-        ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->disagreement_u_ft))
+        ERROR_FLOOR * (study->has_lift ? study->agreement_lift_ft : study->disagreement_u_ft))
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

@@ -40,7 +40,7 @@ struct error_run {
     double t_s;
     double u_ft, lift_ft; /* errors of u and lift; NaN unless SIM_OK */
     double max_lift_ft;   /* largest lift in the run; NaN unless SIM_OK */
-    bool beyond;          /* fixed step beyond the stability limit: sim_run would have refused it */
+    bool is_unstable;     /* fixed step beyond the stability limit: sim_run would have refused it */
 };
 
 /* Least-squares slope of log error over log step or log tolerance. It uses the runs within the
@@ -54,7 +54,7 @@ struct error_slope {
      * 3 */
     int points;
 };
-#define ERROR_NO_LAW 0.6 /* scatter, in decades, above which a slope has no meaning */
+#define ERROR_SCATTER_MAX 0.6 /* scatter, in decades, above which a slope has no meaning */
 
 struct error_order {
     const char *solver;
@@ -62,22 +62,22 @@ struct error_order {
     struct error_slope u, lift;
 };
 
-typedef void error_told(void *ctx, size_t runs_begun);
+typedef void error_study_progress(void *ctx, size_t runs_begun);
 
 struct error_study {
     char method[240]; /* description of the reference, for people */
     double disagreement_u_ft, agreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* peaks of the reference */
     double end_s;
-    bool lifts;        /* the scene has lift; false: model chain, lift errors are NaN */
+    bool has_lift;     /* the scene has lift; false: model chain, lift errors are NaN */
     double dt_limit_s; /* stability limit of the solver with a fixed step */
     struct error_run runs[ERROR_RUNS_MAX]; /* runs by solver, coarse to fine */
     size_t run_count;
     struct error_order orders[ERROR_ORDERS_MAX];
     size_t order_count;
     char notes[ERROR_NOTES_MAX][160]; /* an empty text ends the list */
-    error_told *told;                 /* argument of error_study_run */
-    void *told_ctx;
+    error_study_progress *progress;   /* argument of error_study_run */
+    void *progress_ctx;
 };
 
 /* Lift errors for which the cheapest solver is determined, ft. */
@@ -89,7 +89,7 @@ extern const size_t error_level_count;
  * Other statuses: those of sim_run for an invalid scene. The scene is not changed. There is nothing
  * to free. */
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               error_told *told, void *told_ctx, struct error *error);
+                               error_study_progress *told, void *told_ctx, struct error *error);
 
 /* Error of lift (chain: of u) by which run i is judged. For a fixed step it is the largest error of
  * the run and its two neighbours, because a single error can be small by chance. NaN: failed,
@@ -98,13 +98,13 @@ double error_study_judged_ft(const struct error_study *study, size_t i);
 
 /* The cheapest run of `solver` (NULL: of any) whose judged error is within level_ft. NULL: there is
  * none, or the level is below the resolution of the reference. */
-const struct error_run *error_study_cheapest(const struct error_study *study, const char *solver,
-                                             double level_ft);
+const struct error_run *error_study_find_cheapest(const struct error_study *study,
+                                                  const char *solver, double level_ft);
 
 /* Lists the names of the solvers in the study, in order. Returns their number, at most `room`. */
 size_t error_study_solvers(const struct error_study *study, const char **names, size_t room);
 
 /* Fits study->orders, one per solver; error_study_run calls it. */
-void error_study_fit(struct error_study *study);
+void error_study_fit_slopes(struct error_study *study);
 
 #endif

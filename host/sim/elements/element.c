@@ -16,7 +16,7 @@ struct element_set element_set_of(const struct sim_scene *scene)
 {
     struct element_set set = {0};
     for (int i = 0; i < ELEMENTS; i++) {
-        if (scene->element[i] > 0.0 && !table[i]->remembers) {
+        if (scene->element[i] > 0.0 && !table[i]->has_memory) {
             set.at[set.count] = table[i];
             set.value[set.count++] = scene->element[i];
         }

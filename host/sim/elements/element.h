@@ -50,7 +50,7 @@ struct element {
     void (*describe)(double value, struct sim_result *result); /* adds a description for people */
     /* It has a memory, which a separate file updates in each step (gear.h). It is not in a set and
      * has none of the four functions above; engines that choose their steps refuse it. */
-    bool remembers;
+    bool has_memory;
 };
 
 #define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))

@@ -30,7 +30,7 @@ struct gear *gear_make(const struct sim_scene *scene)
                           .storage = storage,
                           .share = storage,
                           .touching = storage + mats,
-                          .hold_lb = storage + 2 * mats};
+                          .ground_force_lb = storage + 2 * mats};
     for (size_t i = 0; i < count; i++)
         gear->axles[i] = axles->count > 0 ? axles->values[i] : 1.0;
     return gear;
@@ -75,18 +75,18 @@ double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching)
     return k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
 }
 
-void gear_press(struct gear *gear, int mat, double touching)
+void gear_press_mat(struct gear *gear, int mat, double touching)
 {
     double before = gear->touching[mat];
     if (touching < before)
-        gear->hold_lb[mat] *= gear_stiffness_lb_ft(gear->scene, touching) /
-                              gear_stiffness_lb_ft(gear->scene, before);
+        gear->ground_force_lb[mat] *= gear_stiffness_lb_ft(gear->scene, touching) /
+                                      gear_stiffness_lb_ft(gear->scene, before);
     gear->touching[mat] = touching;
 }
 
 /* Spread the thrust of one axle, given in `parts`, over a foot with its middle at x_ft. Returns how
  * many mats it touches. */
-static int spread(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
+static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
 {
     double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
     double from_ft = x_ft - 0.5 * foot_ft, to_ft = x_ft + 0.5 * foot_ft;
@@ -110,7 +110,8 @@ static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct 
     bool follows = line->at_s == t0_s;
     int parts = sim_wheel_span(line, t0_s, t1_s, touch);
     if (foot_ft > 0.0)
-        parts = spread(gear, follows ? 0.5 * (x0_ft + line->at_ft) : line->at_ft, touch, parts);
+        parts = spread_load(gear, follows ? 0.5 * (x0_ft + line->at_ft) : line->at_ft, touch,
+                            parts);
     for (int k = 0; k < parts; k++) {
         touch[k].thrust_lb *= gear->axles[i];
         touch[k].load_share *= gear->axles[i];
@@ -124,7 +125,8 @@ struct pressed {
     double share, touching;
 };
 
-static int add(struct pressed *pressed, int found, const struct sim_touch *touch, double touching)
+static int add_pressed(struct pressed *pressed, int found, const struct sim_touch *touch,
+                       double touching)
 {
     int at = 0;
     if (!(touch->load_share > 0.0))
@@ -138,7 +140,7 @@ static int add(struct pressed *pressed, int found, const struct sim_touch *touch
     return at == found ? found + 1 : found;
 }
 
-static void press_all(struct gear *gear, const struct pressed *pressed, int found)
+static void press_mats(struct gear *gear, const struct pressed *pressed, int found)
 {
     for (int k = 0; k < gear->loaded_count; k++) {
         int at = 0;
@@ -146,11 +148,11 @@ static void press_all(struct gear *gear, const struct pressed *pressed, int foun
             at++;
         if (at < found)
             continue;
-        gear_press(gear, gear->loaded[k], 0.0);
+        gear_press_mat(gear, gear->loaded[k], 0.0);
         gear->share[gear->loaded[k]] = 0.0;
     }
     for (int at = 0; at < found; at++) {
-        gear_press(gear, pressed[at].mat, pressed[at].touching);
+        gear_press_mat(gear, pressed[at].mat, pressed[at].touching);
         gear->share[pressed[at].mat] = pressed[at].share;
         gear->loaded[at] = pressed[at].mat;
     }
@@ -167,7 +169,8 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     for (int i = 0; i < gear->lines; i++) {
         int parts = span_line(gear, i, t0_s, t1_s, touch + count);
         for (int k = count; k < count + parts; k++) {
-            found = add(pressed, found, &touch[k], foot ? gear->axles[i] : touch[k].load_share);
+            found = add_pressed(pressed, found, &touch[k],
+                                foot ? gear->axles[i] : touch[k].load_share);
             if (i == 0 && touch[k].load_share > most) {
                 most = touch[k].load_share;
                 gear->lead_mat = touch[k].mat;
@@ -175,7 +178,7 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
         }
         count += parts;
     }
-    press_all(gear, pressed, found);
+    press_mats(gear, pressed, found);
     return count;
 }
 
@@ -199,7 +202,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
            k = gear_stiffness_lb_ft(gear->scene, gear->touching[mat]);
     double per_lb = as_if_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
-    double load = k * gear->drift_s, q = gear->hold_lb[mat];
+    double load = k * gear->drift_s, q = gear->ground_force_lb[mat];
     double free_ft_s = v_ft_s + per_lb * x_lb; /* without the ground */
     if (fabs(q) > limit_lb)
         q = copysign(limit_lb, q);
@@ -210,7 +213,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
         end = follow(free_ft_s, per_lb, damping, rho * q, load);
     if (fabs(end.q_lb) > limit_lb)
         end = follow(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
-    gear->hold_lb[mat] = end.q_lb;
+    gear->ground_force_lb[mat] = end.q_lb;
     return end.v_ft_s;
 }
 
@@ -219,7 +222,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
 
 static void describe(double k, struct sim_result *result)
 {
-    sim_result_note(result, "gear on elastic ground: %g lb/ft per mat with one axle", k);
+    sim_result_add_note(result, "gear on elastic ground: %g lb/ft per mat with one axle", k);
 }
 
 extern const struct element element_gear_ground;
@@ -232,5 +235,5 @@ const struct element element_gear_ground = {
             .meaning = "stiffness along the runway of the elastic ground under a mat that carries "
                        "one axle; 0: no elastic ground, one axle with Coulomb friction"},
     .describe = describe,
-    .remembers = true,
+    .has_memory = true,
 };

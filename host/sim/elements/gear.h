@@ -27,7 +27,7 @@ struct gear {
     struct sim_path_row *rows; /* path rows of all lines, one line after the other */
     size_t row_count;
     double *share, *touching;                /* per mat, in this step; [0] and [N + 1] are 0 */
-    double *hold_lb;                         /* per mat: ground force q */
+    double *ground_force_lb;                 /* per mat: ground force q */
     int loaded[SIM_TOUCH_MAX], loaded_count; /* mats with a share, each listed once */
     int lead_mat;                            /* mat under the lead axle; 0: none */
     double *storage;
@@ -49,7 +49,7 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
 
 /* Sets the number of axles that touch the mat; gear_span calls it. A leaving axle takes its part of
  * q with it; an arriving axle adds none. */
-void gear_press(struct gear *gear, int mat, double touching);
+void gear_press_mat(struct gear *gear, int mat, double touching);
 
 /* Speed of a loaded mat after a kick: from v under the force x for as_if_s (element_step).
  * `limit_lb` is the largest force that the ground can hold. Updates q. */

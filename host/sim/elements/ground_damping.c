@@ -26,7 +26,8 @@ static double push_at_rest_lb(double c)
 
 static void describe(double c, struct sim_result *result)
 {
-    sim_result_note(result, "ground damping: %g lb s/ft on each mat that the ground carries", c);
+    sim_result_add_note(result, "ground damping: %g lb s/ft on each mat that the ground carries",
+                        c);
 }
 
 extern const struct element element_ground_damping;

@@ -38,12 +38,12 @@ struct law_bound {
 };
 
 /* fmin and fmax are function calls, because they must handle NaN. */
-LAW_INLINE double law_least(double a, double b)
+LAW_INLINE double law_min(double a, double b)
 {
     return a < b ? a : b;
 }
 
-LAW_INLINE double law_most(double a, double b)
+LAW_INLINE double law_max(double a, double b)
 {
     return a > b ? a : b;
 }
@@ -62,7 +62,7 @@ enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 
 /* Grit of one joint, grit/KL, and reach. */
 struct joint_grit {
-    double lb, give_ft, reach_ft;
+    double resistance_lb, give_ft, reach_ft;
 };
 
 LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
@@ -77,7 +77,7 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
         return law_pulled(joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s, 0.0);
     if (law == JOINT_SLACK)
         grit = (struct joint_grit){0};
-    return law_joint_pull(joint, grit.lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
+    return law_joint_pull(joint, grit.resistance_lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
 }
 
 /* Depth that grit initially reaches in a joint opened by g. */
@@ -94,7 +94,7 @@ LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack
         return g_ft;
     if (g_ft > slack_ft)
         return g_ft - slack_ft;
-    return law_least(g_ft - (law == JOINT_GRIT ? reach_ft : 0.0), 0.0);
+    return law_min(g_ft - (law == JOINT_GRIT ? reach_ft : 0.0), 0.0);
 }
 
 /* Mode at opening g: -1 pressed, 0 open, 1 hooked. */
@@ -141,7 +141,7 @@ LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double jo
 /* Extension of a joint's spring; negative: compression. */
 LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
 {
-    return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
+    return g_ft < 0.0 ? g_ft : law_max(0.0, g_ft - slack_ft);
 }
 
 /* Rate of a joint's damper over a step: only the movement in the last step during which the joint
@@ -221,7 +221,7 @@ LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
 /* Friction: Coulomb friction of a mat on the ground, limit C = f N. README.md, "Friction". It acts
  * along the runway, without moment.
  *
- * In continuous time (friction_rub_lb) a mat slides in one direction or sticks. In a step of
+ * In continuous time (friction_force_lb) a mat slides in one direction or sticks. In a step of
  * constant force the law `stick` is exact (friction_speed_ft_s). Additional hold, such as that of a
  * cleat, is added to C. */
 
@@ -239,8 +239,8 @@ LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide
 }
 
 /* Friction force, to be subtracted from the push on a moving mat. */
-LAW_INLINE double friction_rub_lb(enum sim_friction law, double c_lb, double v_ft_s, int slide,
-                                  double smooth)
+LAW_INLINE double friction_force_lb(enum sim_friction law, double c_lb, double v_ft_s, int slide,
+                                    double smooth)
 {
     switch (law) {
     case SIM_STICK: return slide * c_lb;

@@ -31,7 +31,7 @@ static double taut_lb(double raw_lb)
 
 /* Load of an elastic-plastic element stretched by `stretch`; `*zero` is its unloaded stretch, which
  * yielding moves. */
-static double carried(double stiffness, double cap, double stretch, double *zero)
+static double elastic_plastic_force(double stiffness, double cap, double stretch, double *zero)
 {
     double load = stiffness * (stretch - *zero);
     if (!(fabs(load) > cap))
@@ -75,7 +75,7 @@ static double restraint_lb(struct restraints *r, int i, double x_ft, double rate
     if (kind->only_pulls && !(spring_lb > 0.0))
         return 0.0;
     if (kind->pulls_out)
-        spring_lb = carried(s->k_lb_ft, s->grip_lb, x_ft, &r->zero_ft[i]);
+        spring_lb = elastic_plastic_force(s->k_lb_ft, s->grip_lb, x_ft, &r->zero_ft[i]);
     double lb = spring_lb + s->c_lb_s_ft * rate_ft_s;
     lb = fmax(kind->only_pulls ? 0.0 : -s->grip_lb, fmin(lb, s->grip_lb));
     r->load_lb[i] = fmax(r->load_lb[i], fabs(lb));
@@ -109,8 +109,8 @@ static double row_damping_lb_s_ft(const struct restraints *r)
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
 
 /* limit of passes over all connections of a group until nothing slips */
-#define SWEEPS  200
-#define SETTLED 1e-12 /* times a mat's length: a smaller slip counts as none */
+#define SWEEPS_MAX   200
+#define SETTLED_SLIP 1e-12 /* times a mat's length: a smaller slip counts as none */
 
 /* Lists the mats with rivets or anchors in order. Each has one brace: the sum of the forces. */
 static void find_braces(struct mods *m)
@@ -140,17 +140,17 @@ static void mods_place_bands(struct mods *m, double *at)
         if (count == 0)
             continue;
         m->band[g] = (struct mods_bands){
-            .made = &m->scene->mods.band[g],
+            .scene = &m->scene->mods.band[g],
             .segments = count + 1,
             .mat = mat + connection,
             .k_lb_ft = k + segment,
             .stretch_ft = stretch + segment,
             .lb = m->band_lb + segment,
-            .least_lb = m->state->band_least_lb + segment,
-            .most_lb = m->state->band_most_lb + segment,
+            .min_lb = m->state->band_min_lb + segment,
+            .max_lb = m->state->band_max_lb + segment,
             .slip_ft = m->state->band_slip_ft + connection,
             .load_lb = m->state->band_load_lb + connection,
-            .out = m->state->band_out + connection,
+            .pulled_out = m->state->band_pulled_out + connection,
             .riveted = m->state->band_mat + connection,
         };
         for (int c = 0; c < count; c++)
@@ -172,7 +172,7 @@ static double raw_lb(const struct mods *m, const struct mods_bands *b, const str
 
 static double grip_lb(const struct mods_bands *b, int connection)
 {
-    return b->out[connection] != 0.0 ? 0.0 : b->made->grip_lb;
+    return b->pulled_out[connection] != 0.0 ? 0.0 : b->scene->grip_lb;
 }
 
 /* Length, ft, that slides from segment `from` to segment `to` until their tensions differ by the
@@ -187,7 +187,7 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 }
 
 /* Slide the band through one connection; returns the slip. */
-static double slide(struct mods_bands *b, int c)
+static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
     double difference = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
@@ -204,13 +204,13 @@ static double slide(struct mods_bands *b, int c)
 }
 
 /* Slip at one connection loads the next, so sweep forwards and backwards until nothing slips. */
-static void slide_all(const struct mods *m, struct mods_bands *b)
+static void slide_connections(const struct mods *m, struct mods_bands *b)
 {
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+    for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
         double most_ft = 0.0;
         for (int i = 0; i < b->segments - 1; i++)
-            most_ft = fmax(most_ft, slide(b, sweep % 2 ? b->segments - 2 - i : i));
-        if (!(most_ft > SETTLED * m->scene->length_ft))
+            most_ft = fmax(most_ft, slide_connection(b, sweep % 2 ? b->segments - 2 - i : i));
+        if (!(most_ft > SETTLED_SLIP * m->scene->length_ft))
             return;
     }
 }
@@ -219,7 +219,7 @@ static void slide_all(const struct mods *m, struct mods_bands *b)
  * perpendicular to the mat. A hole that is worn by slip holds less. */
 static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
-    const struct sim_bands *s = b->made;
+    const struct sim_bands *s = b->scene;
     int first = b->mat[0];
     for (int i = 0; i < count; i++) {
         int c = (touch[i].mat - first) / s->every;
@@ -228,22 +228,22 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
         double across_lb = s->tilt_rad * (taut_lb(b->lb[c]) + taut_lb(b->lb[c + 1]));
         double worn = b->slip_ft[c] / s->wear_ft;
         if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
-            b->out[c] = 1.0;
+            b->pulled_out[c] = 1.0;
     }
 }
 
 /* Record the extremes, and add the group's forces on its mats. */
-static void note(struct mods *m, const struct mods_bands *b)
+static void update_extremes(struct mods *m, const struct mods_bands *b)
 {
     for (int i = 0; i < b->segments; i++) {
-        b->least_lb[i] = b->lb[i] < b->least_lb[i] ? b->lb[i] : b->least_lb[i];
-        b->most_lb[i] = b->lb[i] > b->most_lb[i] ? b->lb[i] : b->most_lb[i];
+        b->min_lb[i] = b->lb[i] < b->min_lb[i] ? b->lb[i] : b->min_lb[i];
+        b->max_lb[i] = b->lb[i] > b->max_lb[i] ? b->lb[i] : b->max_lb[i];
     }
     for (int c = 0; c < b->segments - 1; c++) {
         double carried_lb = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
         if (fabs(carried_lb) > b->load_lb[c])
             b->load_lb[c] = fabs(carried_lb);
-        m->carried_lb[b->mat[c]] += b->made->count * carried_lb;
+        m->carried_lb[b->mat[c]] += b->scene->count * carried_lb;
     }
 }
 
@@ -252,15 +252,15 @@ static void note(struct mods *m, const struct mods_bands *b)
 static void reset_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
-    const struct sim_bands *s = b->made;
+    const struct sim_bands *s = b->scene;
     double ea_lb = s->area_ft2 * s->e_lb_ft2;
     for (int c = 0; c < b->segments - 1; c++) {
         b->slip_ft[c] = s->slipped_ft.count ? sim_scene_joint(&s->slipped_ft, c + 1) : 0.0;
-        b->out[c] = 0.0;
+        b->pulled_out[c] = 0.0;
         b->load_lb[c] = 0.0;
         b->riveted[c] = b->mat[c];
         for (size_t i = 0; i < s->pulled.count; i++)
-            b->out[c] = s->pulled.values[i] == b->mat[c] ? 1.0 : b->out[c];
+            b->pulled_out[c] = s->pulled.values[i] == b->mat[c] ? 1.0 : b->pulled_out[c];
     }
     for (int i = 0; i < b->segments; i++) {
         double from_ft = i > 0 ? (b->mat[i - 1] - 0.5) * scene->length_ft : 0.0;
@@ -273,8 +273,8 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
         b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
                            s->alpha_f * s->warming_degf * (to_ft - from_ft);
         b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
-        b->least_lb[i] = (double)INFINITY;
-        b->most_lb[i] = -(double)INFINITY;
+        b->min_lb[i] = (double)INFINITY;
+        b->max_lb[i] = -(double)INFINITY;
     }
 }
 
@@ -293,10 +293,10 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
             reset_group(m, b);
         for (int i = 0; view && i < b->segments; i++)
             b->lb[i] = raw_lb(m, b, view, i);
-        if (view && b->made->pull_lb < HUGE_VAL)
+        if (view && b->scene->pull_lb < HUGE_VAL)
             pull_rivets(b, touch, count);
-        slide_all(m, b);
-        note(m, b);
+        slide_connections(m, b);
+        update_extremes(m, b);
     }
     struct restraints *anchors = &m->restraint[SIM_ANCHORS];
     for (int i = 0; i < anchors->count; i++) {
@@ -317,7 +317,7 @@ static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_vie
             double t_lb = taut_lb(raw_lb(m, b, view, i));
             of_one += 0.5 * t_lb * t_lb / b->k_lb_ft[i];
         }
-        energy += b->segments > 0 ? b->made->count * of_one : 0.0;
+        energy += b->segments > 0 ? b->scene->count * of_one : 0.0;
     }
     return energy;
 }
@@ -327,8 +327,9 @@ static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_vie
 static void place_state(struct mods_state *s)
 {
     double *at = s->values;
-    double **per_segment[] = {&s->band_lb, &s->band_least_lb, &s->band_most_lb};
-    double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_out, &s->band_mat};
+    double **per_segment[] = {&s->band_lb, &s->band_min_lb, &s->band_max_lb};
+    double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_pulled_out,
+                                 &s->band_mat};
     double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
     double **per_restraint[] = {&s->restraint_zero_ft, &s->restraint_load_lb, &s->restraint_at};
     double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
@@ -373,11 +374,11 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 {
     const struct mods_state *from = m->state;
     size_t size = sizeof *from + from->count * sizeof from->values[0];
-    if (m->banded)
+    if (m->has_bands)
         mods_pull_bands(m, view, NULL, 0);
     for (size_t i = 0; i < from->segments; i++)
         from->band_lb[i] = m->band_lb[i];
-    for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
+    for (int j = 1; m->has_stiffeners && j <= m->mats + 1; j++)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
     struct mods_state *copy = xmalloc(size);
     memcpy(copy, from, size);
@@ -406,7 +407,7 @@ static void assign_places(struct mods *m)
         *per_joint[i] = at;
     m->restraint_ft = at;
     at += m->state->restraint_count;
-    if (m->banded)
+    if (m->has_bands)
         mods_place_bands(m, at);
     size_t before = 0;
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
@@ -433,18 +434,18 @@ struct mods *mods_make(const struct sim_scene *scene)
     struct mods *m = xmalloc(sizeof *m);
     *m = (struct mods){
         .scene = scene,
-        .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0 || anchored,
-        .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
-        .stiffened = s->stiff_span > 1,
-        .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
-        .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0,
+        .has_bands = s->band[0].count > 0.0 || s->band[1].count > 0.0 || anchored,
+        .has_cleats = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
+        .has_stiffeners = s->stiff_span > 1,
+        .has_diagonal_lay = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
+        .can_tear = s->tear_lb < HUGE_VAL || s->torn.count > 0,
         .mats = scene->mats,
         .cleats = mods_cleats(scene),
         .state = make_state(scene),
     };
-    m->jointed = m->stiffened || m->laid || m->tears || sprung ||
-                 m->state->restraints[SIM_ABSORBERS] > 0;
-    m->heaves = m->banded || m->stiffened || m->state->restraints[SIM_TIES] > 0;
+    m->has_joint_springs = m->has_stiffeners || m->has_diagonal_lay || m->can_tear || sprung ||
+                           m->state->restraints[SIM_ABSORBERS] > 0;
+    m->acts_vertically = m->has_bands || m->has_stiffeners || m->state->restraints[SIM_TIES] > 0;
     size_t bands = 3 * m->state->segments + 2 * m->state->connections +
                    2 * m->state->restraint_count;
     m->storage = xcalloc(bands + 10 * ((size_t)m->mats + 2), sizeof(double));
@@ -493,7 +494,7 @@ static void reset_joints(struct mods *m)
     for (int j = 1; j <= m->mats + 1; j++) {
         bool inner = j > 1 && j <= m->mats; /* nothing ties the outer mats to the ground */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
-        if (m->stiffened && inner) {
+        if (m->has_stiffeners && inner) {
             int lines = lines_across(s, j);
             m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
             m->cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
@@ -501,7 +502,7 @@ static void reset_joints(struct mods *m)
             m->turn_yield_lb_ft[j] = lines > 0 ? lines * s->stiff_yield_lb_ft : 0.0;
             if (s->stiff_gap0_ft.count > 0)
                 m->spring_gap_ft[j] = sim_scene_joint(&s->stiff_gap0_ft, j);
-        } else if (m->laid && inner) {
+        } else if (m->has_diagonal_lay && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
             m->cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
         } else if (!inner && (j == 1 ? m->scene->left : m->scene->right) == SIM_SPRING) {
@@ -526,9 +527,9 @@ void mods_reset(struct mods *m)
     }
     for (int k = 0; k < SIM_RESTRAINTS; k++)
         reset_restraints(&m->restraint[k], m->scene);
-    if (m->jointed)
+    if (m->has_joint_springs)
         reset_joints(m);
-    if (m->banded)
+    if (m->has_bands)
         mods_pull_bands(m, NULL, NULL, 0);
 }
 
@@ -536,7 +537,7 @@ void mods_reset(struct mods *m)
 
 static int mods_cleat_of(const struct mods *m, int mat)
 {
-    if (!m->cleated)
+    if (!m->has_cleats)
         return -1;
     int first = mods_cleat_mat(m->scene, 0), every = m->scene->mods.cleat_every;
     return mat >= first && (mat - first) % every == 0 ? (mat - first) / every : -1;
@@ -584,18 +585,18 @@ static void pull_absorbers(struct mods *m, const struct mods_view *view, int fir
 void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
-    double tangent = m->laid ? elementary_tan(s->lay_deg * RADIANS) : 0.0;
+    double tangent = m->has_diagonal_lay ? elementary_tan(s->lay_deg * RADIANS) : 0.0;
     for (int j = first < 1 ? 1 : first; j <= last && j <= m->mats + 1; j++) {
         double *tension_lb = &view->tension_lb[j - view->joint_offset];
         double own_lb = *tension_lb;
-        if (m->tears && own_lb > s->tear_lb)
+        if (m->can_tear && own_lb > s->tear_lb)
             m->state->torn[j] = 1.0;
-        if (m->tears && m->state->torn[j] != 0.0 && own_lb > 0.0)
+        if (m->can_tear && m->state->torn[j] != 0.0 && own_lb > 0.0)
             *tension_lb = own_lb = 0.0;
         if (m->spring_lb_ft[j] > 0.0) {
             double cap_lb = m->cap_lb[j] + s->lay_mu * tangent * fabs(own_lb);
-            *tension_lb += carried(m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j),
-                                   &m->spring_gap_ft[j]);
+            *tension_lb += elastic_plastic_force(
+                m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j), &m->spring_gap_ft[j]);
         }
     }
     pull_absorbers(m, view, first, last);
@@ -603,7 +604,7 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
 
 bool mods_is_torn(const struct mods *m, int joint)
 {
-    return m->tears && m->state->torn[joint] != 0.0;
+    return m->can_tear && m->state->torn[joint] != 0.0;
 }
 
 /* Bending moment of the stiffeners at a joint that is turned by turn_rad. */
@@ -611,18 +612,18 @@ static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 {
     if (!(m->turn_lb_ft_rad[joint] > 0.0))
         return 0.0;
-    return carried(m->turn_lb_ft_rad[joint], m->turn_yield_lb_ft[joint], turn_rad,
-                   &m->turn_rad[joint]);
+    return elastic_plastic_force(m->turn_lb_ft_rad[joint], m->turn_yield_lb_ft[joint], turn_rad,
+                                 &m->turn_rad[joint]);
 }
 
 /* --- all modifications --- */
 
 double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {
-    double energy = m->banded ? mods_band_energy_lb_ft(m, view) : 0.0;
+    double energy = m->has_bands ? mods_band_energy_lb_ft(m, view) : 0.0;
     for (int k = 0; k < SIM_RESTRAINTS; k++)
         energy += restraints_energy_lb_ft(&m->restraint[k]);
-    for (int j = 1; m->jointed && j <= m->mats + 1; j++) {
+    for (int j = 1; m->has_joint_springs && j <= m->mats + 1; j++) {
         double g_ft = joint_opening_ft(m, view, j) - m->spring_gap_ft[j];
         energy += 0.5 * m->spring_lb_ft[j] * g_ft * g_ft;
     }
@@ -632,14 +633,14 @@ double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 double mods_stiffness_lb_ft(const struct mods *m)
 {
     double spring = 0.0, bands = 0.0;
-    for (int j = 1; m->jointed && j <= m->mats + 1; j++)
+    for (int j = 1; m->has_joint_springs && j <= m->mats + 1; j++)
         spring = fmax(spring, m->spring_lb_ft[j]);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         double most = 0.0;
         for (int i = 0; i < b->segments - 1; i++)
             most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
-        bands += most > 0.0 ? 2.0 * b->made->count * most : 0.0;
+        bands += most > 0.0 ? 2.0 * b->scene->count * most : 0.0;
     }
     return 4.0 * spring + bands + row_stiffness_lb_ft(&m->restraint[SIM_ANCHORS]) +
            row_stiffness_lb_ft(&m->restraint[SIM_ABSORBERS]);
@@ -657,31 +658,32 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         if (b->segments > 0)
-            sim_result_note(
+            sim_result_add_note(
                 result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two rivets",
                 b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
-    if (m->cleated)
-        sim_result_note(result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
-                        m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
+    if (m->has_cleats)
+        sim_result_add_note(result,
+                            "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
+                            m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
         const struct restraints *r = &m->restraint[k];
         if (r->count > 0)
-            sim_result_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
-                            r->count, r->made->k_lb_ft,
-                            k == SIM_TIES && m->scene->model == SIM_CHAIN
-                                ? "; no effect in model chain, where nothing rises"
-                                : "");
+            sim_result_add_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
+                                r->count, r->made->k_lb_ft,
+                                k == SIM_TIES && m->scene->model == SIM_CHAIN
+                                    ? "; no effect in model chain, where nothing rises"
+                                    : "");
     }
-    if (m->stiffened)
-        sim_result_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
-                        s->stiff_lines, s->stiff_span,
-                        m->scene->model == SIM_CHAIN
-                            ? "chain includes their stretch, but not their bending"
-                            : "consistent");
-    if (m->laid)
-        sim_result_note(result, "joints at %g degrees slide at %g lb + %g times their load",
-                        s->lay_deg, s->lay_slide_lb, s->lay_mu);
+    if (m->has_stiffeners)
+        sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
+                            s->stiff_lines, s->stiff_span,
+                            m->scene->model == SIM_CHAIN
+                                ? "chain includes their stretch, but not their bending"
+                                : "consistent");
+    if (m->has_diagonal_lay)
+        sim_result_add_note(result, "joints at %g degrees slide at %g lb + %g times their load",
+                            s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 
 /* Forces where mats rise: bands over a wave, bent stiffeners, cleats that leave the ground.
@@ -689,7 +691,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
 
 /* Here mats and nodes count from 0, as in the planar model, and Y points down. A mat outside the
  * heaving part lies on the ground. */
-static double slope(const struct mods_heave *h, int n)
+static double node_slope(const struct mods_heave *h, int n)
 {
     if (n < 0 || n >= h->mats)
         return 0.0;
@@ -699,15 +701,15 @@ static double slope(const struct mods_heave *h, int n)
     return (h->z[2 * n + 2] - h->z[2 * n] + tilt_ft) / h->length_ft;
 }
 
-static double all_lb(const struct mods_bands *b, int segment)
+static double group_tension_lb(const struct mods_bands *b, int segment)
 {
-    return b->made->count * taut_lb(b->lb[segment]);
+    return b->scene->count * taut_lb(b->lb[segment]);
 }
 
 /* Segment that passes over node j, which lies between mats j and j + 1 (mats counted from 1). */
 static int segment_over(const struct mods_bands *b, int j)
 {
-    int first = b->mat[0], every = b->made->every;
+    int first = b->mat[0], every = b->scene->every;
     int before = j < first ? 0 : (j - first) / every + 1; /* rivets in mats 1..j */
     return before < b->segments ? before : b->segments - 1;
 }
@@ -716,9 +718,9 @@ static int segment_over(const struct mods_bands *b, int j)
 static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
-        double kink = slope(h, j) - slope(h, j - 1);
+        double kink = node_slope(h, j) - node_slope(h, j - 1);
         if (kink > 0.0)
-            h->down_lb[j] += all_lb(b, segment_over(b, j)) * kink;
+            h->down_lb[j] += group_tension_lb(b, segment_over(b, j)) * kink;
     }
 }
 
@@ -738,7 +740,7 @@ static double height_ft(const struct mods_heave *h, double at)
     return at > node ? 0.5 * (left_ft + node_height_ft(h, node + 1)) : left_ft;
 }
 
-static void press(const struct mods_heave *h, double at, double down_lb)
+static void press_node(const struct mods_heave *h, double at, double down_lb)
 {
     int node = (int)floor(at);
     bool middle = at > node;
@@ -757,7 +759,7 @@ static double slope_between(const struct mods_heave *h, double from, double to)
 static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
                        int segment)
 {
-    double t_lb = all_lb(b, segment), *line = m->hull;
+    double t_lb = group_tension_lb(b, segment), *line = m->hull;
     double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
     double to = segment < b->segments - 1 ? b->mat[segment] - 0.5 : m->mats;
     int count = 1;
@@ -775,8 +777,8 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
     }
     for (int i = 0; i + 1 < count; i++) {
         double pulled_lb = t_lb * slope_between(h, line[i], line[i + 1]);
-        press(h, line[i], -pulled_lb);
-        press(h, line[i + 1], pulled_lb);
+        press_node(h, line[i], -pulled_lb);
+        press_node(h, line[i + 1], pulled_lb);
     }
 }
 
@@ -799,16 +801,17 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
 {
     for (int j = h->first; j <= h->last + 1; j++) {
         h->down_lb[j] = 0.0;
-        h->moment_lb_ft[j] = m->stiffened ? mods_moment_lb_ft(m, j + 1,
-                                                              elementary_asin(slope(h, j)) -
-                                                                  elementary_asin(slope(h, j - 1)))
-                                          : 0.0;
+        h->moment_lb_ft[j] = m->has_stiffeners
+                               ? mods_moment_lb_ft(m, j + 1,
+                                                   elementary_asin(node_slope(h, j)) -
+                                                       elementary_asin(node_slope(h, j - 1)))
+                               : 0.0;
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
-        if (b->segments > 0 && b->made->over == SIM_OVER_JOINTS)
+        if (b->segments > 0 && b->scene->over == SIM_OVER_JOINTS)
             press_crests(b, h);
-        for (int i = 0; i < b->segments && b->made->over == SIM_OVER_RIVETS; i++)
+        for (int i = 0; i < b->segments && b->scene->over == SIM_OVER_RIVETS; i++)
             press_hull(m, b, h, i);
     }
     tie_down(&m->restraint[SIM_TIES], h);
@@ -818,12 +821,12 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
 {
     double length_ft = m->scene->length_ft, turn = 0.0, pull_lb = 0.0;
     double lightest = fmin(mass_slug, 4.0 * inertia / (length_ft * length_ft));
-    for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
+    for (int j = 1; m->has_stiffeners && j <= m->mats + 1; j++)
         turn = fmax(turn, m->turn_lb_ft_rad[j]);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         double most_lb = 0.0;
         for (int i = 0; i < m->band[g].segments; i++)
-            most_lb = fmax(most_lb, all_lb(&m->band[g], i));
+            most_lb = fmax(most_lb, group_tension_lb(&m->band[g], i));
         pull_lb += most_lb;
     }
     double damping = 2.0 * mods_damping_lb_s_ft(m) / mass_slug +
@@ -902,7 +905,7 @@ void mods_carry(struct sim_scene *scene, const struct sim_result *result)
             continue;
         sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
         sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count);
-        set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count);
+        set_flagged(&b->pulled, s->band_pulled_out + connection, s->band_mat + connection, count);
         b->warming_degf = 0.0;
         segment += count + 1;
         connection += count;

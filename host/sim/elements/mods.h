@@ -35,21 +35,21 @@ struct mods_state {
     size_t segments, connections, cleats, joints;
     size_t restraints[SIM_RESTRAINTS], restraint_count; /* of each kind, and of all */
     double *band_lb;                                    /* per segment, at the end of the run */
-    double *band_least_lb; /* per segment: minimum and (band_most_lb) maximum over the whole run */
-    double *band_most_lb;
+    double *band_min_lb; /* per segment: minimum and (band_max_lb) maximum over the whole run */
+    double *band_max_lb;
     /* Per connection: total distance, in both directions, by which the band has slid through it. */
     double *band_slip_ft;
-    double *band_load_lb; /* largest load that it has carried */
-    double *band_out;     /* 1: rivets pulled out, otherwise 0 */
-    double *band_mat;     /* number of the mat to which it is riveted */
-    double *cleat_left;   /* remaining share of the cleat's hold */
+    double *band_load_lb;    /* largest load that it has carried */
+    double *band_pulled_out; /* 1: rivets pulled out, otherwise 0 */
+    double *band_mat;        /* number of the mat to which it is riveted */
+    double *cleat_left;      /* remaining share of the cleat's hold */
     double *cleat_mat;
     /* Per restraint, kind after kind: position without force, largest load, mat or joint. */
     double *restraint_zero_ft, *restraint_load_lb, *restraint_at;
     /* Per joint 1..N+1, [0] unused: opening at which stiffeners exert no force. */
     double *stiff_gap_ft;
     double *torn; /* per joint: 1 if torn in tension, otherwise 0 */
-    /* Largest difference of band_lb, band_least_lb or band_most_lb from the run with which it was
+    /* Largest difference of band_lb, band_min_lb or band_max_lb from the run with which it was
      * checked; for landings, twice that. */
     double error_lb;
     size_t count;    /* number of all values */
@@ -58,13 +58,13 @@ struct mods_state {
 
 /* The bands of a group: pointers into the arrays of mods and of its state. */
 struct mods_bands {
-    const struct sim_bands *made; /* the group in the scene */
-    int segments;                 /* connections + 1; 0: no bands */
-    int *mat;                     /* per connection */
-    double *k_lb_ft, *stretch_ft; /* per segment: stiffness; stretch at u = 0 */
-    double *lb;                   /* present tension; negative: slack */
-    double *least_lb, *most_lb;
-    double *slip_ft, *load_lb, *out, *riveted; /* per connection, as in mods_state */
+    const struct sim_bands *scene; /* the group in the scene */
+    int segments;                  /* connections + 1; 0: no bands */
+    int *mat;                      /* per connection */
+    double *k_lb_ft, *stretch_ft;  /* per segment: stiffness; stretch at u = 0 */
+    double *lb;                    /* present tension; negative: slack */
+    double *min_lb, *max_lb;
+    double *slip_ft, *load_lb, *pulled_out, *riveted; /* per connection, as in mods_state */
 };
 
 /* The restraints of one kind: pointers into the arrays of the state. A restraint exerts
@@ -80,9 +80,9 @@ struct restraints {
 
 struct mods {
     const struct sim_scene *scene;
-    bool banded; /* bands or anchors push on mats */
-    bool cleated, jointed, stiffened, laid, tears;
-    bool heaves; /* some act on the nodes or bend the joints of the planar model */
+    bool has_bands; /* bands or anchors push on mats */
+    bool has_cleats, has_joint_springs, has_stiffeners, has_diagonal_lay, can_tear;
+    bool acts_vertically; /* some act on the nodes or bend the joints of the planar model */
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];

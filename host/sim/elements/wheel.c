@@ -6,9 +6,9 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/law.h"
 
-#define EDGE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
+#define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 /* in parts of a mat: nearer to a mat's edge than this, EDGE and rounding can matter */
-#define INNER 1e-10
+#define INNER_TOLERANCE 1e-10
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
@@ -30,14 +30,14 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 }
 
 /* Row c whose interval c..c+1 contains t. Moves forward only. */
-static size_t seek(struct sim_wheel *wheel, double t_s)
+static size_t find_row(struct sim_wheel *wheel, double t_s)
 {
     while (wheel->cursor + 2 < wheel->count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
         wheel->cursor++;
     return wheel->cursor;
 }
 
-static double along(const struct sim_path_row *row, double t_s, double from, double to)
+static double interpolate_path(const struct sim_path_row *row, double t_s, double from, double to)
 {
     double length_s = row[1].t_s - row[0].t_s;
     if (length_s <= 0.0 || t_s >= row[1].t_s || from == to)
@@ -50,9 +50,10 @@ static double along(const struct sim_path_row *row, double t_s, double from, dou
 static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
     const struct sim_path_row *only = &wheel->rows[c];
-    double stop_s = law_least(t1_s, wheel->force_stop_s), length_s = t1_s - t0_s;
+    double stop_s = law_min(t1_s, wheel->force_stop_s), length_s = t1_s - t0_s;
     if (t0_s >= only[0].t_s && stop_s > t0_s && stop_s < only[1].t_s) {
-        double force_lb = along(only, 0.5 * (t0_s + stop_s), only[0].force_lb, only[1].force_lb);
+        double force_lb = interpolate_path(only, 0.5 * (t0_s + stop_s), only[0].force_lb,
+                                           only[1].force_lb);
         return stop_s < t1_s ? force_lb * ((stop_s - t0_s) / length_s) : force_lb;
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
@@ -60,37 +61,37 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
         low_lb = high_lb = 0.0; /* no force during a part of the time */
     for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
-        double from_s = law_most(t0_s, row[0].t_s);
-        double to_s = law_least(stop_s, row[1].t_s);
+        double from_s = law_max(t0_s, row[0].t_s);
+        double to_s = law_min(stop_s, row[1].t_s);
         if (to_s > from_s) {
             double middle_s = 0.5 * (from_s + to_s); /* mean of a straight line */
-            double force_lb = along(row, middle_s, row[0].force_lb, row[1].force_lb);
+            double force_lb = interpolate_path(row, middle_s, row[0].force_lb, row[1].force_lb);
             sum += (to_s - from_s) * force_lb;
-            low_lb = law_least(low_lb, force_lb);
-            high_lb = law_most(high_lb, force_lb);
+            low_lb = law_min(low_lb, force_lb);
+            high_lb = law_max(high_lb, force_lb);
         }
     }
-    return law_least(high_lb, law_most(low_lb, sum / length_s));
+    return law_min(high_lb, law_max(low_lb, sum / length_s));
 }
 
 /* Mat at x: 0 before the runway, mats + 1 behind it. Usually the mat of the last call. */
-static int mat_at(struct sim_wheel *wheel, double x_ft)
+static int find_mat(struct sim_wheel *wheel, double x_ft)
 {
     if (x_ft > wheel->from_ft && x_ft < wheel->to_ft)
         return wheel->mat;
-    double mat = floor(x_ft / wheel->length_ft + EDGE) + 1.0;
+    double mat = floor(x_ft / wheel->length_ft + EDGE_TOLERANCE) + 1.0;
     if (mat < 1.0)
         return 0;
     if (mat > wheel->mats)
         return wheel->mats + 1;
     wheel->mat = (int)mat;
-    wheel->from_ft = (mat - 1.0) * wheel->length_ft * (1.0 + INNER);
-    wheel->to_ft = mat * wheel->length_ft * (1.0 - INNER);
+    wheel->from_ft = (mat - 1.0) * wheel->length_ft * (1.0 + INNER_TOLERANCE);
+    wheel->to_ft = mat * wheel->length_ft * (1.0 - INNER_TOLERANCE);
     return wheel->mat;
 }
 
-static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count, int mat,
-               double thrust_lb, double share)
+static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int count, int mat,
+                     double thrust_lb, double share)
 {
     if (mat < 1 || mat > wheel->mats)
         return count;
@@ -99,20 +100,21 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
 }
 
 /* The usual span, computed quickly: it continues the last span, on one row and on the same mat. */
-static bool stays(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
     if (!(t0_s == wheel->at_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
           t1_s <= wheel->force_stop_s && wheel->thrust == SIM_JUMP &&
           wheel->at_ft > wheel->from_ft && wheel->at_ft < wheel->to_ft))
         return false;
-    double x_ft = along(row, t1_s, row[0].x_ft, row[1].x_ft);
+    double x_ft = interpolate_path(row, t1_s, row[0].x_ft, row[1].x_ft);
     if (!(x_ft > wheel->from_ft && x_ft < wheel->to_ft))
         return false;
     wheel->at_s = t1_s;
     wheel->at_ft = x_ft;
     *touch = (struct sim_touch){
-        wheel->mat, along(row, 0.5 * (t0_s + t1_s), row[0].force_lb, row[1].force_lb), 1.0};
+        wheel->mat, interpolate_path(row, 0.5 * (t0_s + t1_s), row[0].force_lb, row[1].force_lb),
+        1.0};
     return true;
 }
 
@@ -120,46 +122,47 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
 {
     if (t1_s <= wheel->from_s)
         return 0;
-    if (stays(wheel, t0_s, t1_s, touch))
+    if (stays_on_mat(wheel, t0_s, t1_s, touch))
         return 1;
-    size_t c0 = seek(wheel, t0_s);
+    size_t c0 = find_row(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
-    double x0_ft = t0_s == wheel->at_s
-                     ? wheel->at_ft
-                     : along(first, law_most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
+    double x0_ft = t0_s == wheel->at_s ? wheel->at_ft
+                                       : interpolate_path(first, law_max(t0_s, first->t_s),
+                                                          first[0].x_ft, first[1].x_ft);
     double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
-    const struct sim_path_row *last = &wheel->rows[seek(wheel, t1_s)];
-    double x1_ft = along(last, t1_s, last[0].x_ft, last[1].x_ft);
+    const struct sim_path_row *last = &wheel->rows[find_row(wheel, t1_s)];
+    double x1_ft = interpolate_path(last, t1_s, last[0].x_ft, last[1].x_ft);
     wheel->at_s = t1_s; /* start of the next span */
     wheel->at_ft = x1_ft;
 
-    double low_ft = law_least(x0_ft, x1_ft);
-    double high_ft = law_most(x0_ft, x1_ft);
-    int low = mat_at(wheel, low_ft);
-    int high = mat_at(wheel, high_ft);
+    double low_ft = law_min(x0_ft, x1_ft);
+    double high_ft = law_max(x0_ft, x1_ft);
+    int low = find_mat(wheel, low_ft);
+    int high = find_mat(wheel, high_ft);
     bool jump = wheel->thrust == SIM_JUMP;
     int count = 0;
     if (low == high) {
-        count = add(wheel, touch, count, low, jump ? force_lb : 0.0, 1.0);
+        count = add_touch(wheel, touch, count, low, jump ? force_lb : 0.0, 1.0);
     } else {
-        double share = law_least(
-            1.0, law_most(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
-        count = add(wheel, touch, count, low, jump ? force_lb * share : 0.0, share);
-        count = add(wheel, touch, count, high, jump ? force_lb * (1.0 - share) : 0.0, 1.0 - share);
+        double share = law_min(
+            1.0, law_max(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
+        count = add_touch(wheel, touch, count, low, jump ? force_lb * share : 0.0, share);
+        count = add_touch(wheel, touch, count, high, jump ? force_lb * (1.0 - share) : 0.0,
+                          1.0 - share);
     }
     if (jump)
         return count;
     double middle_ft = 0.5 * (low_ft + high_ft);
-    int middle = mat_at(wheel, middle_ft);
+    int middle = find_mat(wheel, middle_ft);
     if (middle >= 1 && middle <= wheel->mats) {
         double w = middle_ft / wheel->length_ft - 0.5;
         double i = floor(w);
         double r = w - i;
         if (i < 0.0) {
-            count = add(wheel, touch, count, 1, force_lb, 0.0);
+            count = add_touch(wheel, touch, count, 1, force_lb, 0.0);
         } else {
-            count = add(wheel, touch, count, (int)i + 1, force_lb * (1.0 - r), 0.0);
-            count = add(wheel, touch, count, (int)i + 2, force_lb * r, 0.0);
+            count = add_touch(wheel, touch, count, (int)i + 1, force_lb * (1.0 - r), 0.0);
+            count = add_touch(wheel, touch, count, (int)i + 2, force_lb * r, 0.0);
         }
     }
     return count;
@@ -178,7 +181,7 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
         double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (stopping_distance_ft > 0.0)
             /* a jump in position: division by 0 gives INFINITY */
-            fastest = law_most(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
+            fastest = law_max(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
 }
@@ -186,22 +189,24 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
 int sim_wheel_first_mat(const struct sim_wheel *wheel)
 {
     struct sim_wheel fresh = *wheel;
-    int mat = mat_at(&fresh, wheel->rows[0].x_ft);
+    int mat = find_mat(&fresh, wheel->rows[0].x_ft);
     return mat < 1 ? 1 : mat > wheel->mats ? wheel->mats : mat;
 }
 
 /* ---- spans ---- */
 
-#define MOST 1000000u
+#define SPANS_MAX 1000000u
 
-static enum mr_status push(struct span_list *list, const struct span *span, struct error *error)
+static enum mr_status append_span(struct span_list *list, const struct span *span,
+                                  struct error *error)
 {
     if (!(span->t1_s > span->t0_s))
         return MR_OK;
-    if (list->count >= MOST)
+    if (list->count >= SPANS_MAX)
         return error_set(
             error, MR_USAGE,
-            "too many hops: the aircraft crosses more than %u mats; give an earlier tend", MOST);
+            "too many hops: the aircraft crosses more than %u mats; give an earlier tend",
+            SPANS_MAX);
     xlist_grow(&list->spans, list->count, sizeof *list->spans);
     list->spans[list->count++] = *span;
     return MR_OK;
@@ -212,7 +217,7 @@ static enum mr_status push(struct span_list *list, const struct span *span, stru
 static double next_edge(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
-    double edge = speed > 0.0 ? floor(w + EDGE) + 1.0 : ceil(w - EDGE) - 1.0;
+    double edge = speed > 0.0 ? floor(w + EDGE_TOLERANCE) + 1.0 : ceil(w - EDGE_TOLERANCE) - 1.0;
     return (edge + shift) * length_ft;
 }
 
@@ -231,7 +236,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
                 double other = next_edge(whole.x0_ft, speed, length, 0.5);
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
-            if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE))
+            if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE_TOLERANCE))
                 edge = (double)INFINITY; /* behind the runway */
             if (speed < 0.0 && whole.x0_ft <= 0.0)
                 edge = -(double)INFINITY;
@@ -245,7 +250,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
         }
         double middle = part.x0_ft + 0.5 * speed * (part.t1_s - part.t0_s);
         if (speed == 0.0)
-            middle = part.x0_ft + EDGE * length;
+            middle = part.x0_ft + EDGE_TOLERANCE * length;
         double mat = floor(middle / length);
         part.mat = airborne || mat < 0.0 || mat >= scene->mats ? -1 : (int)mat;
         part.share = -2;
@@ -253,7 +258,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
             part.share = (int)floor(middle / length - 0.5);
         whole.force_lb += whole.force_rate * (part.t1_s - part.t0_s);
         whole.t0_s = part.t1_s;
-        push(list, &part, error);
+        append_span(list, &part, error);
     }
     return error->status;
 }

@@ -18,7 +18,7 @@ struct chains {
     /* grit over stiffness: compression of the grit before it yields */
     lanes give_ft[MR_CHAIN_INDICES];
     lanes push_lb[MR_CHAIN_INDICES]; /* thrust of the wheel during a step */
-    words runaway;
+    words diverged;
 };
 
 #define LANES_FILE "host/sim/models/chains_kernel.h"

@@ -139,14 +139,14 @@ static unsigned LANES(settle)(struct chains *c)
         for (unsigned n = first; n <= last; n++) {
             lanes u_ft = c->u_ft[n], v_ft_s = c->v_ft_s[n];
             moves |= v_ft_s != none;
-            c->runaway |= c->awake[bay] &
-                          ~((u_ft < far) & (u_ft > -far) & (v_ft_s < fast) & (v_ft_s > -fast));
+            c->diverged |= c->awake[bay] &
+                           ~((u_ft < far) & (u_ft > -far) & (v_ft_s < fast) & (v_ft_s > -fast));
         }
         c->awake[bay] &= moves;
         if (LANES(any)(LANES(mask_of)(c->awake[bay])))
             LANES(stretch_to)(c, bay);
     }
     for (unsigned k = 0; k < CHAINS_LANES; k++)
-        runaway |= c->runaway[k] ? 1u << k : 0u;
+        runaway |= c->diverged[k] ? 1u << k : 0u;
     return runaway;
 }

@@ -140,9 +140,9 @@ KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_m
     return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
 }
 
-KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, const double *v,
-                                       int n, double inverse_length,
-                                       const struct kernel_parts parts)
+KERNEL_INLINE struct kernel_mat moving_mat(const struct model *m, const double *p, const double *v,
+                                           int n, double inverse_length,
+                                           const struct kernel_parts parts)
 {
     return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
                                      : kernel_mat(p, v, n, inverse_length);
@@ -150,8 +150,8 @@ KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, c
 
 /* A mat outside the window lies on the ground, with the tilt of the ground. If tensions are given,
  * only its slope is used. */
-KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
-                                        const struct kernel_parts parts)
+KERNEL_INLINE struct kernel_mat resting_mat(const struct model *m, int n, double inverse_length,
+                                            const struct kernel_parts parts)
 {
     struct kernel_mat mat = kernel_outside(m, n);
     if (parts.given && m->rest_tilt_ft && n >= 0 && n < m->mats) {
@@ -186,8 +186,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
     kernel_prepare(m, v, parts.law);
-    struct kernel_mat before = outside(m, first - 1, inverse_length, parts);
-    struct kernel_mat mat = inside(m, p, v, first, inverse_length, parts);
+    struct kernel_mat before = resting_mat(m, first - 1, inverse_length, parts);
+    struct kernel_mat mat = moving_mat(m, p, v, first, inverse_length, parts);
     double tension_l = tension(m, first, &before, &mat, parts);
     double moment_l = moment(m, first, &before, &mat, parts);
     double soil_l = soil(m, p, v, first, parts);
@@ -198,8 +198,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? inside(m, p, v, n + 1, inverse_length, parts)
-                                           : outside(m, n + 1, inverse_length, parts);
+        struct kernel_mat after = n < last ? moving_mat(m, p, v, n + 1, inverse_length, parts)
+                                           : resting_mat(m, n + 1, inverse_length, parts);
         double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = moment(m, n + 1, &mat, &after, parts);
         double soil_r = soil(m, p, v, n + 1, parts);
@@ -343,7 +343,7 @@ struct rows {
     double *mass, *by_p, *by_v;
 };
 
-static void put(const struct rows *r, double *band, int row, int column, double value)
+static void put_value(const struct rows *r, double *band, int row, int column, double value)
 {
     if (value != 0.0 && column >= 2 * r->m->first && column <= 2 * r->m->last + 2)
         band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
@@ -354,8 +354,8 @@ static void put_mat(const struct rows *r, int row, int n, double scale, const do
                     const double *v)
 {
     for (int k = 0; k < 7; k++) {
-        put(r, r->by_p, row, 2 * n - 2 + k, scale * p[k]);
-        put(r, r->by_v, row, 2 * n - 2 + k, scale * v[k]);
+        put_value(r, r->by_p, row, 2 * n - 2 + k, scale * p[k]);
+        put_value(r, r->by_v, row, 2 * n - 2 + k, scale * v[k]);
     }
 }
 
@@ -363,8 +363,8 @@ static void put_soil(const struct rows *r, int row, int node, double scale)
 {
     if (!r->m->contact[node])
         return;
-    put(r, r->by_p, row, 2 * node, scale * r->m->kv);
-    put(r, r->by_v, row, 2 * node, scale * r->m->cv);
+    put_value(r, r->by_p, row, 2 * node, scale * r->m->kv);
+    put_value(r, r->by_v, row, 2 * node, scale * r->m->cv);
 }
 
 static void displacement_row(const struct rows *r, double t_s, const double *z, int n,
@@ -375,23 +375,24 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     int row = 2 * n + 1;
     double rate;
     if (m->law == SIM_STICK && m->slide[n] == 0) {
-        put(r, r->mass, row, row, 1.0);
+        put_value(r, r->mass, row, row, 1.0);
         return;
     }
-    put(r, r->mass, row, row, m->mass_slug);
+    put_value(r, r->mass, row, row, m->mass_slug);
     for (int k = 0; k < 5; k++) {
-        put(r, r->by_p, row, 2 * n - 2 + k, -left->p[k]);
-        put(r, r->by_v, row, 2 * n - 2 + k, -left->v[k]);
-        put(r, r->by_p, row, 2 * n + k, right->p[k]);
-        put(r, r->by_v, row, 2 * n + k, right->v[k]);
+        put_value(r, r->by_p, row, 2 * n - 2 + k, -left->p[k]);
+        put_value(r, r->by_v, row, 2 * n - 2 + k, -left->v[k]);
+        put_value(r, r->by_p, row, 2 * n + k, right->p[k]);
+        put_value(r, r->by_v, row, 2 * n + k, right->v[k]);
     }
     double smooth = m->law == SIM_TANH ? elementary_tanh(mat->v / m->veps_ft_s) : 0.0;
     double share = friction_share(m->law, mat->v, m->slide[n], smooth);
     if (m->law == SIM_TANH)
-        put(r, r->by_v, row, row,
-            friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
+        put_value(r, r->by_v, row, row,
+                  friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
     if (m->elements.count > 0)
-        put(r, r->by_v, row, row, element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
+        put_value(r, r->by_v, row, row,
+                  element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
     if (m->soil_normal) {
         put_soil(r, row, n, -share * m->friction);
         put_soil(r, row, n + 1, -share * m->friction);
@@ -450,22 +451,22 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_y);
 
     int row = 2 * n + 2;
-    put(r, r->mass, row, row, 1.0);
+    put_value(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held >= 0 && m->held <= 1) {
         /* acceleration 0; the other end of mat 1 has twice the acceleration of its middle */
         int other = m->held == 0 ? row : row - 2;
-        put(r, r->mass, 0, 0, 1.0);
+        put_value(r, r->mass, 0, 0, 1.0);
         put_soil(r, other, 0, -2.0 / m->mass_slug);
         put_soil(r, other, 1, -2.0 / m->mass_slug);
         return;
     }
     if (n == m->held - 1)
         return; /* the held node: acceleration 0 */
-    put(r, r->mass, row, row - 2, -1.0);
+    put_value(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);
     if (n == m->first) {
         row = 2 * n;
-        put(r, r->mass, row, row, 1.0);
+        put_value(r, r->mass, row, row, 1.0);
         put_soil(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
         if (n == 0) {
             put_soil(r, row, 1, -1.0 / m->mass_slug);
@@ -496,16 +497,16 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
     add_difference(v, 2, 4, -2.0 * spin * slope.turn_y);
     put_mat(r, 2 * n, n, -1.0, p, v);
     put_mat(r, 2 * n + 2, n, 1.0, p, v);
-    put(r, r->mass, 2 * n, 2 * n, quarter + a);
-    put(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
-    put(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
-    put(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
+    put_value(r, r->mass, 2 * n, 2 * n, quarter + a);
+    put_value(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
+    put_value(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
+    put_value(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
     /* derivative of the mass matrix, times accel */
     double change = a_y * (accel[2 * n + 2] - accel[2 * n]);
-    put(r, r->by_p, 2 * n, 2 * n + 2, change);
-    put(r, r->by_p, 2 * n, 2 * n, -change);
-    put(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);
-    put(r, r->by_p, 2 * n + 2, 2 * n, change);
+    put_value(r, r->by_p, 2 * n, 2 * n + 2, change);
+    put_value(r, r->by_p, 2 * n, 2 * n, -change);
+    put_value(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);
+    put_value(r, r->by_p, 2 * n + 2, 2 * n, change);
     put_soil(r, 2 * n, n, -1.0);
     put_soil(r, 2 * n + 2, n + 1, -1.0);
 }

@@ -168,9 +168,9 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
         return 0.0;
     if (law == SIM_NONE)
         return x;
-    return x - friction_rub_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v,
-                               law == SIM_STICK ? m->slide[n] : 0,
-                               law == SIM_TANH ? m->tanh[n] : 0.0);
+    return x - friction_force_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v,
+                                 law == SIM_STICK ? m->slide[n] : 0,
+                                 law == SIM_TANH ? m->tanh[n] : 0.0);
 }
 
 /* Calls `kernel` with the constants of this scene. */

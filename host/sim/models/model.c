@@ -11,8 +11,8 @@
 #define DEGREES    (180.0 / 3.14159265358979323846)
 #define START_EDGE 1e-12
 
-static enum mr_status not_here(const char *what, const char *instead, const struct sim_scene *scene,
-                               struct error *error)
+static enum mr_status refuse_feature(const char *what, const char *instead,
+                                     const struct sim_scene *scene, struct error *error)
 {
     return error_set(error, MR_USAGE, "not available: %s: %s in model %s; %s",
                      sim_scene_name(scene), what, sim_model_name(scene->model), instead);
@@ -27,7 +27,7 @@ static bool has_grit(const struct sim_scene *scene)
     return false;
 }
 
-static enum mr_status check(const struct sim_scene *scene, bool grit, struct error *error)
+static enum mr_status check_scene(const struct sim_scene *scene, bool grit, struct error *error)
 {
     bool report = scene->model == SIM_REPORT;
     const struct {
@@ -35,7 +35,7 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
         const char *what, *models;
     } fixed_only[] = {
         {has_grit(scene), "grit", "chain or consistent"},
-        {sim_scene_varies(scene), "a list of KV, CV, KL, KT, W or v0, or an end weight",
+        {sim_scene_is_varied(scene), "a list of KV, CV, KL, KT, W or v0, or an end weight",
          "chain or consistent"},
         {mods_are_given(scene), "a modified runway (bands, cleats and others)",
          "chain or consistent"},
@@ -51,29 +51,32 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
                 report ? "model" : "solver", report ? fixed_only[i].models : "staggered");
     }
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
-        return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
+        return refuse_feature("friction_normal soil", "give weight, or model consistent", scene,
+                              error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
         if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) <
               0.5 * scene->length_ft))
-            return not_here("ground steeper than 30 degrees", "give lower heights", scene, error);
+            return refuse_feature("ground steeper than 30 degrees", "give lower heights", scene,
+                                  error);
     }
     if (!report && scene->q1_lb != 0.0)
-        return not_here("Q1", "leave it out, or give model report", scene, error);
+        return refuse_feature("Q1", "leave it out, or give model report", scene, error);
     if (!report && !(scene->kv_lb_ft > 0.0))
-        return not_here("KV 0 (the mats would fall)", "give a stiffness", scene, error);
+        return refuse_feature("KV 0 (the mats would fall)", "give a stiffness", scene, error);
     double inertia = scene->inertia_slug_ft2;
     if (!(inertia > 0.0))
-        return not_here("I 0", "give an inertia", scene, error);
+        return refuse_feature("I 0", "give an inertia", scene, error);
     for (size_t i = 1; i < scene->bump_ft.count; i++) {
         if (!(fabs(scene->bump_ft.values[i] - scene->bump_ft.values[i - 1]) <
               0.99 * scene->length_ft))
-            return not_here("a bump steeper than a mat is long", "give lower heights", scene,
-                            error);
+            return refuse_feature("a bump steeper than a mat is long", "give lower heights", scene,
+                                  error);
     }
     size_t count = scene->bump_ft.count;
     if (count > 0 && !(fmax(fabs(scene->bump_ft.values[0]),
                             fabs(scene->bump_ft.values[count - 1])) < 0.99 * scene->length_ft))
-        return not_here("a bump steeper than a mat is long", "give lower heights", scene, error);
+        return refuse_feature("a bump steeper than a mat is long", "give lower heights", scene,
+                              error);
     return MR_OK;
 }
 
@@ -133,14 +136,14 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
     m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
-    if (check(s, grit, error) != MR_OK)
+    if (check_scene(s, grit, error) != MR_OK)
         return error->status;
     m->tail = tail_mats(m);
     m->storage = xcalloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = xcalloc(5 * (nodes + 1), sizeof *m->contact);
     m->mass_upper = m->storage;
     m->rest_u_ft = m->storage + nodes + 1;
-    m->spare = m->storage + 2 * (nodes + 1);
+    m->scratch = m->storage + 2 * (nodes + 1);
     m->tanh = m->storage + 4 * (nodes + 1);
     m->torsion = m->contact + nodes + 1;
     m->joint = m->torsion + nodes + 1;
@@ -187,10 +190,10 @@ void model_start(struct model *m, double *z)
     model_sample(m, 0.0, z);
 }
 
-void model_enter(struct model *m, size_t at, double *z)
+void model_enter_span(struct model *m, size_t at, double *z)
 {
     m->span = m->spans.spans[at];
-    model_follow(m, z);
+    model_update_window(m, z);
     model_settle(m, m->span.t0_s, z);
 }
 
@@ -247,8 +250,8 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
     return worst < 1.0 ? elementary_asin(worst) * DEGREES : 90.0;
 }
 
-#define POWERS    300
-#define RATE_MATS 64 /* the first mats are enough: all have the same parameters */
+#define POWER_ITERATIONS 300
+#define RATE_MATS        64 /* the first mats are enough: all have the same parameters */
 
 double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
 {
@@ -296,7 +299,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
         double growth = 0.0;
         for (size_t i = 0; i < 2 * size; i++) /* any start vector with a part in every direction */
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
-        for (int k = 0; k < POWERS; k++) {
+        for (int k = 0; k < POWER_ITERATIONS; k++) {
             double norm = 0.0;
             /* scale the heights so that both halves have equal weight */
             banded_multiply((int)size, by_p, x, y + size);
@@ -312,11 +315,13 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
                 before = fmax(before, fabs(x[size + i]));
             if (!(norm > 0.0 && before > 0.0 && isfinite(norm)))
                 break;
-            if (k >= POWERS / 2)
+            if (k >= POWER_ITERATIONS / 2)
                 growth += elementary_log(norm / before);
             for (size_t i = 0; i < 2 * size; i++)
                 x[i] = y[i] / norm;
-            rate = k >= POWERS / 2 ? elementary_exp(growth / (k - POWERS / 2 + 1)) : 0.0;
+            rate = k >= POWER_ITERATIONS / 2
+                     ? elementary_exp(growth / (k - POWER_ITERATIONS / 2 + 1))
+                     : 0.0;
         }
     }
     if (m->elements.count > 0) /* of any state, not only this one */
@@ -331,23 +336,23 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
 void model_describe(const struct model *m, struct sim_result *result)
 {
     if (m->law == SIM_NONE)
-        sim_result_leave_out(result, "friction (none)");
+        sim_result_add_left_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
-        sim_result_note(result,
-                        "grit: a joint opens freely, and must overcome its grit again to close");
+        sim_result_add_note(
+            result, "grit: a joint opens freely, and must overcome its grit again to close");
     if (m->slack_ft <= 0.0)
-        sim_result_leave_out(result, "slack (0)");
+        sim_result_add_left_out(result, "slack (0)");
     if (!m->full)
-        sim_result_leave_out(result, "shortening of tilted mats (profile low)");
+        sim_result_add_left_out(result, "shortening of tilted mats (profile low)");
     if (!m->consistent && m->shear == SIM_NO_SHEAR)
-        sim_result_leave_out(result, "lift shear (none)");
+        sim_result_add_left_out(result, "lift shear (none)");
     if (m->wheel_load_lb == 0.0)
-        sim_result_leave_out(result, "wheel load (0)");
+        sim_result_add_left_out(result, "wheel load (0)");
     if (m->consistent && m->scene->shear_lb != 0.0)
-        sim_result_note(result,
-                        "V has no effect in model consistent: mats lift because of their inertia");
+        sim_result_add_note(
+            result, "V has no effect in model consistent: mats lift because of their inertia");
     if (m->scene->path_count > 0)
-        sim_result_note(result, "path replaces Vac, s0 and F");
+        sim_result_add_note(result, "path replaces Vac, s0 and F");
     element_describe(m->scene, result);
 }
 
@@ -360,46 +365,46 @@ void model_describe(const struct model *m, struct sim_result *result)
  * tail that falls faster than exponentially ahead of the wave. The window then grows while any of
  * its GUARD outermost mats moves by more than QUIET. */
 
-#define GUARD         4
-#define CHUNK         8     /* least number of mats by which the window grows */
-#define QUIET         1e-13 /* times L for heights, times sqrt(g L) for speeds */
-#define PATIENCE      16    /* steps between attempts to shrink the window */
+#define GUARD_MATS      4
+#define CHUNK_MATS      8     /* least number of mats by which the window grows */
+#define REST_TOLERANCE  1e-13 /* times L for heights, times sqrt(g L) for speeds */
+#define SHRINK_STEPS    16    /* steps between attempts to shrink the window */
 /* mats that must leave the window at once: fewer do not justify a restart */
-#define WORTH_LEAVING 4
+#define MIN_SHRINK_MATS 4
 
-static bool exact_push(const struct model *m)
+static bool is_push_exact(const struct model *m)
 {
     return m->law == SIM_STICK && (m->elements.count == 0 || element_rests(&m->elements));
 }
 
 /* In the report model flat mats stay flat until a switch. */
-static bool exact_shape(const struct model *m)
+static bool is_shape_exact(const struct model *m)
 {
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
 }
 
 /* Number of mats by which the window grows. In the consistent model a load acts at once on all mats
  * that the mass matrix couples. */
-static int chunk(const struct model *m)
+static int chunk_mats(const struct model *m)
 {
-    return m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
+    return m->tail > GUARD_MATS + CHUNK_MATS ? m->tail - GUARD_MATS : CHUNK_MATS;
 }
 
 static double quiet_ft(const struct model *m)
 {
-    return QUIET * m->length_ft;
+    return REST_TOLERANCE * m->length_ft;
 }
 
 static double quiet_ft_s(const struct model *m)
 {
-    return QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    return REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
 /* True if a mat has the shape of a mat outside the window. */
-static bool lies_flat(const struct model *m, const double *z, int n)
+static bool is_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
-    if (exact_shape(m))
+    if (is_shape_exact(m))
         return z[2 * n] == z[2 * n + 2] && v[2 * n] == v[2 * n + 2];
     if (!m->consistent)
         return fabs(z[2 * n + 2] - z[2 * n]) <= quiet_ft(m) &&
@@ -412,7 +417,7 @@ static bool lies_flat(const struct model *m, const double *z, int n)
 static bool is_at_rest(const struct model *m, const double *z, int n)
 {
     double v = z[m->size + 2 * n + 1];
-    return exact_push(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
+    return is_push_exact(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
 }
 
 /* Range of mats that the aircraft touches in this span. False: none. */
@@ -426,13 +431,15 @@ static bool find_touched(const struct model *m, int *low, int *high)
         *low = span->share < *low ? span->share : *low;
         *high = span->share + 1 > *high ? span->share + 1 : *high;
     }
-    int more = m->consistent ? (m->wheel_load_lb > 0.0 ? m->tail : GUARD) : exact_push(m) ? 0 : 1;
+    int more = m->consistent    ? (m->wheel_load_lb > 0.0 ? m->tail : GUARD_MATS)
+             : is_push_exact(m) ? 0
+                                : 1;
     *low -= more;
     *high += more;
     return true;
 }
 
-static void clip(const struct model *m, int *first, int *last)
+static void clip_range(const struct model *m, int *first, int *last)
 {
     if (*first < 0)
         *first = 0;
@@ -454,10 +461,10 @@ void model_fill(const struct model *m, double *z)
     }
 }
 
-static void widen(struct model *m, double *z, int first, int last)
+static void widen_window(struct model *m, double *z, int first, int last)
 {
     int was_first = m->first, was_last = m->last;
-    clip(m, &first, &last);
+    clip_range(m, &first, &last);
     for (int n = first; n <= last; n++) {
         if (n >= was_first && n <= was_last)
             continue;
@@ -495,7 +502,7 @@ static void narrow_window(struct model *m, double *z, int first, int last)
 }
 
 /* Wanted range of the window, judged from its edges. */
-static void wanted(const struct model *m, const double *z, int *first, int *last)
+static void find_wanted_window(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
     *first = m->first;
@@ -505,67 +512,67 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
         *last = high > *last ? high : *last;
     }
     if (m->first > 0) {
-        if (m->slide[m->first - 1] != 0 || (exact_shape(m) && m->torsion[m->first] != 0))
+        if (m->slide[m->first - 1] != 0 || (is_shape_exact(m) && m->torsion[m->first] != 0))
             *first = m->first - 1 < *first ? m->first - 1 : *first;
         if (!m->consistent && !m->contact[m->first])
             *first = 0; /* the apex may be at any node below m->first */
     }
     if (m->last < m->mats - 1) {
-        if (m->slide[m->last + 1] != 0 || (exact_shape(m) && m->torsion[m->last + 1] != 0))
+        if (m->slide[m->last + 1] != 0 || (is_shape_exact(m) && m->torsion[m->last + 1] != 0))
             *last = m->last + 1 > *last ? m->last + 1 : *last;
         if (m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->apex + 1 > *last)
             *last = m->apex + 1;
     }
-    if (exact_push(m) && exact_shape(m))
+    if (is_push_exact(m) && is_shape_exact(m))
         return;
-    for (int k = 0; k < GUARD && m->first > 0; k++) {
+    for (int k = 0; k < GUARD_MATS && m->first > 0; k++) {
         int n = m->first + k;
-        if (n <= m->last &&
-            ((!exact_push(m) && !is_at_rest(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
-            *first = m->first - chunk(m) < *first ? m->first - chunk(m) : *first;
+        if (n <= m->last && ((!is_push_exact(m) && !is_at_rest(m, z, n)) ||
+                             (!is_shape_exact(m) && !is_flat(m, z, n))))
+            *first = m->first - chunk_mats(m) < *first ? m->first - chunk_mats(m) : *first;
     }
-    for (int k = 0; k < GUARD && m->last < m->mats - 1; k++) {
+    for (int k = 0; k < GUARD_MATS && m->last < m->mats - 1; k++) {
         int n = m->last - k;
-        if (n >= m->first &&
-            ((!exact_push(m) && !is_at_rest(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
-            *last = m->last + chunk(m) > *last ? m->last + chunk(m) : *last;
+        if (n >= m->first && ((!is_push_exact(m) && !is_at_rest(m, z, n)) ||
+                              (!is_shape_exact(m) && !is_flat(m, z, n))))
+            *last = m->last + chunk_mats(m) > *last ? m->last + chunk_mats(m) : *last;
     }
 }
 
 /* How many mats at an end can leave the window: those at rest, minus a margin. */
-static int idle(const struct model *m, const double *z, bool at_first)
+static int count_idle_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;
     bool any = find_touched(m, &low, &high);
     for (; count < m->last - m->first; count++) {
         int n = at_first ? m->first + count : m->last - count;
-        if ((any && n >= low && n <= high) || !is_at_rest(m, z, n) || !lies_flat(m, z, n) ||
-            (exact_shape(m) &&
+        if ((any && n >= low && n <= high) || !is_at_rest(m, z, n) || !is_flat(m, z, n) ||
+            (is_shape_exact(m) &&
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
     if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->last - count < m->apex + 1)
         count = m->last - m->apex - 1;
-    return count - (exact_push(m) && exact_shape(m) ? 1 : chunk(m));
+    return count - (is_push_exact(m) && is_shape_exact(m) ? 1 : chunk_mats(m));
 }
 
-bool model_follow(struct model *m, double *z)
+bool model_update_window(struct model *m, double *z)
 {
     int first, last;
     if (!m->prunes)
         return false;
-    wanted(m, z, &first, &last);
-    clip(m, &first, &last);
+    find_wanted_window(m, z, &first, &last);
+    clip_range(m, &first, &last);
     if (first != m->first || last != m->last) {
-        widen(m, z, first, last);
+        widen_window(m, z, first, last);
         return true;
     }
-    if (++m->quiet_steps < PATIENCE)
+    if (++m->quiet_steps < SHRINK_STEPS)
         return false;
     m->quiet_steps = 0;
-    int at_first = idle(m, z, true), at_last = idle(m, z, false);
-    at_first = at_first >= WORTH_LEAVING ? at_first : 0;
-    at_last = at_last >= WORTH_LEAVING ? at_last : 0;
+    int at_first = count_idle_mats(m, z, true), at_last = count_idle_mats(m, z, false);
+    at_first = at_first >= MIN_SHRINK_MATS ? at_first : 0;
+    at_last = at_last >= MIN_SHRINK_MATS ? at_last : 0;
     if (at_first + at_last == 0 || at_first + at_last > m->last - m->first)
         return false;
     narrow_window(m, z, m->first + at_first, m->last - at_last);
@@ -578,9 +585,9 @@ void model_prune(struct model *m, double t_s, const double *z)
     if (!m->prunes)
         return;
     for (int n = 0; n < m->mats; n++) {
-        bool pushed = exact_push(m) ? m->slide[n] != 0 : model_push_lb(m, t_s, z, n) != 0.0;
+        bool pushed = is_push_exact(m) ? m->slide[n] != 0 : model_push_lb(m, t_s, z, n) != 0.0;
         m->rest_u_ft[n] = z[2 * n + 1];
-        if (pushed || !is_at_rest(m, z, n) || !lies_flat(m, z, n) ||
+        if (pushed || !is_at_rest(m, z, n) || !is_flat(m, z, n) ||
             (!m->consistent && (!m->contact[n] || !m->contact[n + 1]))) {
             first = n < first ? n : first;
             last = n;
@@ -592,11 +599,11 @@ void model_prune(struct model *m, double t_s, const double *z)
     }
     if (last < 0)
         first = last = 0;
-    if (!exact_push(m) || !exact_shape(m)) {
-        first -= chunk(m);
-        last += chunk(m);
+    if (!is_push_exact(m) || !is_shape_exact(m)) {
+        first -= chunk_mats(m);
+        last += chunk_mats(m);
     }
-    clip(m, &first, &last);
+    clip_range(m, &first, &last);
     m->first = first;
     m->last = last;
 }

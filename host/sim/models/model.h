@@ -93,7 +93,7 @@ struct model {
     int tail;
     int quiet_steps;
     double *storage;
-    double *spare;      /* `size` values */
+    double *scratch;    /* `size` values */
     double *mass_upper; /* consistent model: work space of the tridiagonal solution */
     double *tanh;       /* per mat: tanh of its speed over veps */
     /* The next fields are set by an engine with fixed steps that computes the joints' tensions and
@@ -121,7 +121,7 @@ void model_free(struct model *model);
 void model_start(struct model *model, double *z);
 
 /* Makes `at` the present span of the aircraft (wheel.h) and sets the modes that depend on it. */
-void model_enter(struct model *model, size_t at, double *z);
+void model_enter_span(struct model *model, size_t at, double *z);
 
 /* Chooses the first window; called by model_start. */
 void model_prune(struct model *model, double t_s, const double *z);
@@ -129,7 +129,7 @@ void model_prune(struct model *model, double t_s, const double *z);
 /* Call after a step or an event: adds mats that begin to move to the window, and removes mats that
  * have come to rest. Returns true if the window has changed: the history that a stepper has stored
  * is then not valid. */
-bool model_follow(struct model *model, double *z);
+bool model_update_window(struct model *model, double *z);
 
 /* Writes the mats outside the window into z, for callers that use all mats. */
 void model_fill(const struct model *model, double *z);
@@ -155,21 +155,21 @@ double model_limit_lb(const struct model *model, const double *z, int mat);
 double model_margin(const struct model *model, double t_s, const double *z, struct model_switch s);
 
 /* Lists the switches with a negative margin, at most `room`. Returns their total number. */
-int model_violations(const struct model *model, double t_s, const double *z,
-                     struct model_switch *found, int room);
+int model_find_violations(const struct model *model, double t_s, const double *z,
+                          struct model_switch *found, int room);
 
 /* True if a switch may be crossed and crossed back within a step without switches at its ends,
  * judged from the states and their rates (v, p'') there. False: no margin can reach zero, as far as
  * cubics show, with a factor of two. */
-bool model_may_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
+bool model_can_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
                       double t1_s, const double *z1, const double *rate1);
 
 /* Index range of p on which margins of this switch depend. */
-void model_reach(const struct model *model, struct model_switch s, int *low, int *high);
+void model_switch_range(const struct model *model, struct model_switch s, int *low, int *high);
 
 /* Flips the mode (a mat that stops gets velocity exactly 0), then updates everything that depends
  * on it. */
-void model_flip(struct model *model, double t_s, double *z, struct model_switch s);
+void model_apply_switch(struct model *model, double t_s, double *z, struct model_switch s);
 
 /* Call after flips: tests mats at rest for sticking again, and updates lift shear and counts. */
 void model_settle(struct model *model, double t_s, const double *z);

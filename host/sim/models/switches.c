@@ -56,7 +56,7 @@ static inline double contact_value(const struct model *m, const double *z, int n
                                  z[m->size + 2 * node]);
 }
 
-static double turn_of(const struct model *m, const double *z, int j)
+static double joint_turn_rad(const struct model *m, const double *z, int j)
 {
     struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
     return kernel_turn_rad(&l, &r);
@@ -75,7 +75,7 @@ static void held_accel(const struct model *m, double t_s, const double *z, int n
                        double *on)
 {
     struct model copy = *m;
-    double *accel = m->spare;
+    double *accel = m->scratch;
     int mat = node > 0 ? node - 1 : 0; /* the mat whose rotation moves the node */
     signed char kept = m->lift[mat];
     copy.held = -1;
@@ -92,7 +92,7 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     switch (s.kind) {
     case MODEL_CONTACT: return soil_margin_ft(m->contact[s.index], contact_value(m, z, s.index));
     case MODEL_TORSION:
-        return hinge_margin_rad(m->torsion[s.index], turn_of(m, z, s.index), m->tad_rad);
+        return hinge_margin_rad(m->torsion[s.index], joint_turn_rad(m, z, s.index), m->tad_rad);
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
         return joint_margin_ft(m->joint[s.index], kernel_gap_ft(m, s.index, &l, &r, m->full),
@@ -111,7 +111,7 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     return 0.0;
 }
 
-void model_reach(const struct model *m, struct model_switch s, int *low, int *high)
+void model_switch_range(const struct model *m, struct model_switch s, int *low, int *high)
 {
     int node = s.index;
     *low = 2 * (node - 2);
@@ -136,15 +136,15 @@ struct found {
     int count;
 };
 
-static inline void note(struct found *found, enum model_switch_kind kind, int index)
+static inline void add_violation(struct found *found, enum model_switch_kind kind, int index)
 {
     if (found->count < found->room)
         found->list[found->count] = (struct model_switch){kind, index};
     found->count++;
 }
 
-int model_violations(const struct model *m, double t_s, const double *z, struct model_switch *list,
-                     int room)
+int model_find_violations(const struct model *m, double t_s, const double *z,
+                          struct model_switch *list, int room)
 {
     struct found found = {list, room, 0};
     const double *v = z + m->size;
@@ -153,14 +153,14 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
     for (int j = m->first; j <= m->last + 1; j++) {
         double value = contact_value(m, z, j);
         if (j != m->held && (m->contact[j] ? value < 0.0 : value > 0.0))
-            note(&found, MODEL_CONTACT, j);
+            add_violation(&found, MODEL_CONTACT, j);
         if (watch_apex && z[2 * j] < z[2 * lowest])
             lowest = j;
     }
     if (m->held >= 0 && model_margin(m, t_s, z, (struct model_switch){MODEL_HOLD, m->held}) < 0.0)
-        note(&found, MODEL_HOLD, m->held);
+        add_violation(&found, MODEL_HOLD, m->held);
     if (lowest != m->apex && watch_apex)
-        note(&found, MODEL_APEX, lowest);
+        add_violation(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
         /* while |a| + |b| is below sin TAD, |asin a - asin b| is certainly below TAD */
         double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
@@ -170,14 +170,14 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
             double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
             if ((m->torsion[j] || left_ft + right_ft > flat_ft) && has_torsion(m, j) &&
                 model_margin(m, t_s, z, (struct model_switch){MODEL_TORSION, j}) < 0.0)
-                note(&found, MODEL_TORSION, j);
+                add_violation(&found, MODEL_TORSION, j);
             left_ft = right_ft;
         }
     }
     if (m->slack_ft > 0.0) {
         for (int j = m->first; j <= m->last + 1; j++) {
             if (model_margin(m, t_s, z, (struct model_switch){MODEL_SLACK, j}) < 0.0)
-                note(&found, MODEL_SLACK, j);
+                add_violation(&found, MODEL_SLACK, j);
         }
     }
     if (m->law == SIM_STICK) {
@@ -188,7 +188,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
             double tension_r = tension_lb(m, z, n + 1);
             if (m->slide[n] != 0) {
                 if (m->slide[n] * v[2 * n + 1] < 0.0 && !is_afloat(m, n))
-                    note(&found, MODEL_SLIDE, n);
+                    add_violation(&found, MODEL_SLIDE, n);
             } else {
                 double rate, push = tension_r - tension_l;
                 if (m->span.mat >= 0)
@@ -196,7 +196,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
                 if (m->elements.count > 0)
                     push += element_force_lb(&m->elements, model_element_mat(m, z, n));
                 if (fabs(push) > model_limit_lb(m, z, n))
-                    note(&found, MODEL_STICK, n);
+                    add_violation(&found, MODEL_STICK, n);
             }
             tension_l = tension_r;
         }
@@ -205,7 +205,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
 }
 
 /* Lift shear of mat n; `left`, `right`: that end is raised. */
-static signed char lift_of(const struct model *m, int n, bool left, bool right)
+static signed char lift_mode(const struct model *m, int n, bool left, bool right)
 {
     /* second mat behind the apex node: its left end is the next node */
     int ridge = m->apex + 1;
@@ -221,8 +221,8 @@ static void settle_held(struct model *m)
     int n = m->held;
     if (n < 0)
         return;
-    m->held_lift[0] = n > 0 ? lift_of(m, n - 1, !m->contact[n - 1], true) : 0;
-    m->held_lift[1] = n <= m->last ? lift_of(m, n, true, !m->contact[n + 1]) : 0;
+    m->held_lift[0] = n > 0 ? lift_mode(m, n - 1, !m->contact[n - 1], true) : 0;
+    m->held_lift[1] = n <= m->last ? lift_mode(m, n, true, !m->contact[n + 1]) : 0;
 }
 
 static void update_lift_modes(struct model *m, const double *z)
@@ -245,7 +245,7 @@ static void update_lift_modes(struct model *m, const double *z)
         }
     }
     for (int n = m->first; n <= m->last; n++)
-        m->lift[n] = lift_of(m, n, !m->contact[n], !m->contact[n + 1]);
+        m->lift[n] = lift_mode(m, n, !m->contact[n], !m->contact[n + 1]);
 }
 
 static void settle_shape(struct model *m, const double *z)
@@ -308,7 +308,7 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
     m->contact[node] = kept;
 }
 
-void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
+void model_apply_switch(struct model *m, double t_s, double *z, struct model_switch s)
 {
     switch (s.kind) {
     case MODEL_CONTACT:
@@ -326,7 +326,9 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
         break;
     }
     case MODEL_TORSION:
-        m->torsion[s.index] = m->torsion[s.index] ? 0 : turn_of(m, z, s.index) > 0.0 ? 1 : -1;
+        m->torsion[s.index] = m->torsion[s.index]                 ? 0
+                            : joint_turn_rad(m, z, s.index) > 0.0 ? 1
+                                                                  : -1;
         break;
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
@@ -368,7 +370,7 @@ void model_sample_shape(struct model *m, const double *z)
         double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
         m->torsion[j] = !switches;
         if (switches && left_ft + right_ft > flat_ft) {
-            double turn = turn_of(m, z, j);
+            double turn = joint_turn_rad(m, z, j);
             m->torsion[j] = hinge_side(turn, m->tad_rad);
         }
         if (!has_torsion(m, j))
@@ -393,7 +395,8 @@ void model_sample(struct model *m, double t_s, const double *z)
 /* Limit on how far a quantity can leave the range of its values at both ends of a step: twice the
  * excess of the cubic through values and slopes. (A slope that differs from the mean by 1 raises
  * the cubic by 4/27 of the step.) */
-static inline double stray(double h, double from, double to, double rate_from, double rate_to)
+static inline double max_deviation(double h, double from, double to, double rate_from,
+                                   double rate_to)
 {
     double change = to - from;
     return 8.0 / 27.0 * (fabs(rate_from * h - change) + fabs(rate_to * h - change));
@@ -405,33 +408,33 @@ struct step_ends {
 };
 
 /* True if a quantity can pass from below `limit` to above it. */
-static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from,
+static inline bool can_pass(const struct step_ends *s, double from, double to, double rate_from,
                             double rate_to, double limit)
 {
-    return (from > to ? from : to) + stray(s->h_s, from, to, rate_from, rate_to) > limit;
+    return (from > to ? from : to) + max_deviation(s->h_s, from, to, rate_from, rate_to) > limit;
 }
 
-static bool contact_may_change(const struct model *m, const struct step_ends *s, int node)
+static bool can_contact_change(const struct model *m, const struct step_ends *s, int node)
 {
     int y = 2 * node, v = m->size + y;
     double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -SOIL_TOUCH_FT;
-    bool height = may_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y],
+    bool height = can_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y],
                            edge);
     if (!m->consistent || (m->contact[node] ? height : !height))
         return height;
     double c = m->cv / m->kv; /* the soil pushes while height and force are both positive */
-    return may_pass(s, sign * (s->z0[y] + c * s->z0[v]), sign * (s->z1[y] + c * s->z1[v]),
+    return can_pass(s, sign * (s->z0[y] + c * s->z0[v]), sign * (s->z1[y] + c * s->z1[v]),
                     sign * (s->r0[y] + c * s->r0[v]), sign * (s->r1[y] + c * s->r1[v]), 0.0);
 }
 
-static bool apex_may_change(const struct model *m, const struct step_ends *s, int node)
+static bool can_apex_change(const struct model *m, const struct step_ends *s, int node)
 {
     int y = 2 * node, a = 2 * m->apex;
-    return node != m->apex && may_pass(s, s->z0[a] - s->z0[y], s->z1[a] - s->z1[y],
+    return node != m->apex && can_pass(s, s->z0[a] - s->z0[y], s->z1[a] - s->z1[y],
                                        s->r0[a] - s->r0[y], s->r1[a] - s->r1[y], 0.0);
 }
 
-static bool torsion_may_change(const struct model *m, const struct step_ends *s, int joint,
+static bool can_torsion_change(const struct model *m, const struct step_ends *s, int joint,
                                double flat_ft)
 {
     double tilt_ft = 0.0;
@@ -439,9 +442,9 @@ static bool torsion_may_change(const struct model *m, const struct step_ends *s,
         if (n < m->first || n > m->last)
             continue;
         double from = s->z0[2 * n + 2] - s->z0[2 * n], to = s->z1[2 * n + 2] - s->z1[2 * n];
-        tilt_ft += fmax(fabs(from), fabs(to)) + stray(s->h_s, from, to,
-                                                      s->r0[2 * n + 2] - s->r0[2 * n],
-                                                      s->r1[2 * n + 2] - s->r1[2 * n]);
+        tilt_ft += fmax(fabs(from), fabs(to)) + max_deviation(s->h_s, from, to,
+                                                              s->r0[2 * n + 2] - s->r0[2 * n],
+                                                              s->r1[2 * n + 2] - s->r1[2 * n]);
     }
     if (!m->torsion[joint] && tilt_ft < flat_ft)
         return false;
@@ -454,13 +457,13 @@ static bool torsion_may_change(const struct model *m, const struct step_ends *s,
     }
     double side = m->torsion[joint];
     if (m->torsion[joint])
-        return may_pass(s, -side * turn[0], -side * turn[1], -side * rate[0], -side * rate[1],
+        return can_pass(s, -side * turn[0], -side * turn[1], -side * rate[0], -side * rate[1],
                         -m->tad_rad);
-    return may_pass(s, turn[0], turn[1], rate[0], rate[1], m->tad_rad) ||
-           may_pass(s, -turn[0], -turn[1], -rate[0], -rate[1], m->tad_rad);
+    return can_pass(s, turn[0], turn[1], rate[0], rate[1], m->tad_rad) ||
+           can_pass(s, -turn[0], -turn[1], -rate[0], -rate[1], m->tad_rad);
 }
 
-static bool slack_may_change(const struct model *m, const struct step_ends *s, int joint)
+static bool can_slack_change(const struct model *m, const struct step_ends *s, int joint)
 {
     double gap[2], rate[2];
     for (int end = 0; end < 2; end++) {
@@ -469,9 +472,9 @@ static bool slack_may_change(const struct model *m, const struct step_ends *s, i
         gap[end] = kernel_gap_ft(m, joint, &l, &r, m->full);
         rate[end] = r.v - l.v + (m->full ? m->half_ft * (l.w * l.s + r.w * r.s) : 0.0);
     }
-    bool opens = may_pass(s, gap[0], gap[1], rate[0], rate[1],
+    bool opens = can_pass(s, gap[0], gap[1], rate[0], rate[1],
                           m->joint[joint] < 0 ? 0.0 : m->slack_ft);
-    bool closes = may_pass(s, -gap[0], -gap[1], -rate[0], -rate[1],
+    bool closes = can_pass(s, -gap[0], -gap[1], -rate[0], -rate[1],
                            m->joint[joint] > 0 ? -m->slack_ft : 0.0);
     return m->joint[joint] < 0 ? opens : m->joint[joint] > 0 ? closes : opens || closes;
 }
@@ -488,12 +491,12 @@ static double tension_rate(const struct model *m, const double *z, const double 
            m->cl * ((right ? rate[r] : 0.0) - (left ? rate[l] : 0.0));
 }
 
-static bool slip_may_change(const struct model *m, const struct step_ends *s, int mat)
+static bool can_slip_change(const struct model *m, const struct step_ends *s, int mat)
 {
     int v = m->size + 2 * mat + 1;
     double side = m->slide[mat];
     if (m->slide[mat])
-        return may_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
+        return can_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
                         0.0);
     if (m->soil_normal)
         return true; /* the limit of friction changes too */
@@ -501,11 +504,11 @@ static bool slip_may_change(const struct model *m, const struct step_ends *s, in
     double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
     double rate_to = tension_rate(m, s->z1, s->r1, mat + 1) - tension_rate(m, s->z1, s->r1, mat);
     double limit = model_limit_lb(m, s->z0, mat);
-    return may_pass(s, from, to, rate_from, rate_to, limit) ||
-           may_pass(s, -from, -to, -rate_from, -rate_to, limit);
+    return can_pass(s, from, to, rate_from, rate_to, limit) ||
+           can_pass(s, -from, -to, -rate_from, -rate_to, limit);
 }
 
-bool model_may_switch(const struct model *m, double t0_s, const double *z0, const double *rate0,
+bool model_can_switch(const struct model *m, double t0_s, const double *z0, const double *rate0,
                       double t1_s, const double *z1, const double *rate1)
 {
     const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
@@ -515,15 +518,15 @@ bool model_may_switch(const struct model *m, double t0_s, const double *z0, cons
     if (m->held >= 0)
         return true;
     for (int j = m->first; j <= m->last + 1; j++) {
-        if (contact_may_change(m, &s, j) || (apexes && apex_may_change(m, &s, j)) ||
-            (torsions && has_torsion(m, j) && torsion_may_change(m, &s, j, flat_ft)) ||
-            (m->slack_ft > 0.0 && slack_may_change(m, &s, j)))
+        if (can_contact_change(m, &s, j) || (apexes && can_apex_change(m, &s, j)) ||
+            (torsions && has_torsion(m, j) && can_torsion_change(m, &s, j, flat_ft)) ||
+            (m->slack_ft > 0.0 && can_slack_change(m, &s, j)))
             return true;
     }
     int first = m->first > 0 ? m->first - 1 : 0,
         last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
     for (int n = first; m->law == SIM_STICK && n <= last; n++) {
-        if (slip_may_change(m, &s, n))
+        if (can_slip_change(m, &s, n))
             return true;
     }
     return false;

@@ -11,7 +11,7 @@ double sim_scene_joint(const struct sim_list *list, int joint)
     return list->values[list->count == 1 ? 0 : (size_t)(joint - 1)];
 }
 
-bool sim_scene_varies(const struct sim_scene *scene)
+bool sim_scene_is_varied(const struct sim_scene *scene)
 {
     bool varies = scene->left == SIM_LOADED || scene->right == SIM_LOADED;
     for (size_t i = 0; i < SIM_ALONGS; i++)
@@ -60,7 +60,7 @@ double sim_scene_settled_ft(const struct sim_scene *scene, int node)
     return 0.5 * weight_lb / ends / kv;
 }
 
-void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
+void mods_collect_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
 {
     size_t count = 0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
@@ -78,7 +78,7 @@ void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
 void mods_free_lists(struct sim_mods *mods)
 {
     struct sim_list *lists[MODS_LISTS];
-    mods_lists(mods, lists);
+    mods_collect_lists(mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++) {
         free(lists[i]->values);
         *lists[i] = (struct sim_list){0};

@@ -15,7 +15,7 @@ const char *sim_status_name(enum sim_status status)
     return names[status];
 }
 
-void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s)
+void sim_result_set_status(struct sim_result *result, enum sim_status status, int mat, double t_s)
 {
     result->status = status;
     result->mat = mat;
@@ -29,7 +29,7 @@ int sim_time_digits(double start_s, int digits)
     return digits;
 }
 
-void sim_result_leave_out(struct sim_result *result, const char *what)
+void sim_result_add_left_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
         if (result->left_out[i] == what) /* another solver ran the same scene before */
@@ -41,7 +41,7 @@ void sim_result_leave_out(struct sim_result *result, const char *what)
     }
 }
 
-void sim_result_note(struct sim_result *result, const char *format, ...)
+void sim_result_add_note(struct sim_result *result, const char *format, ...)
 {
     char note[sizeof result->notes[0]];
     va_list arguments;
@@ -76,13 +76,13 @@ void sim_result_free(struct sim_result *result)
 
 #define EVEN_TIMES 64
 
-static int by_time(const void *a, const void *b)
+static int compare_times(const void *a, const void *b)
 {
     const struct sim_snapshot *x = a, *y = b;
     return x->t_s < y->t_s ? -1 : x->t_s > y->t_s;
 }
 
-static void find_next(struct sim_record *record)
+static void set_next_time(struct sim_record *record)
 {
     record->next_s = (double)INFINITY;
     if (record->next_snapshot < record->snapshot_count)
@@ -123,14 +123,13 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
     for (size_t i = 0; i < outputs; i++)
         record->snapshots[EVEN_TIMES + i] = (struct sim_snapshot){
             .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s, .output = (int)i};
-    qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, by_time);
+    qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, compare_times);
     for (size_t i = 0; i < record->snapshot_count; i++)
         record->snapshots[i].u_ft = record->storage + i * row;
-    find_next(record);
+    set_next_time(record);
 }
 
-void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
-                     const double *v_ft_s)
+void sim_record_add(struct sim_record *record, double t_s, const double *u_ft, const double *v_ft_s)
 {
     while (record->next_s <= t_s) {
         if (record->next_snapshot < record->snapshot_count &&
@@ -149,7 +148,7 @@ void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
             for (size_t s = 0; s < record->station_count; s++)
                 row[s] = u_ft[record->station_mat[s]] - v_ft_s[record->station_mat[s]] * back_s;
         }
-        find_next(record);
+        set_next_time(record);
     }
 }
 
@@ -193,7 +192,7 @@ struct sim_difference sim_record_peak(const struct sim_record *record)
     return most;
 }
 
-void sim_record_deliver(struct sim_record *record, struct sim_result *result)
+void sim_record_to_result(struct sim_record *record, struct sim_result *result)
 {
     size_t row = (size_t)record->mats + 1;
     size_t outputs = 0;
@@ -223,8 +222,9 @@ void sim_record_deliver(struct sim_record *record, struct sim_result *result)
     }
 }
 
-void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
-                              const double *pull_lb, struct sim_result *result)
+void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
+                                const double *push_lb, const double *pull_lb,
+                                struct sim_result *result)
 {
     size_t mats = (size_t)record->mats;
     struct sim_difference peak = sim_record_peak(record);
@@ -234,7 +234,7 @@ void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, con
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
     result->push_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
     result->pull_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
-    sim_record_deliver(record, result);
+    sim_record_to_result(record, result);
 }
 
 void sim_record_free(struct sim_record *record)

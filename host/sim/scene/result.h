@@ -33,7 +33,7 @@ struct sim_options {
     bool single;
     /* Solver staggered: runs its first two passes on two threads, for a caller without other work.
      * The result is identical bit for bit. */
-    bool side_by_side;
+    bool in_parallel;
     /* Landings with heights: record where the wheel meets nodes that have risen by this height; 0:
      * do not record. */
     double overrun_ft;
@@ -43,7 +43,7 @@ struct sim_options {
     void *may_continue_ctx;
     /* Time limit by the clock, after which the run is stopped: SIM_INTERRUPTED. 0: no limit.
      * Solvers that auto tries after the first one have a separate limit (planar.h). */
-    double limit_s;
+    double time_limit_s;
     /* seconds, never decreasing; NULL: the clock of host/base/monotonic_clock.h */
     double (*clock_s)(void *ctx);
     void *clock_ctx;
@@ -78,7 +78,7 @@ struct sim_result {
     enum sim_status status;
     int mat;            /* mat at which the run failed, if not SIM_OK */
     double t_s;         /* time of the failure */
-    const char *why;    /* reason if a stepper made no progress, static text; otherwise NULL */
+    const char *reason; /* reason if a stepper made no progress, static text; otherwise NULL */
     int passes;         /* number of passes begun, for may_continue */
     const char *solver; /* static text */
     int mats;
@@ -99,7 +99,7 @@ struct sim_result {
     double error_lift_ft;
     /* SIM_UNPREDICTABLE: number of runs whose spread the estimates are, and of those with a bow
      * wave. */
-    int spread_runs, spread_waves;
+    int divergence_runs, divergence_waves;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
     double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all are at rest */
@@ -145,7 +145,7 @@ struct sim_result {
 const char *sim_status_name(enum sim_status status);
 
 /* Records the end of a run that did not complete, with mat and time. */
-void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s);
+void sim_result_set_status(struct sim_result *result, enum sim_status status, int mat, double t_s);
 
 /* Significant digits for a time on a clock that starts at start_s: `digits` plus the number of
  * digits of start_s before its decimal point, at most 15. */
@@ -153,8 +153,8 @@ int sim_time_digits(double start_s, int digits);
 
 /* Add an entry to a list unless it is already there. Entries that do not fit are dropped (the lists
  * have room for all entries that the code can make). */
-void sim_result_leave_out(struct sim_result *result, const char *what);
-void sim_result_note(struct sim_result *result, const char *format, ...)
+void sim_result_add_left_out(struct sim_result *result, const char *what);
+void sim_result_add_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 void sim_result_free(struct sim_result *result);
@@ -189,7 +189,7 @@ struct sim_record {
     double next_s; /* next time to be recorded; INFINITY: none */
     /* By mat: height of its left end, up; set by the solver of a planar model, like the lift. */
     const double *height_ft;
-    double lift_ft; /* set by the solver before it calls sim_record_take; default: 0 and node 1 */
+    double lift_ft; /* set by the solver before it calls sim_record_add; default: 0 and node 1 */
     int lift_node;
 };
 
@@ -198,8 +198,8 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
 
 /* Records all times up to t_s, at which the mats are at u, having moved at v. Test next_s before
  * the call: it avoids most calls. */
-void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
-                     const double *v_ft_s);
+void sim_record_add(struct sim_record *record, double t_s, const double *u_ft,
+                    const double *v_ft_s);
 
 /* Largest difference between two complete records of the same scene, with mat and time. */
 struct sim_difference {
@@ -216,11 +216,12 @@ double sim_record_lift_difference(const struct sim_record *a, const struct sim_r
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Moves outputs and samples to a result, which then owns them. */
-void sim_record_deliver(struct sim_record *record, struct sim_result *result);
-/* As sim_record_deliver, for a chain: also sets the peak and copies the lists by mat and joint;
+void sim_record_to_result(struct sim_record *record, struct sim_result *result);
+/* As sim_record_to_result, for a chain: also sets the peak and copies the lists by mat and joint;
  * gap_ft is 0. */
-void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
-                              const double *pull_lb, struct sim_result *result);
+void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
+                                const double *push_lb, const double *pull_lb,
+                                struct sim_result *result);
 
 void sim_record_free(struct sim_record *record);
 

@@ -375,16 +375,17 @@ static const char *type_name(const json_t *value)
     return "null";
 }
 
-static enum mr_status wrong_type(const char *path, const char *key, const json_t *value,
-                                 const char *wanted, struct error *error)
+static enum mr_status refuse_type(const char *path, const char *key, const json_t *value,
+                                  const char *wanted, struct error *error)
 {
     return error_set(error, MR_MALFORMED, "wrong type: %s: %s is %s; give %s", path, key,
                      type_name(value), wanted);
 }
 
 /* Report a value that is not a number. `at`: index in a list; -1: the value is not in a list. */
-static enum mr_status wrong_number(const char *path, const struct sim_key *key, const json_t *value,
-                                   int at, const struct quantity_error *wrong, struct error *error)
+static enum mr_status refuse_number(const char *path, const struct sim_key *key,
+                                    const json_t *value, int at, const struct quantity_error *wrong,
+                                    struct error *error)
 {
     char place[60] = "";
     if (at >= 0)
@@ -427,7 +428,7 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
         const json_t *entry = json_array_get(value, i);
         if (!sim_unit_read(key, entry, &values[i], &wrong)) {
             free(values);
-            return wrong_number(path, key, entry, (int)i, &wrong, error);
+            return refuse_number(path, key, entry, (int)i, &wrong, error);
         }
     }
     *list = (struct sim_list){values, count};
@@ -448,7 +449,7 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
                          "with whole numbers first and last from 1 to %zu",
                          path, key->name, at, count);
     if (!sim_unit_read(key, json_array_get(row, 2), &value, &wrong))
-        return wrong_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);
+        return refuse_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);
     for (long long i = first; i <= last; i++)
         values[i - 1] = value;
     return MR_OK;
@@ -463,7 +464,7 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
     if (!json_is_array(json_array_get(value, 1)))
         return read_list(list, key, path, value, error);
     if (!sim_unit_read(key, json_array_get(value, 0), &number, &wrong))
-        return wrong_number(path, key, json_array_get(value, 0), 0, &wrong, error);
+        return refuse_number(path, key, json_array_get(value, 0), 0, &wrong, error);
     double *values = xcalloc(count, sizeof *values);
     for (size_t i = 0; i < count; i++)
         values[i] = number;
@@ -519,7 +520,7 @@ static enum mr_status read_real(double *field, const struct sim_key *key, const 
     double number;
     struct quantity_error wrong;
     if (!sim_unit_read(key, value, &number, &wrong))
-        return wrong_number(path, key, value, -1, &wrong, error);
+        return refuse_number(path, key, value, -1, &wrong, error);
     if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
@@ -534,7 +535,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     switch (key->kind) {
     case SIM_KEY_TEXT:
         if (!json_is_string(value))
-            return wrong_type(path, key->name, value, "text", error);
+            return refuse_type(path, key->name, value, "text", error);
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
     case SIM_KEY_REAL:
@@ -549,7 +550,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         return read_real(field, key, path, value, error);
     case SIM_KEY_INTEGER:
         if (!json_is_integer(value))
-            return wrong_type(path, key->name, value, "a whole number", error);
+            return refuse_type(path, key->name, value, "a whole number", error);
         if (llabs(json_integer_value(value)) > 10ll * SIM_MATS_MAX)
             return error_set(error, MR_MALFORMED,
                              "value out of range: %s: %s is %lld; give %g to %g", path, key->name,
@@ -567,20 +568,21 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
             return status;
         }
         if (!json_is_array(value))
-            return wrong_type(path, key->name, value,
-                              key->kind == SIM_KEY_JOINTS ? "a number, or a list with one per joint"
-                                                          : "a number, or a list with one per part",
-                              error);
+            return refuse_type(path, key->name, value,
+                               key->kind == SIM_KEY_JOINTS
+                                   ? "a number, or a list with one per joint"
+                                   : "a number, or a list with one per part",
+                               error);
         if (key->kind == SIM_KEY_JOINTS)
             return read_along(field, along_count(scene, key), key, path, value, error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
         if (!json_is_array(value))
-            return wrong_type(path, key->name, value, "a list of numbers", error);
+            return refuse_type(path, key->name, value, "a list of numbers", error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_PATH:
         if (!json_is_array(value))
-            return wrong_type(path, key->name, value, "a list of rows [t_s, x_ft, F_lb]", error);
+            return refuse_type(path, key->name, value, "a list of rows [t_s, x_ft, F_lb]", error);
         return read_path(scene, path, value, error);
     }
     return MR_OK;
@@ -588,7 +590,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
 
 /* Report an unknown key. Keys are case-sensitive, as in the report; if only the case differs,
  * suggest the right spelling. */
-static enum mr_status unknown_key(const char *path, const char *name, struct error *error)
+static enum mr_status refuse_key(const char *path, const char *name, struct error *error)
 {
     for (size_t i = 0; sim_key_at(i); i++) {
         if (strcasecmp(name, sim_key_at(i)->name) == 0)
@@ -620,7 +622,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
             continue; /* a comment key */
         const struct sim_key *key = sim_key_find(name);
         if (!key)
-            return unknown_key(path, name, error);
+            return refuse_key(path, name, error);
         enum mr_status status = read_key(scene, key, path, value, error);
         if (status != MR_OK)
             return status;
@@ -629,8 +631,8 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
 }
 
 /* Make a scene from the value that jansson parsed. */
-static enum mr_status take(struct sim_scene *scene, const char *path, json_t *root,
-                           const json_error_t *where, struct error *error)
+static enum mr_status read_scene(struct sim_scene *scene, const char *path, json_t *root,
+                                 const json_error_t *where, struct error *error)
 {
     if (!root) {
         if (output_check_kind(path, "scene", error) != MR_OK)
@@ -651,7 +653,8 @@ enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const
 {
     json_error_t at;
     sim_scene_defaults(scene);
-    return take(scene, where, json_loadb(text, length, JSON_REJECT_DUPLICATES, &at), &at, error);
+    return read_scene(scene, where, json_loadb(text, length, JSON_REJECT_DUPLICATES, &at), &at,
+                      error);
 }
 
 enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root,
@@ -676,7 +679,7 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
     int failed = ferror(file) ? errno : 0;
     fclose(file);
     if (failed == 0)
-        return take(scene, path, root, &at, error);
+        return read_scene(scene, path, root, &at, error);
     json_decref(root);
     return error_set(error, MR_IO, "cannot read scene: %s: %s; check the path", path,
                      strerror(failed));
@@ -778,7 +781,7 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
     return MR_OK;
 }
 
-static enum mr_status out_of_range(const struct sim_key *key, const char *where, double value,
+static enum mr_status refuse_range(const struct sim_key *key, const char *where, double value,
                                    size_t index, bool listed, struct error *error)
 {
     char entry[32] = "";
@@ -808,7 +811,7 @@ static enum mr_status check_list(const struct sim_scene *scene, const struct sim
     size_t wanted = along_count(scene, key);
     for (size_t i = 0; i < list->count; i++) {
         if (!is_allowed(key, list->values[i]))
-            return out_of_range(key, where, list->values[i], i, true, error);
+            return refuse_range(key, where, list->values[i], i, true, error);
     }
     if ((key->kind == SIM_KEY_JOINTS || key->list) && list->count > 1 && list->count != wanted)
         return error_set(error, MR_MALFORMED,
@@ -842,12 +845,12 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     case SIM_KEY_REAL:
         value = *(const double *)field;
         if (!is_allowed(key, value))
-            return out_of_range(key, where, value, 0, false, error);
+            return refuse_range(key, where, value, 0, false, error);
         field = key->list ? (const char *)scene + key->list : NULL;
         return field ? check_list(scene, key, field, where, error) : MR_OK;
     case SIM_KEY_INTEGER:
         value = *(const int *)field;
-        return is_allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+        return is_allowed(key, value) ? MR_OK : refuse_range(key, where, value, 0, false, error);
     case SIM_KEY_LIST:
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS: break;
@@ -856,7 +859,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
 }
 
 /* The ground stiffness belongs to a table element, so the key is found by name. */
-static bool stands_on_ground(const struct sim_scene *scene)
+static bool is_on_ground(const struct sim_scene *scene)
 {
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");
     return key && *(const double *)((const char *)scene + key->offset) > 0.0;
@@ -880,7 +883,7 @@ static enum mr_status check_gear(const struct sim_scene *scene, const char *wher
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
                          where, scene->gear.foot_ft, 4.0 * scene->length_ft);
-    if ((lines->count > 0 || axles->count > 0) && !stands_on_ground(scene))
+    if ((lines->count > 0 || axles->count > 0) && !is_on_ground(scene))
         return error_set(error, MR_MALFORMED,
                          "axle lines without ground: %s: gear_lines_ft or gear_axles without "
                          "gear_k_lb_ft; give the stiffness of the ground, or leave them out",

@@ -240,8 +240,8 @@ double sim_scene_start_s(const struct sim_scene *scene);
 /* Makes a scene with all times relative to the start of the run, for engines, which begin at 0: the
  * resolution of their clock then does not suffer from large times. It shares the other lists of the
  * scene. A t_out before the start becomes 0, because nothing has moved until then. */
-void sim_scene_from_start(struct sim_scene *counted, const struct sim_scene *scene);
-void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene *scene);
+void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene);
+void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene);
 
 /* Shortest time that a fixed step must resolve: that in which thrust exceeds what friction can
  * hold, or in which a mat set in motion comes to rest. INFINITY without friction. */
@@ -251,7 +251,7 @@ double sim_scene_shortest_s(const struct sim_scene *scene);
 double sim_scene_joint(const struct sim_list *list, int joint);
 /* True if a quantity of `along` differs along the runway, or a weight lies on an end. Only solvers
  * with fixed steps run such a scene. */
-bool sim_scene_varies(const struct sim_scene *scene);
+bool sim_scene_is_varied(const struct sim_scene *scene);
 /* Value at a joint, node or mat, from 1; `everywhere` if the scene has no list of it. */
 double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
                        int at);
@@ -272,11 +272,11 @@ const char *sim_scene_name(const struct sim_scene *scene);
  * the whole scene, and the positions of the modifications. elements/mods.h has the forces. Mats are
  * counted from 1, connections and cleats from 0. The scene owns its lists. */
 
-/* mods_free_lists releases the lists; mods_lists returns all of them. */
+/* mods_free_lists releases the lists; mods_collect_lists returns all of them. */
 void mods_free_lists(struct sim_mods *mods);
 #define MODS_LISTS (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINTS)
 /* all lists that it owns */
-void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
+void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
 /* True if the scene has any modification. */
 bool mods_are_given(const struct sim_scene *scene);
 

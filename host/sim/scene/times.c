@@ -5,7 +5,7 @@
 #include "host/sim/scene/scene.h"
 
 /* Time when the aircraft is at rest for good, or behind the last mat. */
-static double aircraft_gone_s(const struct sim_scene *scene)
+static double aircraft_leave_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
     if (scene->path_count == 0)
@@ -29,7 +29,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
     if (scene->t_end_s > 0.0)
         return scene->t_end_s;
     if (scene->t_dwell_s >= 0.0)
-        return aircraft_gone_s(scene) + scene->t_dwell_s;
+        return aircraft_leave_s(scene) + scene->t_dwell_s;
     if (scene->path_count > 0)
         return scene->path[scene->path_count - 1].t_s;
     return scene->vac_ft_s > 0.0 ? scene->mats_crossed * scene->length_ft / scene->vac_ft_s
@@ -59,14 +59,14 @@ double sim_scene_start_s(const struct sim_scene *scene)
 /* Time since the start. A large time is not exactly its decimal number (1700000000.1 is off by
  * 1.2e-7). So the difference is rounded to the last decimal place that such a time can
  * represent. */
-static double since_s(double t_s, double start_s)
+static double time_from_start_s(double t_s, double start_s)
 {
     double later_s = fmax(t_s, start_s),
            per_s = pow(10.0, -ceil(log10(nextafter(later_s, HUGE_VAL) - later_s)));
     return isfinite(t_s) ? round((t_s - start_s) * per_s) / per_s : t_s;
 }
 
-void sim_scene_from_start(struct sim_scene *counted, const struct sim_scene *scene)
+void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene)
 {
     double start_s = sim_scene_start_s(scene);
     *counted = *scene;
@@ -77,15 +77,16 @@ void sim_scene_from_start(struct sim_scene *counted, const struct sim_scene *sce
     sim_scene_set_path(counted, scene->path, scene->path_count);
     sim_scene_set_list(&counted->t_out_s, scene->t_out_s.values, scene->t_out_s.count);
     for (size_t i = 0; i < counted->path_count; i++)
-        counted->path[i].t_s = since_s(counted->path[i].t_s, start_s);
+        counted->path[i].t_s = time_from_start_s(counted->path[i].t_s, start_s);
     for (size_t i = 0; i < counted->t_out_s.count; i++)
-        counted->t_out_s.values[i] = fmax(0.0, since_s(counted->t_out_s.values[i], start_s));
-    counted->force_stop_s = since_s(scene->force_stop_s, start_s);
+        counted->t_out_s.values[i] = fmax(0.0,
+                                          time_from_start_s(counted->t_out_s.values[i], start_s));
+    counted->force_stop_s = time_from_start_s(scene->force_stop_s, start_s);
     if (scene->t_end_s > 0.0)
-        counted->t_end_s = since_s(scene->t_end_s, start_s);
+        counted->t_end_s = time_from_start_s(scene->t_end_s, start_s);
 }
 
-void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene *scene)
+void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene)
 {
     if (counted->path != scene->path) {
         free(counted->path);
@@ -95,7 +96,7 @@ void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene
 
 /* An interval in which the thrust exceeds the limit of friction. */
 struct pulse {
-    bool on;
+    bool is_active;
     double from_s, impulse_lb_s;
 };
 
@@ -108,7 +109,7 @@ static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double
            speed_ft_s = pulse->impulse_lb_s * scene->g_ft_s2 / scene->weight_lb,
            reach_ft = speed_ft_s *
                       (length_s + 0.5 * speed_ft_s / (scene->friction * scene->g_ft_s2));
-    if (pulse->on && length_s > 0.0 && reach_ft > PULSE_REACH * scene->length_ft)
+    if (pulse->is_active && length_s > 0.0 && reach_ft > PULSE_REACH * scene->length_ft)
         *shortest_s = fmin(*shortest_s, length_s);
     *pulse = (struct pulse){0};
 }
@@ -121,12 +122,12 @@ static void pulse_over(struct pulse *pulse, const struct sim_scene *scene,
            zero_s = row[0].t_s + (a_lb * b_lb < 0.0 ? length_s * a_lb / (a_lb - b_lb) : 0.0);
     if (!(length_s > 0.0))
         return;
-    if (pulse->on && !(a_lb > 0.0))
+    if (pulse->is_active && !(a_lb > 0.0))
         pulse_end(pulse, scene, row[0].t_s, shortest_s);
-    if (!pulse->on && (a_lb > 0.0 || b_lb > 0.0))
-        *pulse = (struct pulse){.on = true, .from_s = a_lb > 0.0 ? row[0].t_s : zero_s};
+    if (!pulse->is_active && (a_lb > 0.0 || b_lb > 0.0))
+        *pulse = (struct pulse){.is_active = true, .from_s = a_lb > 0.0 ? row[0].t_s : zero_s};
     pulse->impulse_lb_s += 0.5 * length_s * (fmax(a_lb, 0.0) + fmax(b_lb, 0.0));
-    if (pulse->on && !(b_lb > 0.0))
+    if (pulse->is_active && !(b_lb > 0.0))
         pulse_end(pulse, scene, a_lb * b_lb < 0.0 ? zero_s : row[1].t_s, shortest_s);
 }
 

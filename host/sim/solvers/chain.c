@@ -32,7 +32,7 @@ struct chain {
     bool right_free;
     enum sim_friction friction;
     bool sticks; /* friction stick, and nothing else depends on a mat's speed */
-    bool varied; /* joints or mats differ (sim_scene_varies) */
+    bool varied; /* joints or mats differ (sim_scene_is_varied) */
     bool plain;  /* like sticks, with fixed ends, equal mats and without modifications */
     double veps_ft_s;
     double mass_slug;
@@ -114,7 +114,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     *chain = (struct chain){
         .scene = scene,
         .mats = scene->mats,
-        .varied = sim_scene_varies(scene),
+        .varied = sim_scene_is_varied(scene),
         .block = LANES_CALL(block, ),
         .left_free = scene->left != SIM_FIXED,
         .right_free = scene->right != SIM_FIXED,
@@ -165,8 +165,8 @@ static void chain_free(struct chain *chain)
     *chain = (struct chain){0};
 }
 
-/* Applies the wheel's parts to the mats; chain_release removes the same parts. */
-static void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
+/* Applies the wheel's parts to the mats; chain_remove_load removes the same parts. */
+static void chain_apply_load(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] += touch[i].thrust_lb;
@@ -174,7 +174,7 @@ static void chain_touch(struct chain *chain, const struct sim_touch *touch, int 
     }
 }
 
-static void chain_release(struct chain *chain, const struct sim_touch *touch, int count)
+static void chain_remove_load(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] = 0.0;
@@ -194,14 +194,14 @@ static struct mods_view chain_view(const struct chain *chain)
 }
 
 /* Modifications (only with mods): call before a kick of mats first..last over h_s, after
- * chain_touch. Adds the pull of the bands to the riveted mats and wears cleats. Extends first..last
- * to a riveted mat that now moves. Call chain_unbrace after the kick. */
+ * chain_apply_load. Adds the pull of the bands to the riveted mats and wears cleats. Extends
+ * first..last to a riveted mat that now moves. Call chain_unbrace after the kick. */
 static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
                         int *first, int *last)
 {
     struct mods *mods = chain->mods;
     struct mods_view view = chain_view(chain);
-    if (mods->cleated) {
+    if (mods->has_cleats) {
         mods_wear_cleats(mods, &view, h_s, *first, *last);
         for (int i = 0; i < mods->cleats; i++) {
             int mat = mods_cleat_mat(mods->scene, i);
@@ -212,7 +212,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
                 chain->limit_lb[mat] = bare_limit_lb(chain, mat);
         }
     }
-    if (!mods->banded)
+    if (!mods->has_bands)
         return;
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
@@ -229,7 +229,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
 static void chain_unbrace(struct chain *chain)
 {
     struct mods *mods = chain->mods;
-    for (int c = 0; mods->banded && c < mods->braces; c++)
+    for (int c = 0; mods->has_bands && c < mods->braces; c++)
         chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[mods->brace_mat[c]];
 }
 
@@ -246,14 +246,14 @@ static int block_of(const struct chain *chain, int i)
 
 /* Updates the speeds under the friction laws tanh and sign, or without friction. These laws do not
  * stop a mat. */
-static void slide(const struct chain *chain, double h_s, int first, int last)
+static void slide_block(const struct chain *chain, double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
     for (int n = first; n <= last; n++) {
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
                                                     : 0.0;
         v[n] += (push_lb(chain, n) -
-                 friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
+                 friction_force_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
                 (h_s / chain->masses_slug[n]);
     }
 }
@@ -299,9 +299,9 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
         if (chain->friction == SIM_STICK)
             v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
         else
-            v[n] = kept +
-                   (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
-                       (step.as_if_s / mass);
+            v[n] = kept + (x_lb - friction_force_lb(chain->friction, chain->limit_lb[n], v[n], 0,
+                                                    smooth)) *
+                              (step.as_if_s / mass);
     }
     if (chain->gear)
         push_by_wheel(chain, h_s);
@@ -311,7 +311,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
 static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
 {
     struct mods_view view = chain_view(chain);
-    if (chain->mods->jointed)
+    if (chain->mods->has_joint_springs)
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
@@ -333,7 +333,7 @@ static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int f
         return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(chain, last));
     if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, kick_s, first, last);
-    slide(chain, kick_s, first, last);
+    slide_block(chain, kick_s, first, last);
     return 0;
 }
 
@@ -341,7 +341,7 @@ static double large_tension_lb(const struct chain *chain, int first, int last)
 {
     double most_lb = 2.0 * chain->large_lb;
     for (int j = first; j <= last + 1; j++)
-        most_lb = law_most(most_lb, law_most(chain->push_lb[j], chain->pull_lb[j]));
+        most_lb = law_max(most_lb, law_max(chain->push_lb[j], chain->pull_lb[j]));
     return 0.5 * most_lb;
 }
 
@@ -403,66 +403,67 @@ static double chain_step_limit_s(const struct chain *chain)
 static void chain_describe(const struct chain *chain, const struct sim_scene *scene,
                            struct sim_result *result)
 {
-    sim_result_leave_out(result, "vertical motion and rotation (model chain)");
+    sim_result_add_left_out(result, "vertical motion and rotation (model chain)");
     if (chain->friction == SIM_NONE)
-        sim_result_leave_out(result, "friction (none)");
+        sim_result_add_left_out(result, "friction (none)");
     if (scene->cl_lb_s_ft == 0.0)
-        sim_result_leave_out(result, "joint damping (CL 0)");
+        sim_result_add_left_out(result, "joint damping (CL 0)");
     if (chain->joints == JOINT_LINEAR)
-        sim_result_leave_out(result, "slack (0)");
+        sim_result_add_left_out(result, "slack (0)");
     if (chain->joints != JOINT_GRIT)
-        sim_result_leave_out(result, scene->slack_ft > 0.0
-                                         ? "grit (0 on every joint)"
-                                         : "grit (slack 0: no joint can be open)");
+        sim_result_add_left_out(result, scene->slack_ft > 0.0
+                                            ? "grit (0 on every joint)"
+                                            : "grit (slack 0: no joint can be open)");
     else
-        sim_result_note(result,
-                        "grit: a joint opens freely, and must overcome its grit again to close");
+        sim_result_add_note(
+            result, "grit: a joint opens freely, and must overcome its grit again to close");
     if (chain->mods)
         mods_describe(chain->mods, result);
     if (scene->path_count > 0)
-        sim_result_note(result, "path replaces Vac, s0 and F");
+        sim_result_add_note(result, "path replaces Vac, s0 and F");
     if (scene->v0_ft_s != 0.0)
-        sim_result_note(result, "mat %d starts at %g ft/s (v0)", chain->v0_mat, scene->v0_ft_s);
+        sim_result_add_note(result, "mat %d starts at %g ft/s (v0)", chain->v0_mat, scene->v0_ft_s);
     if (scene->bump_ft.count > 0)
-        sim_result_note(result, "bump has no effect on flat mats (model chain)");
+        sim_result_add_note(result, "bump has no effect on flat mats (model chain)");
     element_describe(scene, result);
     if (chain->varied)
-        sim_result_note(result, "values differ from mat to mat (KL, W or v0), or an end carries a "
-                                "weight");
+        sim_result_add_note(result,
+                            "values differ from mat to mat (KL, W or v0), or an end carries a "
+                            "weight");
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += stretch_ft(chain, j) != 0.0;
     if (stressed > 0)
-        sim_result_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
-                        stressed);
+        sim_result_add_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
+                            stressed);
 }
 
 /* ---- runs ---- */
 
 /* first step over the stability limit, if no step is given; the coarser pass is then at the
  * limit */
-#define STEP_SHARE           0.5
+#define STEP_SHARE         0.5
 /* part of a mat that the aircraft may cross in one step, if no step is given */
-#define HOP_SHARE            0.25
-#define SHORTEST_SHARE       0.125 /* part of the shortest time that a step must resolve */
-#define LEAST_STEPS          1000
-#define MOST_STEPS           400000000u
-#define MOST_HALVINGS        8
+#define HOP_SHARE          0.25
+#define SHORTEST_SHARE     0.125 /* part of the shortest time that a step must resolve */
+#define MIN_STEPS          1000
+#define MAX_STEPS          400000000u
+#define MAX_HALVINGS       8
 /* ratio of the steps of two passes; at 2 their switches would coincide */
-#define RATIO                1.9
+#define STEP_RATIO         1.9
 /* error estimate over the difference of two passes; order 1 needs 1.11 */
-#define CAUTION              2.0
-#define FLOOR                1e-10 /* least error estimate, times a mat's length */
-#define FEW                  32    /* number of mats up to which runs can agree by chance */
-#define THIRD_CAUTION        4.0   /* CAUTION with a third pass */
-#define THIRD_STEPS          1.37  /* steps of a third pass, times those of the coarser pass */
-#define ENERGY_EXCESS        4.0
-#define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
+#define ERROR_FACTOR       2.0
+#define ERROR_FLOOR        1e-10 /* least error estimate, times a mat's length */
+#define FEW_MATS           32    /* number of mats up to which runs can agree by chance */
+#define THIRD_ERROR_FACTOR 4.0   /* CAUTION with a third pass */
+#define THIRD_STEP_RATIO   1.37  /* steps of a third pass, times those of the coarser pass */
+#define ENERGY_EXCESS      4.0
+#define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
 /* steps between energy checks; odd, so that alternating errors show */
-#define ENERGY_STEPS         61
-#define DISAGREEMENT         0.1
+#define ENERGY_STEPS       61
+#define MAX_DISAGREEMENT   0.1
 /* steps at rest before the window leaves a mat: one for its damper, one for the grit, one spare */
-#define QUIET_STEPS          3
+#define QUIET_STEPS        3
 
 /* Mats that are integrated: all moving mats and one at rest on either side. */
 struct window {
@@ -475,7 +476,8 @@ struct window {
 /* One run over the whole duration. */
 struct pass {
     uint64_t steps;
-    uint64_t done; /* less than steps if the pass failed or everything came to rest for good */
+    uint64_t
+        steps_done; /* less than steps if the pass failed or everything came to rest for good */
     double h_s;
     double ms;
     uint64_t events;
@@ -516,7 +518,7 @@ static void extend_window(struct window *window, const struct chain *chain,
 
 /* Updates the window after a kick. It must grow when the mat at its end moves, because the next mat
  * is then loaded. It shrinks with a delay. */
-static void follow(struct window *window, const struct chain *chain)
+static void update_window(struct window *window, const struct chain *chain)
 {
     if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
         window->first--;
@@ -538,7 +540,7 @@ static void follow(struct window *window, const struct chain *chain)
 }
 
 /* Sets the window after the first kick, which covers all mats: mats still at rest are left out. */
-static void settle(struct window *window, const struct chain *chain)
+static void shrink_window(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
     while (first < chain->mats && chain->v_ft_s[first] == 0.0)
@@ -580,16 +582,16 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     sim_wheel_start(&wheel, scene);
     if (chain->gear)
         gear_start(chain->gear, h);
-    sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
+    sim_record_add(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
-        chain_release(chain, touch, count);
+        chain_remove_load(chain, touch, count);
         count = chain->gear ? gear_span(chain->gear, from_s, to_s, touch)
                             : sim_wheel_span(&wheel, from_s, to_s, touch);
         extend_window(&window, chain, touch, count);
-        chain_touch(chain, touch, count);
+        chain_apply_load(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         if (chain->plain)
@@ -600,14 +602,14 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         if (chain->mods)
             chain_unbrace(chain);
         if (prune && i == 0)
-            settle(&window, chain);
+            shrink_window(&window, chain);
         else if (prune)
-            follow(&window, chain);
+            update_window(&window, chain);
         /* at rest under forces that no longer change: nothing will move again */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
-        pass->done = i + 1;
+        pass->steps_done = i + 1;
         int awake = window.last - window.first + 1;
         pass->awake_sum += (uint64_t)awake;
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
@@ -632,8 +634,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             /* rounding must not skip the outputs due at the end */
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
-            sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
-        if (i % STEPS_BETWEEN_ASKING == 0 && options->may_continue &&
+            sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+        if (i % STEPS_PER_CALLBACK == 0 && options->may_continue &&
             !options->may_continue(options->may_continue_ctx, pass->number,
                                    (double)i / (double)pass->steps)) {
             pass->interrupted = true;
@@ -642,7 +644,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             break;
         }
         if (still) {
-            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->done);
+            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->steps_done);
             break;
         }
     }
@@ -657,7 +659,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
-static void drop_pass(struct pass *pass)
+static void free_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
     free(pass->push_lb);
@@ -674,10 +676,11 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
     sim_record_make(&pass->record, scene, options);
 }
 
-static void count_pass(const struct pass *pass, struct sim_result *result)
+static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
-    result->rhs += pass->done;
-    result->rejected += pass->done; /* counted as rejected unless this pass becomes the answer */
+    result->rhs += pass->steps_done;
+    result->rejected +=
+        pass->steps_done; /* counted as rejected unless this pass becomes the answer */
 }
 
 static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -685,12 +688,12 @@ static void start_pass(struct pass *pass, struct chain *chain, const struct sim_
 {
     make_pass(pass, scene, options, steps, result);
     run_pass(pass, chain, scene, options);
-    count_pass(pass, result);
+    add_pass_cost(pass, result);
 }
 
 /* Two passes run in parallel. The first calls may_continue; the second stops when the first
  * does. */
-struct side_by_side {
+struct parallel_passes {
     struct pass *pass[2];
     struct chain *chain[2];
     const struct sim_scene *scene;
@@ -700,14 +703,14 @@ struct side_by_side {
 
 static bool has_not_stopped(void *context, int pass_from_1, double part)
 {
-    struct side_by_side *both = context;
+    struct parallel_passes *both = context;
     (void)pass_from_1, (void)part;
     return !atomic_load(&both->stopped);
 }
 
-static void run_some(void *context, size_t from, size_t every)
+static void run_share(void *context, size_t from, size_t every)
 {
-    struct side_by_side *both = context;
+    struct parallel_passes *both = context;
     for (size_t i = from; i < 2; i += every) {
         run_pass(both->pass[i], both->chain[i], both->scene, &both->options[i]);
         if (both->pass[i]->interrupted)
@@ -715,23 +718,23 @@ static void run_some(void *context, size_t from, size_t every)
     }
 }
 
-static void start_both(struct pass *fine, struct pass *coarse, struct chain *chain,
-                       const struct sim_scene *scene, const struct sim_options *options,
-                       uint64_t fine_steps, uint64_t coarse_steps, struct sim_result *result)
+static void run_both(struct pass *fine, struct pass *coarse, struct chain *chain,
+                     const struct sim_scene *scene, const struct sim_options *options,
+                     uint64_t fine_steps, uint64_t coarse_steps, struct sim_result *result)
 {
     struct chain other;
-    struct side_by_side both = {.pass = {fine, coarse},
-                                .chain = {chain, &other},
-                                .scene = scene,
-                                .options = {*options, *options}};
+    struct parallel_passes both = {.pass = {fine, coarse},
+                                   .chain = {chain, &other},
+                                   .scene = scene,
+                                   .options = {*options, *options}};
     both.options[1].may_continue = has_not_stopped;
     both.options[1].may_continue_ctx = &both;
     chain_make(&other, scene, chain->v0_mat);
     make_pass(coarse, scene, options, coarse_steps, result);
     make_pass(fine, scene, options, fine_steps, result);
-    parallel_for(2, run_some, &both);
-    count_pass(coarse, result);
-    count_pass(fine, result);
+    parallel_for(2, run_share, &both);
+    add_pass_cost(coarse, result);
+    add_pass_cost(fine, result);
     chain_free(&other);
 }
 
@@ -741,12 +744,13 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
     result->pass_ms = pass->ms;
-    result->steps = pass->done;
-    result->rejected -= pass->done;
+    result->steps = pass->steps_done;
+    result->rejected -= pass->steps_done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum /
-                        (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
+    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted
+                                                               ? pass->steps_done
+                                                               : pass->steps);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return;
     if (pass->mods && other->mods)
@@ -757,15 +761,15 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
                ((size_t)chain->mats + 1) * sizeof *chain->u_ft);
-    sim_record_deliver_chain(&pass->record, chain->u_ft, pass->push_lb, pass->pull_lb, result);
+    sim_record_chain_to_result(&pass->record, chain->u_ft, pass->push_lb, pass->pull_lb, result);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
 /* Reuses the finer pass as the coarser pass of the next pair. */
-static void take_over(struct pass *to, struct pass *from)
+static void move_pass(struct pass *to, struct pass *from)
 {
-    drop_pass(to);
+    free_pass(to);
     *to = *from;
     *from = (struct pass){0};
 }
@@ -776,9 +780,10 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     struct pass only = {0};
     start_pass(&only, chain, scene, options, steps, result);
     if (only.failed || only.interrupted)
-        sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
+        sim_result_set_status(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
+                              only.t_s);
     fill_result(chain, &only, &only, result);
-    drop_pass(&only);
+    free_pass(&only);
 }
 
 /* Two runs can agree by chance: on whether a joint tears, which depends on one peak; where no
@@ -786,11 +791,11 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
  * between the two, then widens the error estimate. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
-    return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW;
+    return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW_MATS;
 }
 
-/* Error estimate with a third run: THIRD_CAUTION times the largest difference of any two. 0: the
- * third run failed or was interrupted (*interrupted). */
+/* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two. 0:
+ * the third run failed or was interrupted (*interrupted). */
 static double estimate_with_third_ft(struct chain *chain, const struct sim_scene *scene,
                                      const struct sim_options *options, const struct pass *coarse,
                                      const struct pass *fine, struct sim_result *result,
@@ -798,15 +803,15 @@ static double estimate_with_third_ft(struct chain *chain, const struct sim_scene
 {
     struct pass third = {0};
     double most_ft = 0.0;
-    start_pass(&third, chain, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)coarse->steps),
-               result);
+    start_pass(&third, chain, scene, options,
+               (uint64_t)ceil(THIRD_STEP_RATIO * (double)coarse->steps), result);
     *interrupted = third.interrupted;
     if (!third.failed && !third.interrupted)
         most_ft = fmax(sim_record_difference(&coarse->record, &fine->record).u_ft,
                        fmax(sim_record_difference(&coarse->record, &third.record).u_ft,
                             sim_record_difference(&fine->record, &third.record).u_ft));
-    drop_pass(&third);
-    return THIRD_CAUTION * most_ft;
+    free_pass(&third);
+    return THIRD_ERROR_FACTOR * most_ft;
 }
 
 /* Runs at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). While the
@@ -818,39 +823,39 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
 {
     struct pass coarse = {0}, fine = {0};
     struct sim_difference apart = {0};
-    double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
+    double tolerance = options->rtol > 0.0 ? options->rtol : MAX_DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
-    uint64_t finer = coarser_answers ? (uint64_t)ceil(RATIO * (double)steps) : steps;
-    uint64_t coarser = coarser_answers ? steps : (uint64_t)ceil((double)steps / RATIO);
-    bool both = options->side_by_side;
+    uint64_t finer = coarser_answers ? (uint64_t)ceil(STEP_RATIO * (double)steps) : steps;
+    uint64_t coarser = coarser_answers ? steps : (uint64_t)ceil((double)steps / STEP_RATIO);
+    bool both = options->in_parallel;
     if (both)
-        start_both(&fine, &coarse, chain, scene, options, finer, coarser, result);
+        run_both(&fine, &coarse, chain, scene, options, finer, coarser, result);
     else
         start_pass(&coarse, chain, scene, options, coarser, result);
     for (int halvings = 0;; halvings++, both = false) {
         if (coarse.interrupted && !both) {
-            take_over(&fine, &coarse);
+            move_pass(&fine, &coarse);
             break;
         }
         if (!both)
             start_pass(&fine, chain, scene, options, finer, result);
-        finer = (uint64_t)ceil(RATIO * (double)finer);
+        finer = (uint64_t)ceil(STEP_RATIO * (double)finer);
         if (fine.interrupted)
             break;
         bool near_limit = refine && coarse.h_s > 0.54 * result->dt_limit_s;
         if (coarse.failed && !fine.failed && near_limit) {
-            take_over(&coarse, &fine);
+            move_pass(&coarse, &fine);
             continue;
         }
         if (coarse.failed || fine.failed) {
             const struct pass *failed = fine.failed ? &fine : &coarse;
-            sim_result_end(result, SIM_UNSTABLE, failed->mat, failed->t_s);
+            sim_result_set_status(result, SIM_UNSTABLE, failed->mat, failed->t_s);
             break;
         }
         apart = sim_record_difference(&coarse.record, &fine.record);
         double peak_ft = sim_record_peak(&fine.record).u_ft;
-        double apart_ft = apart.u_ft * (coarser_answers ? RATIO : 1.0);
-        result->error_u_ft = fmax(CAUTION * apart_ft, FLOOR * scene->length_ft);
+        double apart_ft = apart.u_ft * (coarser_answers ? STEP_RATIO : 1.0);
+        result->error_u_ft = fmax(ERROR_FACTOR * apart_ft, ERROR_FLOOR * scene->length_ft);
         bool agree = apart_ft <= tolerance * peak_ft;
         if (agree && needs_third(chain, scene)) {
             result->error_u_ft = fmax(result->error_u_ft,
@@ -862,23 +867,23 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         if (agree && (options->rtol == 0.0 || result->error_u_ft <= tolerance * peak_ft))
             break;
         if (!refine) {
-            sim_result_end(result, SIM_UNSTABLE, apart.mat, apart.t_s);
+            sim_result_set_status(result, SIM_UNSTABLE, apart.mat, apart.t_s);
             break;
         }
-        if (halvings == MOST_HALVINGS || 4 * coarse.steps > MOST_STEPS) {
-            sim_result_end(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
+        if (halvings == MAX_HALVINGS || 4 * coarse.steps > MAX_STEPS) {
+            sim_result_set_status(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
-        take_over(&coarse, &fine);
+        move_pass(&coarse, &fine);
     }
     if (fine.interrupted) {
-        sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
+        sim_result_set_status(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
     }
     fill_result(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse,
                 result);
-    drop_pass(&coarse);
-    drop_pass(&fine);
+    free_pass(&coarse);
+    free_pass(&fine);
 }
 
 enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options *options,
@@ -910,21 +915,22 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
             error, MR_USAGE,
             "no fixed step: solver event chooses its step; give --rtol, or --solver staggered");
     }
-    if (!given && !fixed && (event || !options->single) && chain_event_can(scene)) {
+    if (!given && !fixed && (event || !options->single) && chain_event_is_supported(scene)) {
         chain_event_run(scene, options, result, error);
         chain_free(&chain);
         return error->status;
     }
-    double h = given ? options->dt_s
-                     : fmin(STEP_SHARE * result->dt_limit_s,
-                            fmin(fmin(HOP_SHARE * hop_s, SHORTEST_SHARE * shortest_s),
-                                 end_s / LEAST_STEPS));
+    double h =
+        given ? options->dt_s
+              : fmin(STEP_SHARE * result->dt_limit_s,
+                     fmin(fmin(HOP_SHARE * hop_s, SHORTEST_SHARE * shortest_s), end_s / MIN_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
-    bool coarser_answers = given && options->rtol == 0.0 && RATIO * h > 0.95 * result->dt_limit_s;
+    bool coarser_answers = given && options->rtol == 0.0 &&
+                           STEP_RATIO * h > 0.95 * result->dt_limit_s;
     if (h > result->dt_limit_s) {
         result->dt_s = h;
-        sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
-    } else if (!(steps <= MOST_STEPS)) {
+        sim_result_set_status(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+    } else if (!(steps <= MAX_STEPS)) {
         error_set(error, MR_USAGE,
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
                   sim_scene_name(scene), end_s, h);

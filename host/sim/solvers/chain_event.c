@@ -9,22 +9,22 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/solvers/chain_motion.h"
 
-#define ORDER_LEAST          6
-#define ORDER_FIRST          12
-#define STEPS_BETWEEN_ASKING 256
-#define MOST_STEPS           50000000u
-#define MOST_AT_ONCE         64 /* largest number of switches per mat without time between them */
+#define MIN_ORDER            6
+#define FIRST_ORDER          12
+#define STEPS_PER_CALLBACK   256
+#define MAX_STEPS            50000000u
+#define MAX_SWITCHES_AT_ONCE 64 /* largest number of switches per mat without time between them */
 /* tolerances of the runs: truncation error of a step, as a part of the speed */
-#define COARSE               1e-9
-#define FINE                 1e-12
-#define FINEST               1e-13
+#define COARSE_TOLERANCE     1e-9
+#define FINE_TOLERANCE       1e-12
+#define FINEST_TOLERANCE     1e-13
 /* a third run is required if the difference exceeds this times COARSE */
 #define PARTS                1e6
-#define SURE                 3.0   /* error estimate, times the largest difference between runs */
-#define FLOOR                1e-10 /* least error estimate, times the largest movement */
-#define FLOOR_LENGTH         1e-13 /* least error estimate, times a mat's length */
-#define DISAGREEMENT         0.1   /* allowed difference without rtol, times the largest movement */
-#define HORIZON              2.0   /* longest step, times the usual time to a switch */
+#define ERROR_FACTOR         3.0   /* error estimate, times the largest difference between runs */
+#define ERROR_FLOOR          1e-10 /* least error estimate, times the largest movement */
+#define ERROR_FLOOR_LENGTH   1e-13 /* least error estimate, times a mat's length */
+#define MAX_DISAGREEMENT     0.1   /* allowed difference without rtol, times the largest movement */
+#define STEP_HORIZON         2.0   /* longest step, times the usual time to a switch */
 
 struct run {
     double tolerance, longest_s, ms;
@@ -36,16 +36,16 @@ struct run {
     struct sim_record record;
 };
 
-bool chain_event_can(const struct sim_scene *scene)
+bool chain_event_is_supported(const struct sim_scene *scene)
 {
-    return !mods_are_given(scene) && !sim_scene_varies(scene);
+    return !mods_are_given(scene) && !sim_scene_is_varied(scene);
 }
 
 /* Updates the largest forces of each joint: at points of the step, or at the top of a parabola
  * between them. */
 static void note_tensions(struct motion *m, int first, int last, int order, double h)
 {
-    int parts = 2 + (int)law_least(2.0 * h * m->rate, 60.0);
+    int parts = 2 + (int)law_min(2.0 * h * m->rate, 60.0);
     for (int j = first; j <= last + 1; j++) {
         double reach = m->reach_t[j], s[POLYNOMIAL_DEGREE], before = 0.0, middle = 0.0;
         if (m->pull[0][j] + reach <= m->pull_most_lb[j] &&
@@ -58,8 +58,8 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
             if (i >= 2 && (middle - before) * (middle - after) > 0.0)
                 top -= (after - before) * (after - before) /
                        (8.0 * (before - 2.0 * middle + after));
-            m->pull_most_lb[j] = law_most(m->pull_most_lb[j], law_most(after, i ? top : after));
-            m->push_most_lb[j] = law_most(m->push_most_lb[j], -law_least(after, i ? top : after));
+            m->pull_most_lb[j] = law_max(m->pull_most_lb[j], law_max(after, i ? top : after));
+            m->push_most_lb[j] = law_max(m->push_most_lb[j], -law_min(after, i ? top : after));
             before = middle;
             middle = after;
         }
@@ -67,14 +67,14 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
 }
 
 /* Records the outputs due in the step. Rounding must not skip those at the end. */
-static void take_records(struct motion *m, struct run *run, int first, int last, int order,
-                         double h, bool at_end)
+static void record_samples(struct motion *m, struct run *run, int first, int last, int order,
+                           double h, bool at_end)
 {
     while (run->record.next_s <= (at_end ? DBL_MAX : m->t_s + h)) {
-        double at_s = law_least(h, run->record.next_s - m->t_s);
+        double at_s = law_min(h, run->record.next_s - m->t_s);
         memcpy(m->u_at, m->c[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
         motion_evaluate(m, first, last, order, at_s, m->u_at, NULL);
-        sim_record_take(&run->record, run->record.next_s, m->u_at, m->reach_v);
+        sim_record_add(&run->record, run->record.next_s, m->u_at, m->reach_v);
     }
 }
 
@@ -102,34 +102,34 @@ static void keep_part(struct motion *m, struct part *part)
 static void run_once(struct motion *m, struct run *run, const struct sim_options *options)
 {
     double begin_s = monotonic_s(), end_s = sim_scene_end_s(m->scene);
-    int order = ORDER_FIRST, first, last;
+    int order = FIRST_ORDER, first, last;
     unsigned at_once = 0;
     double usual_s = end_s;
     motion_start(m);
     while (m->t_s < end_s && run->status == SIM_OK) {
         double until_s = m->breaks_s[m->next_break];
-        motion_touch(m);
+        motion_place_wheel(m);
         find_window(m, &first, &last);
         motion_expand(m, first, last, order);
         double allowed_s = motion_longest_s(m, first, last, order, run->tolerance);
-        double wide_s = law_least(law_least(allowed_s, HORIZON * usual_s), until_s - m->t_s);
+        double wide_s = law_min(law_min(allowed_s, STEP_HORIZON * usual_s), until_s - m->t_s);
         struct event event = motion_first_event(m, first, last, order, wide_s);
         double h = event.h_s;
         bool over = event.mat + event.joint == 0 && h >= until_s - m->t_s;
         note_tensions(m, first, last, order, h);
         if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
-            take_records(m, run, first, last, order, h, over && until_s >= end_s);
+            record_samples(m, run, first, last, order, h, over && until_s >= end_s);
         for (int i = 0; m->gear && i < m->part_count; i++)
             m->parts[i].hold_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
         motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
-        m->max_speed_ft_s = law_most(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
+        m->max_speed_ft_s = law_max(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
         if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
             run->awake_max = last - first + 1;
         m->t_s = over ? until_s : m->t_s + h;
         run->steps++;
         run->awake_s += h * (last - first + 1);
-        run->longest_s = law_most(run->longest_s, h);
-        usual_s = event.mat + event.joint == 0 ? law_most(2.0 * h, usual_s)
+        run->longest_s = law_max(run->longest_s, h);
+        usual_s = event.mat + event.joint == 0 ? law_max(2.0 * h, usual_s)
                 : h > 0.0                      ? usual_s + 0.25 * (h - usual_s)
                                                : usual_s;
         at_once = h > 0.0 ? 0 : at_once + 1;
@@ -142,15 +142,15 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         else
             motion_switch(m, &event);
         run->switches += event.mat + event.joint > 0;
-        order += law_least(h, HORIZON * usual_s) < 0.5 * allowed_s ? -1 : 1;
-        order = order < ORDER_LEAST       ? ORDER_LEAST
+        order += law_min(h, STEP_HORIZON * usual_s) < 0.5 * allowed_s ? -1 : 1;
+        order = order < MIN_ORDER         ? MIN_ORDER
               : order > POLYNOMIAL_DEGREE ? POLYNOMIAL_DEGREE
                                           : order;
-        if (!isfinite(m->max_speed_ft_s) || at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) ||
-            run->steps > MOST_STEPS) {
+        if (!isfinite(m->max_speed_ft_s) ||
+            at_once > MAX_SWITCHES_AT_ONCE * (unsigned)(m->mats + 1) || run->steps > MAX_STEPS) {
             run->status = SIM_STEP_UNDERFLOW;
             run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
-        } else if (run->steps % STEPS_BETWEEN_ASKING == 0 && options->may_continue &&
+        } else if (run->steps % STEPS_PER_CALLBACK == 0 && options->may_continue &&
                    !options->may_continue(options->may_continue_ctx, run->number, m->t_s / end_s)) {
             run->status = SIM_INTERRUPTED;
             run->mat = 1;
@@ -169,7 +169,7 @@ static void start_run(struct run *run, struct motion *m, double tolerance,
     result->rejected += run->steps;
 }
 
-static void deliver(const struct motion *m, struct run *run, struct sim_result *result)
+static void fill_result(const struct motion *m, struct run *run, struct sim_result *result)
 {
     result->dt_s = run->longest_s;
     result->pass_ms = run->ms;
@@ -182,7 +182,7 @@ static void deliver(const struct motion *m, struct run *run, struct sim_result *
         result->status != SIM_UNPREDICTABLE)
         return;
     result->speed_end_ft_s = motion_largest(m->c[1], 1, m->mats);
-    sim_record_deliver_chain(&run->record, m->c[0], m->push_most_lb, m->pull_most_lb, result);
+    sim_record_chain_to_result(&run->record, m->c[0], m->push_most_lb, m->pull_most_lb, result);
     for (int j = 1; j <= m->mats + 1; j++)
         result->gap_ft[j] = motion_opening_ft(m, j);
 }
@@ -209,7 +209,7 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
                                struct sim_result *result, struct error *error)
 {
     struct run runs[3] = {0};
-    static const double tolerances[] = {COARSE, FINE, FINEST};
+    static const double tolerances[] = {COARSE_TOLERANCE, FINE_TOLERANCE, FINEST_TOLERANCE};
     struct motion m;
     double begin_s = monotonic_s(), apart_ft = 0.0, peak_ft = 0.0;
     int count = 0;
@@ -226,24 +226,24 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
         count++;
         peak_ft = sim_record_peak(&run->record).u_ft;
         for (int i = 0; run->status == SIM_OK && i + 1 < count; i++)
-            apart_ft = law_most(apart_ft,
-                                sim_record_difference(&runs[i].record, &run->record).u_ft);
+            apart_ft = law_max(apart_ft, sim_record_difference(&runs[i].record, &run->record).u_ft);
         again = run->status == SIM_OK && !options->single &&
-                (count == 1 || (count == 2 && apart_ft > PARTS * COARSE * peak_ft));
+                (count == 1 || (count == 2 && apart_ft > PARTS * COARSE_TOLERANCE * peak_ft));
     }
     struct run *last = &runs[count - 1];
     result->checked_dt_s = runs[0].longest_s;
     if (last->status != SIM_OK)
-        sim_result_end(result, last->status, last->mat, m.t_s);
+        sim_result_set_status(result, last->status, last->mat, m.t_s);
     if (!options->single)
-        result->error_u_ft = SURE * apart_ft + FLOOR * peak_ft + FLOOR_LENGTH * scene->length_ft;
-    double allowed_ft = (options->rtol > 0.0 ? options->rtol : DISAGREEMENT) * peak_ft;
-    if (last->status == SIM_OK && SURE * apart_ft > allowed_ft) {
-        struct sim_difference first = find_first_difference(runs, count, allowed_ft / SURE);
-        result->spread_runs = count;
-        sim_result_end(result, SIM_UNPREDICTABLE, first.mat, first.t_s);
+        result->error_u_ft = ERROR_FACTOR * apart_ft + ERROR_FLOOR * peak_ft +
+                             ERROR_FLOOR_LENGTH * scene->length_ft;
+    double allowed_ft = (options->rtol > 0.0 ? options->rtol : MAX_DISAGREEMENT) * peak_ft;
+    if (last->status == SIM_OK && ERROR_FACTOR * apart_ft > allowed_ft) {
+        struct sim_difference first = find_first_difference(runs, count, allowed_ft / ERROR_FACTOR);
+        result->divergence_runs = count;
+        sim_result_set_status(result, SIM_UNPREDICTABLE, first.mat, first.t_s);
     }
-    deliver(&m, last, result);
+    fill_result(&m, last, result);
     for (int i = 0; i < 3; i++)
         sim_record_free(&runs[i].record);
     motion_free(&m);

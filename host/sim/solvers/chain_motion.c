@@ -11,16 +11,16 @@
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/law.h"
 
-#define PADDING   8
-#define ALIGNMENT 64
+#define PADDING         8
+#define ALIGNMENT       64
 /* limit of step times fastest rate, per order, so that the terms of the series decrease */
-#define FALLS_OFF 0.4
-#define NEAR      20.0  /* times veps: above it tanh is 1 */
-#define FAR       25.0  /* times veps: from here on a mat slides by Coulomb's law */
-#define POLE      0.3   /* limit of step times the rate of tanh, while its argument is near 0 */
-#define EDGE      1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
-#define ROUNDING  (16.0 * DBL_EPSILON)
-#define RIDDEN    3 /* value of slide for a mat on elastic ground */
+#define FALLS_OFF       0.4
+#define TANH_SATURATION 20.0 /* times veps: above it tanh is 1 */
+#define COULOMB_SPEED   25.0 /* times veps: from here on a mat slides by Coulomb's law */
+#define POLE_LIMIT      0.3 /* limit of step times the rate of tanh, while its argument is near 0 */
+#define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
+#define ROUNDING        (16.0 * DBL_EPSILON)
+#define RIDDEN          3 /* value of slide for a mat on elastic ground */
 
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define VECTORS _Pragma("GCC ivdep")
@@ -30,7 +30,7 @@
 
 /* ---- a step's series ---- */
 
-LAW_INLINE void tensions(const struct motion *m, int k, int first, int count)
+LAW_INLINE void expand_tensions(const struct motion *m, int k, int first, int count)
 {
     const double *u = m->c[k] + first, *v = m->c[k + 1] + first;
     const double *a = m->a + first, *b = m->b + first;
@@ -73,7 +73,7 @@ VECTOR void motion_expand(const struct motion *m, int first, int last, int order
     for (int k = 1; k <= order; k++)
         m->c[k][first - 1] = m->c[k][last + 1] = 0.0;
     for (int k = 0; k < order; k++) {
-        tensions(m, k, first, count + 1);
+        expand_tensions(m, k, first, count + 1);
         if (k + 2 > order)
             break;
         const double *pull = m->pull[k] + first, *v = m->c[k + 1] + first;
@@ -108,7 +108,7 @@ VECTOR double motion_largest(const double *values, int first, int last)
 {
     double most = 0.0;
     for (int n = first; n <= last; n++)
-        most = law_most(most, fabs(values[n]));
+        most = law_max(most, fabs(values[n]));
     return most;
 }
 
@@ -126,18 +126,19 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
         double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
                jerk = fabs(6.0 * m->c[3][n]);
         if (m->slide[n] == 2)
-            h = law_least(h, law_least(POLE / (m->bend_rate + a / veps), sqrt(POLE * veps / jerk)));
+            h = law_min(
+                h, law_min(POLE_LIMIT / (m->bend_rate + a / veps), sqrt(POLE_LIMIT * veps / jerk)));
     }
     for (int j = first; !springs && j <= last + 1; j++)
         springs = m->a[j] != 0.0 && (m->free_per_slug[j] != 0.0 || m->free_per_slug[j - 1] != 0.0);
     for (int k = order - 1; k <= order; k++) {
         double term = k * motion_largest(m->c[k], first, last) / tolerance;
         if (term > 0.0)
-            h = law_least(h, law_most(elementary_pow(v / term, 1.0 / (k - 1)),
-                                      law_most(elementary_pow(bent / term, 1.0 / (k - 2)),
-                                               elementary_pow(twisted / term, 1.0 / (k - 3)))));
+            h = law_min(h, law_max(elementary_pow(v / term, 1.0 / (k - 1)),
+                                   law_max(elementary_pow(bent / term, 1.0 / (k - 2)),
+                                           elementary_pow(twisted / term, 1.0 / (k - 3)))));
     }
-    return springs ? law_least(h, FALLS_OFF * order / m->rate) : h;
+    return springs ? law_min(h, FALLS_OFF * order / m->rate) : h;
 }
 
 VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
@@ -162,7 +163,7 @@ VECTOR void motion_evaluate(const struct motion *m, int first, int last, int ord
 
 /* ---- switches ---- */
 
-VECTOR static void bounds(const struct motion *m, int first, int last, int order, double h)
+VECTOR static void set_bounds(const struct motion *m, int first, int last, int order, double h)
 {
     double *rv = m->reach_v + first, *rg = m->reach_g + first, *rt = m->reach_t + first;
     int count = last - first + 1;
@@ -236,7 +237,7 @@ static void opening_series(const struct motion *m, int j, int order, double *g)
         g[k] = m->c[k][j] - m->c[k][j - 1];
 }
 
-static void consider(struct event *event, double h, int mat, int joint, int which)
+static void keep_earlier_event(struct event *event, double h, int mat, int joint, int which)
 {
     if (h < event->h_s || (h == event->h_s && event->mat + event->joint == 0))
         *event = (struct event){h, mat, joint, which};
@@ -267,8 +268,9 @@ static void find_part_event(const struct motion *m, const struct part *part, int
         for (int k = 0; k < order; k++)
             s[k] = rate * v[k];
         s[0] -= limit_rate;
-        consider(event, polynomial_falls_s(s, order - 1, event->h_s, rate * noise_ft_s(m)), n, 0,
-                 1);
+        keep_earlier_event(event,
+                           polynomial_first_fall_s(s, order - 1, event->h_s, rate * noise_ft_s(m)),
+                           n, 0, 1);
         return;
     }
     for (int which = 0; which < 3; which++) {
@@ -283,9 +285,10 @@ static void find_part_event(const struct motion *m, const struct part *part, int
             s[0] += limit_lb;
             s[1] += limit_rate;
         }
-        consider(event,
-                 polynomial_falls_s(s, order, event->h_s, which == 0 ? noise_ft_s(m) : noise_lb), n,
-                 0, which);
+        keep_earlier_event(
+            event,
+            polynomial_first_fall_s(s, order, event->h_s, which == 0 ? noise_ft_s(m) : noise_lb), n,
+            0, which);
     }
 }
 
@@ -295,25 +298,27 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
     if (m->slide[n] == RIDDEN)
         return; /* handled by find_part_event */
     if (m->slide[n] == 2) {
-        double far_ft_s = m->friction == SIM_TANH ? FAR * m->scene->veps_ft_s : DBL_MAX;
+        double far_ft_s = m->friction == SIM_TANH ? COULOMB_SPEED * m->scene->veps_ft_s : DBL_MAX;
         if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
             return;
         for (way = -1.0; way <= 1.0; way += 2.0) {
             for (int k = 0; k < order; k++)
                 s[k] = -way * (k + 1) * m->c[k + 1][n];
             s[0] += far_ft_s;
-            consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
+            keep_earlier_event(
+                event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
         }
         return;
     }
     if (m->slide[n]) {
-        double near_ft_s = m->friction == SIM_TANH ? NEAR * m->scene->veps_ft_s : 0.0;
+        double near_ft_s = m->friction == SIM_TANH ? TANH_SATURATION * m->scene->veps_ft_s : 0.0;
         if (way * m->c[1][n] - near_ft_s >= m->reach_v[n])
             return;
         for (int k = 0; k < order; k++)
             s[k] = way * (k + 1) * m->c[k + 1][n];
         s[0] -= near_ft_s;
-        consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
+        keep_earlier_event(event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_ft_s(m)),
+                           n, 0, 0);
         return;
     }
     double h = event->h_s, x = m->pull[0][n + 1] - m->pull[0][n] + m->thrust[0][n];
@@ -325,14 +330,15 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
         for (int k = 0; k < order; k++)
             s[k] = -way * (m->pull[k][n + 1] - m->pull[k][n] + (k < 3 ? m->thrust[k][n] : 0.0));
         s[0] += m->limit_lb[n];
-        consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_push_lb(m, n)), n, 0, 0);
+        keep_earlier_event(
+            event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_push_lb(m, n)), n, 0, 0);
     }
 }
 
 /* Conditions that end a joint's mode: a series that must not fall below 0, for `which` 0, 1, 2.
  * False: no more conditions. */
-static bool joint_end(const struct motion *m, int j, int which, const double *g, int order,
-                      double *s, double *noise)
+static bool find_joint_end(const struct motion *m, int j, int which, const double *g, int order,
+                           double *s, double *noise)
 {
     enum { OPENING, SPEED, FORCE } of = OPENING;
     double way = 1.0, at = 0.0;
@@ -440,8 +446,9 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     default: break;
     }
     opening_series(m, j, order, g);
-    for (int which = 0; joint_end(m, j, which, g, order, s, &noise); which++)
-        consider(event, polynomial_falls_s(s, order, event->h_s, noise), 0, j, which);
+    for (int which = 0; find_joint_end(m, j, which, g, order, s, &noise); which++)
+        keep_earlier_event(event, polynomial_first_fall_s(s, order, event->h_s, noise), 0, j,
+                           which);
 }
 
 static void set_mode(struct motion *m, int j, enum mode mode)
@@ -497,7 +504,7 @@ static void set_slide(struct motion *m, int n, int way)
         m->high = n;
 }
 
-static void shrink(struct motion *m)
+static void shrink_range(struct motion *m)
 {
     while (m->low <= m->high && m->slide[m->low] == 0)
         m->low++;
@@ -554,7 +561,7 @@ static void switch_mat(struct motion *m, int n, int which)
     double x = push_lb(m, n);
     bool held = !rests && fabs(x) <= m->limit_lb[n] + noise_push_lb(m, n);
     set_slide(m, n, held ? 0 : x > 0.0 ? 1 : -1);
-    shrink(m);
+    shrink_range(m);
 }
 
 /* ---- the wheel ---- */
@@ -565,7 +572,7 @@ static int compare_values(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static size_t lines_of(const struct motion *m)
+static size_t line_count(const struct motion *m)
 {
     return m->gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
 }
@@ -610,7 +617,7 @@ static void make_breaks(struct motion *m)
         add_break(m, row->t_s);
         if (i + 1 == m->wheel.count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
             continue;
-        for (size_t line = 0; line < lines_of(m); line++) {
+        for (size_t line = 0; line < line_count(m); line++) {
             double ahead_ft = -behind_ft(m, line);
             add_hops(m, row, ahead_ft);
             if (scene->thrust == SIM_LINEAR)
@@ -627,7 +634,7 @@ static void make_breaks(struct motion *m)
     m->breaks_s[m->breaks++] = sim_scene_end_s(scene);
 }
 
-static struct part *part_of(struct motion *m, int mat)
+static struct part *find_part(struct motion *m, int mat)
 {
     int i = 0;
     while (i < m->part_count && m->parts[i].mat != mat)
@@ -644,7 +651,7 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
 {
     if (mat < 1 || mat > m->mats || m->part_count == SIM_TOUCH_MAX)
         return;
-    struct part *part = part_of(m, mat);
+    struct part *part = find_part(m, mat);
     if (thrust) {
         part->thrust_lb[0] += axles * share * force[0];
         part->thrust_lb[1] += axles * (share * force[1] + rate * force[0]);
@@ -663,7 +670,7 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
 {
     const struct sim_scene *scene = m->scene;
     double length_ft = scene->length_ft, foot_ft = m->gear ? scene->gear.foot_ft : 0.0;
-    double at_ft = x_ft - speed_ft_s * half_s, mat = floor(x_ft / length_ft + EDGE) + 1.0;
+    double at_ft = x_ft - speed_ft_s * half_s, mat = floor(x_ft / length_ft + EDGE_TOLERANCE) + 1.0;
     bool jump = scene->thrust == SIM_JUMP;
     if (!(mat >= 1.0 && mat <= m->mats))
         return;
@@ -722,7 +729,7 @@ static void leave_mat(struct motion *m, int n)
 {
     double v = m->c[1][n];
     bool slides = m->friction == SIM_STICK ||
-                  (m->friction == SIM_TANH && fabs(v) > FAR * m->scene->veps_ft_s);
+                  (m->friction == SIM_TANH && fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
     m->limit_lb[n] = m->weight_limit_lb;
     int left = slides ? (v > 0.0) - (v < 0.0) : 2;
     set_slide(m, n, m->slide[n] == RIDDEN ? left : m->slide[n]);
@@ -753,7 +760,7 @@ void motion_press(struct motion *m)
                            (row[1].force_lb - row->force_lb) * ((m->t_s - row->t_s) / long_s)
                      : 0.0;
     }
-    for (size_t i = 0; there && i < lines_of(m); i++)
+    for (size_t i = 0; there && i < line_count(m); i++)
         add_line(m, x_ft - behind_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
     for (int i = 0; i < count; i++) {
         int n = before[i].mat;
@@ -773,11 +780,11 @@ void motion_press(struct motion *m)
         else
             set_slide(m, part->mat, m->slide[part->mat]);
     }
-    shrink(m);
+    shrink_range(m);
 }
 
 /* Sets the wheel's thrust from the present time on. */
-void motion_touch(struct motion *m)
+void motion_place_wheel(struct motion *m)
 {
     double dt = m->t_s - m->from_s;
     for (int i = 0; i < m->part_count; i++) {
@@ -795,7 +802,7 @@ void motion_touch(struct motion *m)
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s)
 {
     struct event event = {wide_s, 0, 0, 0};
-    bounds(m, first, last, order, wide_s);
+    set_bounds(m, first, last, order, wide_s);
     for (int i = 0; m->gear && i < m->part_count; i++) {
         if (m->parts[i].touching > 0.0)
             find_part_event(m, &m->parts[i], order, &event);
@@ -839,10 +846,10 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                          .length = length};
     double w = 4.0 * m->kl * m->per_slug, d = 4.0 * m->cl * m->per_slug;
     double axles = 0.0;
-    for (size_t i = 0; i < lines_of(m); i++)
+    for (size_t i = 0; i < line_count(m); i++)
         axles += axles_of(m, i);
     double ground = m->gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
-    m->rate = d + sqrt(w + ground / law_least(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
+    m->rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
               2.0 * scene->gear.damping * sqrt(ground);
     m->bend_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
     sim_wheel_start(&m->wheel, scene);
@@ -926,7 +933,7 @@ void motion_start(struct motion *m)
     int thrown = scene->v0_mat > 0 ? scene->v0_mat : sim_wheel_first_mat(&m->wheel);
     m->c[1][thrown] = scene->v0_ft_s;
     if (m->friction != SIM_NONE && scene->v0_ft_s != 0.0 &&
-        (m->friction == SIM_STICK || fabs(scene->v0_ft_s) > FAR * scene->veps_ft_s))
+        (m->friction == SIM_STICK || fabs(scene->v0_ft_s) > COULOMB_SPEED * scene->veps_ft_s))
         set_slide(m, thrown, scene->v0_ft_s > 0.0 ? 1 : -1);
     m->max_speed_ft_s = fabs(scene->v0_ft_s);
     motion_press(m);

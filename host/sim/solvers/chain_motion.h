@@ -1,10 +1,10 @@
 /* Motion: a chain in motion, as chain_event.h solves it: state, series of a step, switches, wheel.
  *
- * A step calls motion_touch, motion_expand (the series of u of mats first..last), motion_longest_s
- * for its length, motion_first_event within it, motion_evaluate at its end, then motion_switch, or
- * motion_press at a break of the wheel. Mats 1..N with the ground at 0 and N+1, joints 1..N+1.
- * Units are ft, lb, s and slug. One owner, one thread: motion_make allocates, motion_free releases;
- * the scene must outlive it. */
+ * A step calls motion_place_wheel, motion_expand (the series of u of mats first..last),
+ * motion_longest_s for its length, motion_first_event within it, motion_evaluate at its end, then
+ * motion_switch, or motion_press at a break of the wheel. Mats 1..N with the ground at 0 and N+1,
+ * joints 1..N+1. Units are ft, lb, s and slug. One owner, one thread: motion_make allocates,
+ * motion_free releases; the scene must outlive it. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_CHAIN_MOTION_H
 #define MATRIG_HOST_SIM_SOLVERS_CHAIN_MOTION_H
 
@@ -94,7 +94,7 @@ void motion_free(struct motion *m);
 void motion_start(struct motion *m);
 
 /* Applies the thrust from the present time on. */
-void motion_touch(struct motion *m);
+void motion_place_wheel(struct motion *m);
 /* Determines the wheel's parts from the present time to the next break. */
 void motion_press(struct motion *m);
 

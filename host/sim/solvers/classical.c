@@ -124,7 +124,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
         bool last = s->t_s + 2.0 * h * (1.0 + 1e-9) >= limit_s;
         if (last)
             h = 0.5 * (limit_s - s->t_s);
-        if (!(s->h_s >= s->least_s))
+        if (!(s->h_s >= s->min_step_s))
             return false;
         memcpy(w->whole, s->z, bytes);
         rkgs_gill(s, s->t_s, 2.0 * h, w->whole);
@@ -279,7 +279,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
         bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
         if (last)
             h = limit_s - s->t_s;
-        if (!(s->h_s >= s->least_s))
+        if (!(s->h_s >= s->min_step_s))
             return false;
         if (w->known > 1 && h != w->h_s) { /* a new step size requires a new start */
             w->known = 1;

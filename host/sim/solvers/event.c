@@ -197,7 +197,7 @@ static bool advance(struct stepper *s, double limit_s)
     for (;;) {
         double h;
         bool last;
-        if (!stepper_try(s, limit_s, &h, &last))
+        if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
         bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
@@ -271,7 +271,7 @@ const struct stepper_kind stepper_event = {
     .name = "event",
     .prunes = true,
     .long_steps = true,
-    .turn_veps = 2.0,
+    .reversal_veps = 2.0,
     .rtol = 1e-8,
     .looser = &stepper_event5,
     .looser_rtol = 9e-8,
@@ -403,7 +403,7 @@ static bool order5_advance(struct stepper *s, double limit_s)
     for (;;) {
         double h;
         bool last;
-        if (!stepper_try(s, limit_s, &h, &last))
+        if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
         bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
@@ -455,7 +455,7 @@ const struct stepper_kind stepper_event5 = {
     .name = "event",
     .prunes = true,
     .long_steps = true,
-    .turn_veps = 6.0,
+    .reversal_veps = 6.0,
     .rtol = 1e-5,
     .method = "Dormand-Prince 5(4), every event located",
     .work_bytes = sizeof(struct order5_work),

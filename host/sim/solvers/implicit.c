@@ -194,7 +194,7 @@ static bool advance(struct stepper *s, double limit_s)
     for (;;) {
         double h;
         bool last;
-        if (!stepper_try(s, limit_s, &h, &last))
+        if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
         double error = solve_stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {

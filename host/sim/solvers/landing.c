@@ -10,27 +10,27 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE     0.25  /* first step if none is given, times the stability limit */
-#define HOP_SHARE      0.25  /* part of a mat that the aircraft may cross in one step */
-#define SHORTEST_SHARE 0.125 /* part of the shortest time that a step must resolve */
+#define STEP_SHARE       0.25  /* first step if none is given, times the stability limit */
+#define HOP_SHARE        0.25  /* part of a mat that the aircraft may cross in one step */
+#define SHORTEST_SHARE   0.125 /* part of the shortest time that a step must resolve */
 /* limit of step times fastest rate; the scheme allows 2 for an oscillation, less with damping */
-#define STABLE         1.8
-#define LEAST_STEPS    1000.0
-#define MOST_STEPS     1e8
-#define MOST_SHORTENED 4
+#define STABLE           1.8
+#define MIN_STEPS        1000.0
+#define MAX_STEPS        1e8
+#define MAX_SHORTENED    4
 /* error estimate over the difference of two marches: the scheme is of order 1, so the finer march
  * has an error as large as the difference */
-#define CAUTION        2.0
+#define ERROR_FACTOR     2.0
 /* ratio of the steps of two marches. Not 2: every second short step would end together with a long
  * one, and both marches would sample these switches at the same moment */
-#define STEP_RATIO     1.9
+#define STEP_RATIO       1.9
 /* step of a fourth march over the finer step, between the coarse and the rough one */
-#define BETWEEN_RATIO  2.6
+#define BETWEEN_RATIO    2.6
 /* step of a further march over the finer step, where the answer is sensitive */
-#define BESIDE_RATIO   1.37
+#define BESIDE_RATIO     1.37
 /* an estimate above this part of the largest movement or lift is sensitive */
-#define SENSITIVE      1e-3
-#define DOUBT          1.5 /* factor on the estimate of a sensitive answer */
+#define SENSITIVE        1e-3
+#define SENSITIVE_FACTOR 1.5 /* factor on the estimate of a sensitive answer */
 
 static void free_march(struct march *march)
 {
@@ -40,7 +40,7 @@ static void free_march(struct march *march)
 }
 
 /* Clears a march whose arrays now belong to another march. */
-static void forget_arrays(struct march *march)
+static void clear_arrays(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
@@ -58,7 +58,7 @@ static void start_march(struct planar_engine *l, struct march *march,
     result->rhs += march->done;
 }
 
-static double *copy_of(const double *from, size_t count)
+static double *copy_array(const double *from, size_t count)
 {
     double *copy = xcalloc(count + 1, sizeof *copy);
     memcpy(copy + 1, from, count * sizeof *copy);
@@ -85,14 +85,15 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->first_crest_wheel = fine->first_crest_wheel;
     memcpy(result->overrun, fine->overrun, sizeof result->overrun);
     size_t joints = (size_t)l->model.mats + 1;
-    result->push_lb = copy_of(l->push_lb, joints);
-    result->pull_lb = copy_of(l->pull_lb, joints);
-    result->rise_ft = copy_of(l->rise_ft, joints);
+    result->push_lb = copy_array(l->push_lb, joints);
+    result->pull_lb = copy_array(l->pull_lb, joints);
+    result->rise_ft = copy_array(l->rise_ft, joints);
     if (fine->mods && coarse->mods)
-        fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
+        fine->mods->error_lb = ERROR_FACTOR * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
-    pass_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result);
+    pass_fill_outputs(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
+                      result);
 }
 
 /* Difference of two marches. */
@@ -121,7 +122,7 @@ static bool is_complete(const struct march *march)
     return march->done > 0 && march->status == SIM_OK;
 }
 
-static void widen(struct sim_result *result, struct pass_difference apart)
+static void widen_error(struct sim_result *result, struct pass_difference apart)
 {
     result->error_u_ft = fmax(result->error_u_ft, apart.u.u_ft);
     result->error_lift_ft = fmax(result->error_lift_ft, apart.lift_ft);
@@ -133,14 +134,14 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
                           const struct march *coarse, const struct march *fine,
                           struct pass_difference apart, struct sim_result *result)
 {
-    result->error_u_ft = CAUTION * apart.u.u_ft;
+    result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
     /* a landing is noticed up to one step late, with the same error in all marches */
-    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
+    result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!is_complete(rough))
         return;
     struct pass_difference before = difference_of(rough, coarse);
     if (is_in_agreement(l, rough, coarse))
-        widen(result, before);
+        widen_error(result, before);
 }
 
 /* Runs one more march, and keeps the state that `l` has from the answer. */
@@ -172,11 +173,11 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
             if (is_complete(others[i]))
                 apart = difference_of(&between, others[i]);
             if (is_complete(others[i]) && is_in_agreement(l, &between, others[i]))
-                widen(result, apart);
+                widen_error(result, apart);
         }
         if (is_complete(rough)) {
             if (is_in_agreement(l, rough, fine))
-                widen(result, difference_of(rough, fine));
+                widen_error(result, difference_of(rough, fine));
         }
     }
     free_march(&between);
@@ -195,8 +196,10 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
     march_copy(l, &beside, options, steps, result);
     if (is_complete(&beside)) {
         struct pass_difference apart = difference_of(&beside, fine);
-        result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
-        result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
+        result->error_u_ft = SENSITIVE_FACTOR *
+                             fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
+        result->error_lift_ft = SENSITIVE_FACTOR *
+                                fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
     }
     free_march(&beside);
 }
@@ -210,17 +213,17 @@ static void state_spread(const struct planar_engine *l, const struct march *roug
     double threshold = pass_bow_threshold_ft(l->scene);
     double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&fine->record).u_ft,
            most_lift_ft = PASS_DISAGREEMENT * fmax(fine->max_lift_ft, threshold);
-    result->spread_runs = 1;
-    result->spread_waves = fine->max_lift_ft > threshold;
+    result->divergence_runs = 1;
+    result->divergence_waves = fine->max_lift_ft > threshold;
     for (int i = 0; i < 2; i++) {
         if (!is_complete(others[i]))
             continue;
         struct pass_difference apart = difference_of(fine, others[i]);
         divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
-        result->error_u_ft = fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
-        result->error_lift_ft = fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
-        result->spread_runs++;
-        result->spread_waves += others[i]->max_lift_ft > threshold;
+        result->error_u_ft = fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
+        result->error_lift_ft = fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
+        result->divergence_runs++;
+        result->divergence_waves += others[i]->max_lift_ft > threshold;
     }
 }
 
@@ -239,21 +242,21 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
     start_march(l, &coarse, options, fewer_steps(steps), result);
     for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
-            sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
+            sim_result_set_status(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            forget_arrays(&coarse);
+            clear_arrays(&coarse);
             break;
         }
         start_march(l, &fine, options, steps, result);
         if (fine.status == SIM_INTERRUPTED) {
-            sim_result_end(result, fine.status, fine.mat, fine.t_s);
+            sim_result_set_status(result, fine.status, fine.mat, fine.t_s);
             break;
         }
         const struct march *failed = fine.status != SIM_OK   ? &fine
                                    : coarse.status != SIM_OK ? &coarse
                                                              : NULL;
         if (fine.status != SIM_OK && fine.status == coarse.status) {
-            sim_result_end(result, fine.status, fine.mat, fine.t_s);
+            sim_result_set_status(result, fine.status, fine.mat, fine.t_s);
             break;
         }
         apart = failed ? apart : difference_of(&coarse, &fine);
@@ -263,12 +266,12 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
             widen_if_sensitive(l, options, &fine, result);
             break;
         }
-        if (options->dt_s > 0.0 || shortened == MOST_SHORTENED ||
-            STEP_RATIO * (double)steps > MOST_STEPS) {
+        if (options->dt_s > 0.0 || shortened == MAX_SHORTENED ||
+            STEP_RATIO * (double)steps > MAX_STEPS) {
             if (failed)
-                sim_result_end(result, failed->status, failed->mat, failed->t_s);
+                sim_result_set_status(result, failed->status, failed->mat, failed->t_s);
             else if (options->dt_s > 0.0)
-                sim_result_end(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
+                sim_result_set_status(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
             else
                 state_spread(l, rough, &coarse, &fine, result);
             break;
@@ -277,7 +280,7 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        forget_arrays(&fine);
+        clear_arrays(&fine);
     }
     fill_result(l, &fine, &coarse, result);
     free_march(&coarse);
@@ -294,7 +297,7 @@ static void run_checked(struct planar_engine *l, const struct sim_options *optio
     if (stable)
         start_march(l, &rough, options, fewest, result);
     if (rough.status == SIM_INTERRUPTED) {
-        sim_result_end(result, rough.status, rough.mat, rough.t_s);
+        sim_result_set_status(result, rough.status, rough.mat, rough.t_s);
         fill_result(l, &rough, &rough, result);
     } else {
         run_pairs(l, options, steps, &rough, result);
@@ -331,15 +334,15 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     double h = options->dt_s > 0.0
                  ? options->dt_s
                  : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
-                        fmin(fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS),
+                        fmin(fmin(HOP_SHARE * hop_s, end_s / MIN_STEPS),
                              SHORTEST_SHARE * sim_scene_shortest_s(l->scene)));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
-        sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+        sim_result_set_status(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
         return MR_OK;
     }
-    if (!(steps <= MOST_STEPS))
+    if (!(steps <= MAX_STEPS))
         return error_set(
             error, MR_USAGE,
             "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
@@ -351,7 +354,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
         result->first_crest = only.first_crest;
         result->first_crest_wheel = only.first_crest_wheel;
         if (only.status != SIM_OK)
-            sim_result_end(result, only.status, only.mat, only.t_s);
+            sim_result_set_status(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
         fill_result(l, &only, &only, result);
         free_march(&only);
@@ -371,9 +374,9 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
         result->solver = "staggered";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
-        sim_result_note(result,
-                        "error estimate: the largest difference between runs at 1, 1.9, 2.6 and "
-                        "3.6 times the step, twice the difference of the first two");
+        sim_result_add_note(
+            result, "error estimate: the largest difference between runs at 1, 1.9, 2.6 and "
+                    "3.6 times the step, twice the difference of the first two");
         if (l.mods)
             mods_describe(l.mods, result);
         run_with(&l, options, result, error);

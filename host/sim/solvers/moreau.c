@@ -23,13 +23,13 @@
 #include "host/sim/solvers/stepper.h"
 
 #define SHARED_MAX  32 /* most switches with a share at the same time */
-#define ROUNDS      40
+#define ROUNDS_MAX  40
 /* halvings of a step that does not converge; the last one is accepted as it is */
 #define HALVINGS    5
 #define FLIPS       3     /* flips of a switch in one step before it gets a share */
 #define SLIDE_FLIPS 10    /* flips of a mat in one step before its mode is fixed */
-#define SWEEPS      100   /* limit of Gauss-Seidel passes */
-#define CLOSE       1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
+#define SWEEPS_MAX  100   /* limit of Gauss-Seidel passes */
+#define CONVERGED   1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
 #define SAME_SHARE  1e-9
 #define SHARE_PART  1e-4
 
@@ -48,7 +48,7 @@ struct work {
     double *pushes[SHARED_MAX];
     double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
     int *pivot;
-    signed char *was, *flips; /* modes before an update; flips in this step */
+    signed char *modes_before, *flips; /* modes before an update; flips in this step */
     int apex_flips;
     struct shared shared[SHARED_MAX];
     int count;
@@ -75,8 +75,8 @@ static void make(struct stepper *s, double *more)
     w->drift = w->lu + BAND_WIDTH * size;
     w->step = w->drift + size;
     w->pivot = (int *)(w->step + size);
-    w->was = (signed char *)(w->pivot + 2 * size);
-    w->flips = w->was + 4 * sizeof(double) * size;
+    w->modes_before = (signed char *)(w->pivot + 2 * size);
+    w->flips = w->modes_before + 4 * sizeof(double) * size;
 }
 
 static void restart(struct stepper *s)
@@ -102,14 +102,14 @@ static void set_mode(struct stepper *s, struct model_switch which, int mode, dou
         *mode_of(m, which) = (signed char)mode;
     if (which.kind != MODEL_CONTACT && which.kind != MODEL_APEX)
         return;
-    signed char *slide = w->was + (m->slide - m->contact);
+    signed char *slide = w->modes_before + (m->slide - m->contact);
     memcpy(slide, m->slide, (size_t)m->mats);
     model_settle(m, t_s, w->at);
     memcpy(m->slide, slide, (size_t)m->mats);
 }
 
-static void place(const struct stepper *s, double h, const double *v1, double scale,
-                  const double *more, double *at)
+static void set_position(const struct stepper *s, double h, const double *v1, double scale,
+                         const double *more, double *at)
 {
     int size = s->model->size;
     for (int i = 0; i < size; i++) {
@@ -147,10 +147,10 @@ static int update_modes(struct stepper *s, double t_s)
         signed char *modes;
     } kinds[] = {{MODEL_CONTACT, m->contact}, {MODEL_TORSION, m->torsion}, {MODEL_SLACK, m->joint}};
     int changed = 0, apex = m->apex;
-    memcpy(w->was, m->contact, modes_length(m));
+    memcpy(w->modes_before, m->contact, modes_length(m));
     model_sample_shape(m, w->at);
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
-        signed char *mode = kinds[k].modes, *was = w->was + (mode - m->contact),
+        signed char *mode = kinds[k].modes, *was = w->modes_before + (mode - m->contact),
                     *flips = w->flips + (mode - m->contact);
         for (int j = 0; j <= m->mats; j++) {
             if (mode[j] == was[j])
@@ -303,7 +303,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     struct model *m = s->model;
     struct work *w = s->work;
     double most = 0.0;
-    place(s, h, v1, 0.0, NULL, w->moved);
+    set_position(s, h, v1, 0.0, NULL, w->moved);
     for (int j = 0; j < w->count; j++) {
         w->shared[j].sigma = -model_margin(m, t_s, w->moved, w->shared[j].which);
         w->shared[j].change = 0.0;
@@ -311,12 +311,12 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     for (int k = 0; k < w->count; k++) {
         /* sigma has kinks: use its slope in the direction of 0 */
         double part = copysign(SHARE_PART, w->shared[k].sigma);
-        place(s, h, v1, part, w->shared[k].push + m->size, w->moved);
+        set_position(s, h, v1, part, w->shared[k].push + m->size, w->moved);
         for (int j = 0; j < w->count; j++)
             w->shared[j].by[k] =
                 (-model_margin(m, t_s, w->moved, w->shared[j].which) - w->shared[j].sigma) / part;
     }
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+    for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
         double moved = 0.0;
         for (int j = 0; j < w->count; j++) {
             struct shared *one = &w->shared[j];
@@ -357,9 +357,9 @@ static bool settle(struct stepper *s, double h)
     memcpy(v1, s->z + size, (size_t)size * sizeof *v1);
     memset(w->flips, 0, modes_length(m));
     w->apex_flips = 0;
-    place(s, h, v1, 0.0, NULL, w->at);
+    set_position(s, h, v1, 0.0, NULL, w->at);
     update_modes(s, t_s);
-    for (int round = 0; round < ROUNDS; round++) {
+    for (int round = 0; round < ROUNDS_MAX; round++) {
         if (!solve_newton_step(s, h, t_s, v1))
             return false;
         double most = 0.0, speed = scale;
@@ -371,10 +371,10 @@ static bool settle(struct stepper *s, double h)
         if (!isfinite(most))
             return false;
         double changed = w->count > 0 ? find_shares(s, h, t_s, v1) : 0.0;
-        place(s, h, v1, 0.0, NULL, w->at);
+        set_position(s, h, v1, 0.0, NULL, w->at);
         int flipped = update_modes(s, t_s);
         flipped += update_mat_modes(s, h, t_s);
-        if (flipped == 0 && most <= CLOSE * speed && changed <= SAME_SHARE)
+        if (flipped == 0 && most <= CONVERGED * speed && changed <= SAME_SHARE)
             return true;
     }
     return false;

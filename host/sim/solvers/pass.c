@@ -7,26 +7,26 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FOLDED_DEG      85.0
+#define FOLDED_DEG     85.0
 /* with a given step, a mat that turns by more in one step is unstable, not folded */
-#define STEP_DEG        30.0
-#define FOUND_MAX       64
-#define ROOT_STEPS      100
-#define INSIDE          6
-#define ROUNDS          8
-#define STALLS_PER_MAT  20 /* events in a row without progress before the run ends as chatter */
+#define STEP_DEG       30.0
+#define FOUND_MAX      64
+#define ROOT_STEPS     100
+#define INNER_POINTS   6
+#define ROUNDS_MAX     8
+#define STALLS_PER_MAT 20 /* events in a row without progress before the run ends as chatter */
 /* Least step, as a part of the time since the start or of 1 s, whichever is larger. */
-#define LEAST_STEP      1e-14
-#define LEAST_STEP_OF_S 1.0
+#define MIN_STEP       1e-14
+#define MIN_STEP_PER_S 1.0
 /* The time of a moving point is known to a few steps of the clock. Late in a run these steps are
  * coarse (at 1e9 s a double resolves 1e-7 s). */
-#define CLOCK_FROM_S    100.0 /* before this time the error of the clock is negligible */
-#define CLOCK_STEPS     4.0
-#define WARY_STEPS      100
-#define AT_ONCE         1e-8 /* two flips closer than this times the step coincide */
+#define CLOCK_FROM_S   100.0 /* before this time the error of the clock is negligible */
+#define CLOCK_STEPS    4.0
+#define WARY_STEPS     100
+#define COINCIDENT     1e-8 /* two flips closer than this times the step coincide */
 /* tolerance of heights and displacements: rtol times this part of a mat's length */
-#define POSITION_PART   0.0005
-#define SPEED_PART      0.25 /* tolerance of rates: rtol times this times sqrt(g L) */
+#define POSITION_PART  0.0005
+#define SPEED_PART     0.25 /* tolerance of rates: rtol times this times sqrt(g L) */
 
 struct pass {
     struct stepper stepper;
@@ -63,7 +63,7 @@ static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double 
 
 static bool fail_without_progress(struct pass *p, int mat_from_1, double t_s, const char *why)
 {
-    p->out->why = why;
+    p->out->reason = why;
     return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
@@ -85,7 +85,7 @@ static int find_fastest(const struct model *m, const double *z, double *speed)
     return mat + 1;
 }
 
-static void keep(struct pass *p, double t_s, double *z)
+static void store_state(struct pass *p, double t_s, double *z)
 {
     const struct model *m = p->model;
     struct sim_record *record = &p->out->record;
@@ -97,18 +97,18 @@ static void keep(struct pass *p, double t_s, double *z)
     }
     record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
-    sim_record_take(record, t_s, p->u, p->v);
+    sim_record_add(record, t_s, p->u, p->v);
 }
 
 /* Records all outputs due up to t_s, within the stepper's last step. */
-static void keep_until(struct pass *p, double t_s)
+static void store_state_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
     while (p->out->record.next_s <= t_s) {
         double at = p->out->record.next_s;
         stepper_copy(s, s->z, p->z_event);
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
-        keep(p, at, p->z_event);
+        store_state(p, at, p->z_event);
     }
 }
 
@@ -121,13 +121,13 @@ static double margin(struct pass *p, double t_s, const double *z, struct model_s
 
 /* The first time in the last step at which the margin is negative. It must be negative at the
  * end. */
-static double first_time(struct pass *p, struct model_switch which)
+static double find_switch_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
     double *z = p->z_event;
     int low = stepper_low(s), high = stepper_high(s);
     if (!s->kind->samples_shape)
-        model_reach(p->model, which, &low, &high);
+        model_switch_range(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
     double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
     if (at_a < 0.0)
@@ -177,11 +177,11 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
     struct model *m = p->model;
     if (s->kind->samples_shape || !s->kind->long_steps)
         return 0;
-    for (int i = 1; i < INSIDE; i++) {
-        double t = s->t_s + (to - s->t_s) * i / INSIDE;
+    for (int i = 1; i < INNER_POINTS; i++) {
+        double t = s->t_s + (to - s->t_s) * i / INNER_POINTS;
         stepper_copy(s, s->z, p->z_event);
         s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
-        int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+        int count = model_find_violations(m, t, p->z_event, found, FOUND_MAX);
         if (p->wary > 0)
             count = keep_only_slides(found, count);
         if (count > 0) {
@@ -199,13 +199,13 @@ static int find_violations(struct pass *p, struct model_switch *found)
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
     bool may = !s->rate ||
-               model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
+               model_can_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
     int count = may ? find_violations_inside(p, s->t_new_s, found) : 0;
     if (count > 0)
         return count;
     p->until_s = s->t_new_s;
     stepper_copy(s, s->z_new, p->z_until);
-    return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
+    return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
 /* If a lift peaks within the last step, records it at its peak. */
@@ -255,7 +255,7 @@ static bool is_flipping_back(const struct pass *p, double at, const struct model
     bool same = false;
     for (int i = 0; i < count; i++)
         same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
-    return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
+    return same && at - p->flipped_s <= COINCIDENT * p->stepper.h_s;
 }
 
 /* A number that identifies a switch. The sum of several does not depend on their order. Finalizer
@@ -286,10 +286,10 @@ static bool handle_events(struct pass *p, bool *event)
     if (count == 0)
         return true;
     bool nearer = true; /* `found` is new: no event before until_s is known yet */
-    for (int round = 0; round < ROUNDS; round++) {
+    for (int round = 0; round < ROUNDS_MAX; round++) {
         double first = (double)INFINITY;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
-            when[i] = first_time(p, found[i]);
+            when[i] = find_switch_time(p, found[i]);
             if (when[i] < first) {
                 first = when[i];
                 chosen = found[i];
@@ -307,7 +307,7 @@ static bool handle_events(struct pass *p, bool *event)
         struct model_switch before[FOUND_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
-        if (nearer && round + 1 < ROUNDS) {
+        if (nearer && round + 1 < ROUNDS_MAX) {
             memcpy(found, before, sizeof found);
             count = earlier;
             at = p->until_s;
@@ -318,7 +318,7 @@ static bool handle_events(struct pass *p, bool *event)
             s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
         if (s->kind->samples_shape)
             model_sample_shape(m, p->z_event);
-        count = model_violations(m, at, p->z_event, found, FOUND_MAX);
+        count = model_find_violations(m, at, p->z_event, found, FOUND_MAX);
         int others = 0;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
             bool known = false;
@@ -334,26 +334,26 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (is_flipping_back(p, at, together, flips))
         p->wary = WARY_STEPS;
-    bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->least_s;
+    bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->min_step_s;
     if (again) {
         double speed;
         if (!repeat_step_until(p, at))
             return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
         at = s->t_new_s;
-        flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
+        flips = model_find_violations(m, at, s->z_new, together, FOUND_MAX);
         flips = flips < FOUND_MAX ? flips : FOUND_MAX;
         *event = flips > 0;
         if (!*event)
             return true;
     }
-    if (at - s->t_s <= s->least_s) {
+    if (at - s->t_s <= s->min_step_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
             return fail_without_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at,
                                          PILE_UP);
     } else
         p->stalls = 0;
     if (at > s->t_s)
-        keep_until(p, at);
+        store_state_until(p, at);
     stepper_copy(s, again ? s->z_new : s->z, p->z_event);
     if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
@@ -361,7 +361,7 @@ static bool handle_events(struct pass *p, bool *event)
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++) {
-        model_flip(m, at, s->z_new, together[i]);
+        model_apply_switch(m, at, s->z_new, together[i]);
         p->out->switched += switch_mark(together[i]);
         if (together[i].kind <= MODEL_SLACK) {
             unsigned *flipped =
@@ -415,7 +415,7 @@ static bool make_step(struct pass *p, double limit_s)
     if (!s->kind->advance(s, limit_s))
         return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
     if (s->kind->samples) {
-        keep_until(p, s->t_new_s);
+        store_state_until(p, s->t_new_s);
         record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
         event = !s->kind->settles && stop_turned(p);
         count_sampled(p);
@@ -423,7 +423,7 @@ static bool make_step(struct pass *p, double limit_s)
         if (!handle_events(p, &event))
             return false;
         if (!event) {
-            keep_until(p, s->t_new_s);
+            store_state_until(p, s->t_new_s);
             record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
         }
     }
@@ -441,7 +441,7 @@ static bool make_step(struct pass *p, double limit_s)
         p->out->clock_ft = fmax(p->out->clock_ft,
                                 CLOCK_STEPS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
     }
-    if (model_follow(m, s->z)) {
+    if (model_update_window(m, s->z)) {
         model_settle(m, s->t_s, s->z);
         event = true;
     }
@@ -458,10 +458,10 @@ static bool make_step(struct pass *p, double limit_s)
     return true;
 }
 
-static bool is_asked_to_continue(const struct pass *p, const struct pass_request *request,
-                                 const struct sim_options *options)
+static bool may_continue(const struct pass *p, const struct pass_request *request,
+                         const struct sim_options *options)
 {
-    return !options->may_continue || p->out->steps % PASS_STEPS_BETWEEN_ASKING != 0 ||
+    return !options->may_continue || p->out->steps % PASS_STEPS_PER_CALLBACK != 0 ||
            options->may_continue(options->may_continue_ctx, request->number,
                                  p->stepper.t_s / sim_scene_end_s(p->model->scene));
 }
@@ -474,15 +474,15 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
     double speed, end_s = sim_scene_end_s(m->scene);
     for (size_t i = 0; i < m->spans.count; i++) {
         double end = m->spans.spans[i].t1_s;
-        model_enter(m, i, s->z);
+        model_enter_span(m, i, s->z);
         if (s->kind->fixed && request->first_part > 0.0)
             s->dt_s = fmin(request->dt_s, request->first_part * (end - s->t_s));
         s->kind->restart(s);
         while (s->t_s < end) {
-            s->least_s = LEAST_STEP * fmin(end_s, fmax(LEAST_STEP_OF_S, s->t_s));
+            s->min_step_s = MIN_STEP * fmin(end_s, fmax(MIN_STEP_PER_S, s->t_s));
             if (!make_step(p, end))
                 return;
-            if (!is_asked_to_continue(p, request, options)) {
+            if (!may_continue(p, request, options)) {
                 fail(p, SIM_INTERRUPTED, find_fastest(m, s->z, &speed), s->t_s);
                 return;
             }
@@ -542,7 +542,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
     if (out->record.next_s <= 0.0)
-        keep(&p, 0.0, p.stepper.z);
+        store_state(&p, 0.0, p.stepper.z);
     follow_spans(&p, request, options);
     model_fill(m, p.stepper.z);
     memcpy(out->z, p.stepper.z, length * sizeof *out->z);
@@ -595,8 +595,8 @@ static void fill_final_shape(const struct model *m, const double *z, struct sim_
     }
 }
 
-void pass_deliver(const struct model *m, const double *z, struct sim_record *record,
-                  double max_lift_ft, double speed_end_ft_s, struct sim_result *result)
+void pass_fill_outputs(const struct model *m, const double *z, struct sim_record *record,
+                       double max_lift_ft, double speed_end_ft_s, struct sim_result *result)
 {
     size_t mats = (size_t)m->mats;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
@@ -611,11 +611,11 @@ void pass_deliver(const struct model *m, const double *z, struct sim_record *rec
     result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
     fill_final_shape(m, z, result);
-    sim_record_deliver(record, result);
+    sim_record_to_result(record, result);
 }
 
-void pass_answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
-                 struct sim_result *result)
+void pass_fill_result(const struct model *m, struct pass_outcome *pass,
+                      const struct pass_outcome *other, struct sim_result *result)
 {
     result->pass_ms = pass->ms;
     result->steps = pass->steps;
@@ -624,7 +624,7 @@ void pass_answer(const struct model *m, struct pass_outcome *pass, const struct 
     result->checked_dt_s = other->longest_s;
     result->mats_max = pass->mats_max;
     result->mats_mean = pass->mats_mean;
-    pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
+    pass_fill_outputs(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
 }
 
 /* ---- difference of two passes ---- */
@@ -667,9 +667,9 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
         }
         parted = apart_ft > most_u_ft || fabs(a->lift_ft - b->lift_ft) > most_lift_ft;
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
-            sim_result_end(result, SIM_UNPREDICTABLE, mat, a->t_s);
+            sim_result_set_status(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }
     /* they separate in a lift between those times */
     if (!parted && result->status != SIM_UNPREDICTABLE)
-        sim_result_end(result, SIM_UNPREDICTABLE, 1, given->end_s);
+        sim_result_set_status(result, SIM_UNPREDICTABLE, 1, given->end_s);
 }

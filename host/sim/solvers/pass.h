@@ -6,7 +6,7 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/stepper.h"
 
-#define PASS_STEPS_BETWEEN_ASKING 32 /* steps between calls of may_continue */
+#define PASS_STEPS_PER_CALLBACK 32 /* steps between calls of may_continue */
 
 struct pass_request {
     const struct stepper_kind *kind;
@@ -26,7 +26,7 @@ struct pass_outcome {
     enum sim_status status;
     int mat; /* mat of a failure, from 1 */
     double t_s;
-    const char *why; /* reason why it made no progress */
+    const char *reason; /* reason why it made no progress */
     uint64_t rhs, steps, rejected, events;
     /* a sum over all switches: passes with different sums switched differently */
     uint64_t switched;
@@ -55,12 +55,12 @@ double pass_bow_threshold_ft(const struct sim_scene *scene);
 
 /* Writes the results of a run to `result`: peaks, bow wave, displacements and openings at the end
  * (state z), and the record, which the result then owns. */
-void pass_deliver(const struct model *model, const double *z, struct sim_record *record,
-                  double max_lift_ft, double speed_end_ft_s, struct sim_result *result);
+void pass_fill_outputs(const struct model *model, const double *z, struct sim_record *record,
+                       double max_lift_ft, double speed_end_ft_s, struct sim_result *result);
 
-/* As pass_deliver, for a pass; adds the cost of `other`, a shorter or longer pass. */
-void pass_answer(const struct model *model, struct pass_outcome *pass,
-                 const struct pass_outcome *other, struct sim_result *result);
+/* As pass_fill_outputs, for a pass; adds the cost of `other`, a shorter or longer pass. */
+void pass_fill_result(const struct model *model, struct pass_outcome *pass,
+                      const struct pass_outcome *other, struct sim_result *result);
 
 /* share of the largest movement or lift; passes that differ by more contradict each other */
 #define PASS_DISAGREEMENT 0.2

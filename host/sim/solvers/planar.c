@@ -9,17 +9,17 @@
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
 
-#define TIGHTEN          0.01
-#define MOST_TIGHTENINGS 2
-#define MOST_STEPS       5000000u
-#define MOST_CHATTER     50000u /* most steps of event before auto tries implicit */
+#define RTOL_FACTOR        0.01
+#define MAX_TIGHTENINGS    2
+#define MAX_STEPS          5000000u
+#define MAX_CHATTER_STEPS  50000u /* most steps of event before auto tries implicit */
 /* least steps of implicit before auto tries event; more if event itself would need many */
-#define MOST_IMPLICIT    20000u
-#define MOST_AUTO        300000u /* most steps of implicit when no solver is left to try */
-#define MOST_SIGN        10000u  /* most steps with friction `sign`, which chatters around rest */
-#define MOST_FIXED_STEPS 400000000.0
-/* event gets up to this many steps for stability; a scene that needs more gets MOST_CHATTER */
-#define EXPLICIT_MOST    500000.0
+#define MAX_IMPLICIT_STEPS 20000u
+#define MAX_AUTO_STEPS     300000u /* most steps of implicit when no solver is left to try */
+#define MAX_SIGN_STEPS     10000u  /* most steps with friction `sign`, which chatters around rest */
+#define MAX_FIXED_STEPS    400000000.0
+/* event gets up to this many steps for stability; a scene that needs more gets MAX_CHATTER_STEPS */
+#define MAX_EXPLICIT_STEPS 500000.0
 bool planar_has_solver(const char *name)
 {
     return strcmp(name, "auto") == 0 || strcmp(name, "staggered") == 0 || stepper_find(name);
@@ -35,17 +35,17 @@ static double clock_s(const struct sim_options *options)
 static bool is_in_time(void *ctx, int pass, double part)
 {
     struct deadline *w = ctx;
-    if (clock_s(w->asked) >= w->until_s) {
-        w->late = true;
+    if (clock_s(w->asked_options) >= w->until_s) {
+        w->is_exceeded = true;
         return false;
     }
-    return !w->asked->may_continue ||
-           w->asked->may_continue(w->asked->may_continue_ctx, pass, part);
+    return !w->asked_options->may_continue ||
+           w->asked_options->may_continue(w->asked_options->may_continue_ctx, pass, part);
 }
 
 void deadline_begin(struct deadline *w, const struct sim_options *asked, double limit_s)
 {
-    *w = (struct deadline){.asked = asked, .options = *asked};
+    *w = (struct deadline){.asked_options = asked, .options = *asked};
     if (limit_s <= 0.0)
         return;
     w->until_s = clock_s(asked) + limit_s;
@@ -119,16 +119,16 @@ static void divergence_state(const struct model *m, const struct pass_request *r
     double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&given->record).u_ft,
            most_lift_ft = PASS_DISAGREEMENT * given->max_lift_ft + 0.01 * threshold;
     result->status = SIM_OK;
-    result->spread_runs = 1;
-    result->spread_waves = given->max_lift_ft > threshold;
+    result->divergence_runs = 1;
+    result->divergence_waves = given->max_lift_ft > threshold;
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run >= 0)
             divergence_nudged(m, request, options, run, &pass, result);
         const struct pass_outcome *next = run < 0 ? other : &pass;
         if (next->status == SIM_OK) {
-            result->spread_runs++;
-            result->spread_waves += next->max_lift_ft > threshold;
+            result->divergence_runs++;
+            result->divergence_waves += next->max_lift_ft > threshold;
             divergence_find(result, &given->record, &next->record, most_u_ft, most_lift_ft);
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          fabs(given->max_lift_ft - next->max_lift_ft));
@@ -140,27 +140,28 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 /* ---- the estimate ---- */
 
 /* If the estimate exceeds this many tolerances, errors grow: the answer is sensitive. */
-#define SENSITIVE      1000.0
-#define SENSITIVE_PART 0.05 /* fixed step: the estimate exceeds this part of the largest movement */
+#define SENSITIVE 1000.0
+#define SENSITIVE_PART \
+    0.05 /* fixed step: the estimate is above this part of the largest movement */
 /* Factor on the difference of two passes that sample their switches: the method is of order 1
  * there, so the finer pass has an error as large as the difference. */
-#define CAUTION        2.0
-#define FINER_CAUTION  1.2 /* for the difference to a finer pass */
-#define LONGER_CAUTION 4.0 /* CAUTION where the coarser pass answers: twice the error */
-#define OTHERS_CAUTION 1.5 /* for the difference to a pass of another method */
+#define ERROR_FACTOR        2.0
+#define FINER_ERROR_FACTOR  1.2 /* for the difference to a finer pass */
+#define LONGER_ERROR_FACTOR 4.0 /* CAUTION where the coarser pass answers: twice the error */
+#define OTHERS_ERROR_FACTOR 1.5 /* for the difference to a pass of another method */
 /* Steps that a run of another method gets at least. */
-#define LEAST_OTHERS   5000.0
-#define EVENT_RHS      12.0 /* evaluations in one step of event */
+#define MIN_OTHER_STEPS     5000.0
+#define EVENT_RHS           12.0 /* evaluations in one step of event */
 /* Limits that identify a bounce: one joint or foot flips this often, its flips are a large part of
  * all flips, and there are few steps per flip. */
-#define REBOUNDS       4
-#define REBOUND_STEPS  100.0
-#define PACE_AHEAD     0.02 /* part of its steps that a run may use before it makes progress */
+#define REBOUNDS            4
+#define REBOUND_STEPS       100.0
+#define PACE_AHEAD          0.02 /* part of its steps that a run may use before it makes progress */
 /* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
  * simple, so that switches do not coincide. */
-#define MORE_RUNS      2
-#define MORE_GRID      1.37
-#define MORE_RTOL      2.2
+#define MORE_RUNS           2
+#define MORE_GRID           1.37
+#define MORE_RTOL           2.2
 
 /* Lifts are differences of the mats' positions. Tolerances add up in them, and both runs can miss a
  * lift of that size. */
@@ -185,7 +186,7 @@ static void cost_add(struct sim_result *result, const struct pass_outcome *pass)
     result->rejected += pass->rejected;
 }
 
-static void widen(struct sim_result *result, struct pass_difference apart, double factor)
+static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
 {
     result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
     result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
@@ -229,18 +230,18 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
     repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
         return;
-    double share = CAUTION;
-    widen(result, pass_difference(&runs->coarse, &runs->fine), share);
+    double share = ERROR_FACTOR;
+    widen_error(result, pass_difference(&runs->coarse, &runs->fine), share);
     struct pass_difference coarse = pass_difference(&runs->coarse, &runs->third),
                            fine = pass_difference(&runs->fine, &runs->third);
     if (!kind->fixed) {
-        widen(result, coarse, share);
-        widen(result, fine, share);
+        widen_error(result, coarse, share);
+        widen_error(result, fine, share);
     } else if (!longer) {
-        widen(result, fine, share);
-        widen(result, coarse, runs->coarse_answers ? share : 1.0);
+        widen_error(result, fine, share);
+        widen_error(result, coarse, runs->coarse_answers ? share : 1.0);
     } else if (passes_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
-        widen(result, coarse, share / ESTIMATE_GRID_RATIO);
+        widen_error(result, coarse, share / ESTIMATE_GRID_RATIO);
     }
 }
 
@@ -251,7 +252,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
  * all of its runs can have the same error. Implicit has an error from what its long steps skip, and
  * the same error at each bounce of mats that collide repeatedly. The stability limit allows for
  * everything that can move. Where implicit is checked and little moves, event may need far fewer
- * steps, so it is tried while it makes progress (`is_getting_on`). */
+ * steps, so it is tried while it makes progress (`is_progressing`). */
 static uint64_t count_steps_of_others(const struct model *m, const struct sim_options *options,
                                       const struct error_pair *runs,
                                       const struct sim_result *result)
@@ -266,23 +267,23 @@ static uint64_t count_steps_of_others(const struct model *m, const struct sim_op
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
     bool useful = is_sampling(runs->request.kind) ||
                   (runs->request.kind != &stepper_event && fine->events > 0);
-    most = fmax(most, LEAST_OTHERS);
+    most = fmax(most, MIN_OTHER_STEPS);
     return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
 }
 
 /* A run that is stopped when it needs more steps than planned for its progress. */
 struct pace {
-    const struct sim_options *asked;
-    double asks, most; /* calls of is_getting_on so far; planned steps */
+    const struct sim_options *options;
+    double calls, planned_steps; /* calls of is_progressing so far; planned steps */
 };
 
-static bool is_getting_on(void *ctx, int pass, double part)
+static bool is_progressing(void *ctx, int pass, double part)
 {
     struct pace *pace = ctx;
-    pace->asks++;
-    return PASS_STEPS_BETWEEN_ASKING * pace->asks <= (part + PACE_AHEAD) * pace->most &&
-           (!pace->asked->may_continue ||
-            pace->asked->may_continue(pace->asked->may_continue_ctx, pass, part));
+    pace->calls++;
+    return PASS_STEPS_PER_CALLBACK * pace->calls <= (part + PACE_AHEAD) * pace->planned_steps &&
+           (!pace->options->may_continue ||
+            pace->options->may_continue(pace->options->may_continue_ctx, pass, part));
 }
 
 /* All runs of one solver share its systematic errors. A run of event, which locates every switch,
@@ -300,15 +301,15 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     struct sim_options paced = *options;
     if (request.most_steps == 0)
         return false;
-    paced.may_continue = is_getting_on;
+    paced.may_continue = is_progressing;
     paced.may_continue_ctx = &pace;
     repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
-        sim_result_note(result, "the error estimate includes a run of solver event, which locates "
+        sim_result_add_note(result, "the error estimate includes a run of solver event, which locates "
                                 "every event (contact, sticking, slipping)");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
-        widen(result, pass_difference(answer, &pass), OTHERS_CAUTION);
+        widen_error(result, pass_difference(answer, &pass), OTHERS_ERROR_FACTOR);
     }
     pass_outcome_free(&pass);
     return done;
@@ -333,7 +334,7 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
     request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
     repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
-        widen(result, pass_difference(&runs->fine, &runs->third), CAUTION);
+        widen_error(result, pass_difference(&runs->fine, &runs->third), ERROR_FACTOR);
 }
 
 /* Switches are sampled, and no other method locates them. Something may hover, and each step size
@@ -345,7 +346,7 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
     struct pass_request request = runs->request;
     if (!is_sampling(request.kind))
         return;
-    sim_result_note(result,
+    sim_result_add_note(result,
                     "events (contact, sticking, slipping) are sampled, and no run of another "
                     "method locates them: the error estimate includes two more runs");
     for (int i = 0; i < MORE_RUNS; i++) {
@@ -356,9 +357,9 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
                                                  : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
         repeat_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
-            widen(result, pass_difference(&runs->fine, &pass), CAUTION);
+            widen_error(result, pass_difference(&runs->fine, &pass), ERROR_FACTOR);
             if (runs->coarse_answers)
-                widen(result, pass_difference(&runs->coarse, &pass), CAUTION);
+                widen_error(result, pass_difference(&runs->coarse, &pass), ERROR_FACTOR);
         }
         pass_outcome_free(&pass);
     }
@@ -381,11 +382,11 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     bool fixed = runs->request.kind->fixed;
     if (!is_sensitive(m, runs, result))
         return;
-    sim_result_note(result,
-                    "sensitive: errors grow %s; the error estimate includes a finer run and %d "
-                    "runs with stiffnesses that differ by %g",
-                    fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
-                    DIVERGENCE_RUNS, DIVERGENCE_PART);
+    sim_result_add_note(result,
+                        "sensitive: errors grow %s; the error estimate includes a finer run and %d "
+                        "runs with stiffnesses that differ by %g",
+                        fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
+                        DIVERGENCE_RUNS, DIVERGENCE_PART);
     const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
@@ -398,8 +399,8 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
         else
             divergence_nudged(m, &runs->request, options, run, &pass, result);
         if (pass.status == SIM_OK)
-            widen(result, pass_difference(answer, &pass),
-                  run < 0 && !fixed ? FINER_CAUTION : CAUTION);
+            widen_error(result, pass_difference(answer, &pass),
+                        run < 0 && !fixed ? FINER_ERROR_FACTOR : ERROR_FACTOR);
         pass_outcome_free(&pass);
     }
 }
@@ -419,10 +420,10 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
-    widen(result, apart,
-          !is_sampling(kind)     ? 1.0
-          : runs->coarse_answers ? LONGER_CAUTION
-                                 : CAUTION);
+    widen_error(result, apart,
+                !is_sampling(kind)     ? 1.0
+                : runs->coarse_answers ? LONGER_ERROR_FACTOR
+                                       : ERROR_FACTOR);
     if (!passes_agree(m->scene, a, b, apart))
         return false;
     widen_by_third_pass(m, options, runs, result);
@@ -453,11 +454,11 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
  * the steps are the given one, 1.9 and 3.6 times as long. */
 #define MOREAU_WORK 1.5e7 /* evaluations times mats: about 10 s */
 
-#define MOREAU_CAUTION 3.0
-#define FIRST_STEPS    500.0
-#define CLOSE          1e-4
-#define RUNS_MOST      16
-#define RUNS           3
+#define MOREAU_ERROR_FACTOR 3.0
+#define FIRST_STEPS         500.0
+#define CLOSE_FRACTION      1e-4
+#define MAX_RUNS            16
+#define RUNS                3
 
 /* The latest runs; the last one has the shortest steps. */
 struct ladder {
@@ -495,9 +496,9 @@ static bool is_in_agreement(const struct ladder *l, const struct sim_scene *scen
 static void fill_error(const struct ladder *l, struct sim_result *result)
 {
     double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
-    result->error_u_ft = MOREAU_CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
+    result->error_u_ft = MOREAU_ERROR_FACTOR * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
                          l->runs[l->count - 1].clock_ft;
-    result->error_lift_ft = MOREAU_CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
+    result->error_lift_ft = MOREAU_ERROR_FACTOR * fmax(l->last.lift_ft, before * l->before.lift_ft);
 }
 
 static bool is_close_enough(const struct ladder *l, const struct sim_scene *scene,
@@ -506,21 +507,21 @@ static bool is_close_enough(const struct ladder *l, const struct sim_scene *scen
     const struct pass_outcome *best = &l->runs[l->count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
     return is_in_agreement(l, scene) &&
-           result->error_u_ft <= CLOSE * sim_record_peak(&best->record).u_ft &&
-           result->error_lift_ft <= CLOSE * lift_ft;
+           result->error_u_ft <= CLOSE_FRACTION * sim_record_peak(&best->record).u_ft &&
+           result->error_lift_ft <= CLOSE_FRACTION * lift_ft;
 }
 
-static void report(struct model *m, const struct sim_options *options,
-                   const struct pass_request *request, struct ladder *l, bool given,
-                   struct sim_result *result)
+static void fill_result(struct model *m, const struct sim_options *options,
+                        const struct pass_request *request, struct ladder *l, bool given,
+                        struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
     if (!is_in_agreement(l, m->scene)) {
-        sim_result_end(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
+        sim_result_set_status(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
         if (!given)
             divergence_state(m, request, options, best, other, result);
     }
-    pass_answer(m, best, other, result);
+    pass_fill_result(m, best, other, result);
 }
 
 static void moreau_run(const struct model *model, const struct sim_options *options,
@@ -539,11 +540,12 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                    ESTIMATE_SPAN_PART};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
-        sim_result_note(result, "friction sign is replaced by stick, its exact form");
+        sim_result_add_note(result, "friction sign is replaced by stick, its exact form");
     }
-    sim_result_note(result, "error estimate: three times the largest difference to runs with 1.9 "
-                            "and 3.6 times the step");
-    for (int i = 0; i < RUNS_MOST; i++) {
+    sim_result_add_note(result,
+                        "error estimate: three times the largest difference to runs with 1.9 "
+                        "and 3.6 times the step");
+    for (int i = 0; i < MAX_RUNS; i++) {
         struct pass_outcome run = {0};
         request.number = ++result->passes;
         request.most_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
@@ -552,19 +554,19 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         cost_add(result, &run);
         work += done;
         if (run.status == SIM_INTERRUPTED) {
-            sim_result_end(result, run.status, run.mat, run.t_s);
-            pass_answer(&m, &run, &run, result);
+            sim_result_set_status(result, run.status, run.mat, run.t_s);
+            pass_fill_result(&m, &run, &run, result);
             pass_outcome_free(&run);
             restart(&ladder);
             return;
         }
         bool more = given ? i + 1 < RUNS
-                          : i + 1 < RUNS_MOST && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
+                          : i + 1 < MAX_RUNS && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
             ladder_add(&ladder, &run);
             fill_error(&ladder, result);
         } else { /* runs with longer steps no longer count */
-            sim_result_end(result, run.status, run.mat, run.t_s);
+            sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
             restart(&ladder);
         }
@@ -579,9 +581,9 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_FLOOR * stepper_event.rtol * m.length_ft);
-        report(&m, options, &request, &ladder, given, result);
+        fill_result(&m, options, &request, &ladder, given, result);
     } else if (ladder.count == 1) {
-        sim_result_end(result, SIM_UNSTABLE, 1, end_s);
+        sim_result_set_status(result, SIM_UNSTABLE, 1, end_s);
     }
     restart(&ladder);
 }
@@ -594,31 +596,32 @@ static uint64_t most_steps_before_leaving(const struct model *m, const struct st
 {
     double steps = explicit_steps(m, result);
     if (kind == &stepper_event)
-        return last ? (uint64_t)(2.0 * steps) + MOST_CHATTER : MOST_CHATTER;
-    if (last || steps > EXPLICIT_MOST)
-        return MOST_AUTO;
-    return (uint64_t)fmax(MOST_IMPLICIT, steps / ESTIMATE_STEP_RATIO);
+        return last ? (uint64_t)(2.0 * steps) + MAX_CHATTER_STEPS : MAX_CHATTER_STEPS;
+    if (last || steps > MAX_EXPLICIT_STEPS)
+        return MAX_AUTO_STEPS;
+    return (uint64_t)fmax(MAX_IMPLICIT_STEPS, steps / ESTIMATE_STEP_RATIO);
 }
 
-static const struct stepper_kind *choose(const struct sim_scene *scene,
-                                         const struct sim_options *options, double rate,
-                                         struct sim_result *result)
+static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
+                                                const struct sim_options *options, double rate,
+                                                struct sim_result *result)
 {
     double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EXPLICIT_REACH;
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        sim_result_note(result, "auto: friction sign does not define the force on a mat at rest; "
-                                "replaced by stick, its exact form");
+        sim_result_add_note(result,
+                            "auto: friction sign does not define the force on a mat at rest; "
+                            "replaced by stick, its exact form");
     if (steps <= ESTIMATE_EXPLICIT_STEPS) {
-        sim_result_note(
+        sim_result_add_note(
             result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
             rate, ceil(steps));
         return &stepper_event;
     }
-    sim_result_note(result,
-                    "auto: implicit; the fastest rate, %.4g /s, would require %.3g explicit steps",
-                    rate, steps);
+    sim_result_add_note(
+        result, "auto: implicit; the fastest rate, %.4g /s, would require %.3g explicit steps",
+        rate, steps);
     return &stepper_implicit;
 }
 
@@ -647,8 +650,8 @@ static void run_pair(struct model *m, const struct sim_options *options,
     cost_add(result, coarse);
     runs.request.number = result->passes + 1;
     if (coarse->status == SIM_INTERRUPTED) {
-        sim_result_end(result, coarse->status, coarse->mat, coarse->t_s);
-        pass_answer(m, coarse, coarse, result);
+        sim_result_set_status(result, coarse->status, coarse->mat, coarse->t_s);
+        pass_fill_result(m, coarse, coarse, result);
     } else {
         result->passes++;
         pass_run(fine, m, &runs.request, options);
@@ -657,16 +660,16 @@ static void run_pair(struct model *m, const struct sim_options *options,
                                           : coarse->status != SIM_OK ? coarse
                                                                      : NULL;
         if (failed) {
-            sim_result_end(result, failed->status, failed->mat, failed->t_s);
-            result->why = failed->why;
+            sim_result_set_status(result, failed->status, failed->mat, failed->t_s);
+            result->reason = failed->reason;
             *contradicted = fine->status == SIM_OK;
         } else if (!error_estimate(m, options, &runs, result, &where)) {
-            sim_result_end(result, SIM_UNSTABLE, where.mat, where.t_s);
+            sim_result_set_status(result, SIM_UNSTABLE, where.mat, where.t_s);
             *contradicted = true;
             if (last)
                 divergence_state(m, &runs.request, options, fine, coarse, result);
         }
-        pass_answer(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
+        pass_fill_result(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
     }
     pass_outcome_free(coarse);
     pass_outcome_free(fine);
@@ -681,18 +684,18 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
     bool given = options->dt_s > 0.0, contradicted;
     double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
     struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0, 0.0};
-    if (end / dt > MOST_FIXED_STEPS)
+    if (end / dt > MAX_FIXED_STEPS)
         return error_set(
             error, MR_USAGE,
             "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
             "or solver implicit",
             sim_scene_name(m->scene), end, dt);
-    sim_result_note(
+    sim_result_add_note(
         result, "error estimate: from the largest differences to runs with 1.9 times and, where "
                 "that is stable, 3.6 times the step");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
-        sim_result_end(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
+        sim_result_set_status(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
         return MR_OK;
     }
     run_pair(m, options, request, given, false, &contradicted, result);
@@ -703,31 +706,30 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
                          const struct stepper_kind *kind, bool last, struct sim_result *result)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_SIGN           ? MOST_SIGN
+    uint64_t most = m->law == SIM_SIGN           ? MAX_SIGN_STEPS
                   : is_solver_automatic(options) ? most_steps_before_leaving(m, kind, last, result)
-                                                 : MOST_STEPS;
+                                                 : MAX_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
-    sim_result_note(
+    sim_result_add_note(
         result,
         "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
-        run_pair(m, options, request, false, !given && i == MOST_TIGHTENINGS, &contradicted,
-                 result);
-        if (!contradicted || i == MOST_TIGHTENINGS || given)
+        run_pair(m, options, request, false, !given && i == MAX_TIGHTENINGS, &contradicted, result);
+        if (!contradicted || i == MAX_TIGHTENINGS || given)
             break;
-        request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * TIGHTEN);
-        sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
+        request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * RTOL_FACTOR);
+        sim_result_add_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
 }
 
 /* Notes that auto leaves a solver that ended with step_underflow. */
-static void note_left(struct sim_result *result, const char *left, const char *next)
+static void note_solver_change(struct sim_result *result, const char *left, const char *next)
 {
-    sim_result_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
-                    sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
-                    result->why ? result->why : "it makes no progress", next);
-    result->why = NULL;
+    sim_result_add_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
+                        sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
+                        result->reason ? result->reason : "it makes no progress", next);
+    result->reason = NULL;
 }
 
 /* Where both solvers make no progress because switches pile up, uses the remaining ones: hamming
@@ -736,7 +738,7 @@ static void run_left(struct model *m, const struct sim_options *options, struct 
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
-        note_left(result, result->solver, kinds[i]->name);
+        note_solver_change(result, result->solver, kinds[i]->name);
         result->status = SIM_OK;
         result->solver = kinds[i]->name;
         if (i == 0)
@@ -752,8 +754,8 @@ static void run_others(struct model *m, const struct sim_options *options,
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
     /* if little moves, the fastest rate does not matter and event may still make progress */
-    bool last = other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST;
-    note_left(result, first->name, other->name);
+    bool last = other != &stepper_event || explicit_steps(m, result) <= MAX_EXPLICIT_STEPS;
+    note_solver_change(result, first->name, other->name);
     result->status = SIM_OK;
     result->solver = other->name;
     run_adaptive(m, options, other, last, result);
@@ -767,20 +769,21 @@ static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {
     struct deadline deadline;
-    bool last = kind == &stepper_implicit && explicit_steps(m, result) > EXPLICIT_MOST;
+    bool last = kind == &stepper_implicit && explicit_steps(m, result) > MAX_EXPLICIT_STEPS;
     run_adaptive(m, options, kind, last, result);
     if (result->status != SIM_STEP_UNDERFLOW)
         return;
     struct sim_result refused = *result; /* safe: it holds no arrays */
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
     run_others(m, &deadline.options, kind, result);
-    if (deadline.late) {
+    if (deadline.is_exceeded) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.rhs = result->rhs;
         refused.passes = result->passes;
-        sim_result_note(&refused, "auto: the other solvers had a limit of %g s; %s reached %.*g s",
-                        PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
-                        result->start_s + result->t_s);
+        sim_result_add_note(&refused,
+                            "auto: the other solvers had a limit of %g s; %s reached %.*g s",
+                            PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
+                            result->start_s + result->t_s);
         sim_result_free(result);
         *result = refused;
     }
@@ -806,7 +809,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         model.law = SIM_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
-    const struct stepper_kind *kind = choose(scene, options, rate, result);
+    const struct stepper_kind *kind = choose_solver(scene, options, rate, result);
     result->solver = kind->name;
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
@@ -850,16 +853,16 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
     if (run_planar(scene, &deadline.options, &other, &not_theirs) != MR_OK ||
         other.status != SIM_OK) {
-        if (deadline.late)
-            sim_result_note(result, "auto: the other solvers reached their limit of %g s",
-                            PLANAR_OTHERS_S);
+        if (deadline.is_exceeded)
+            sim_result_add_note(result, "auto: the other solvers reached their limit of %g s",
+                                PLANAR_OTHERS_S);
         sim_result_free(&other);
         return MR_OK;
     }
     other.run_ms += result->run_ms;
     other.rhs += result->rhs;
-    sim_result_note(&other, "auto: staggered failed beyond %.*g s",
-                    sim_time_digits(result->start_s, 6), result->start_s + result->t_s);
+    sim_result_add_note(&other, "auto: staggered failed beyond %.*g s",
+                        sim_time_digits(result->start_s, 6), result->start_s + result->t_s);
     sim_result_free(result);
     *result = other;
     return error->status;
@@ -873,7 +876,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
             ? scene->model == SIM_CONSISTENT
             : landing && is_solver_automatic(options)) {
         if (is_solver_automatic(options))
-            sim_result_note(result, "auto: staggered; a whole landing has too many events "
+            sim_result_add_note(result, "auto: staggered; a whole landing has too many events "
                                     "(contact, sticking, slipping) to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
             !is_undecided(result) || options->dt_s > 0.0 || options->single)

@@ -41,11 +41,11 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
 /* Deadline: options that stop a run after a time by the clock. Solvers call them like the caller's
  * sim_options.may_continue, which is also called. */
 struct deadline {
-    const struct sim_options *asked;
+    const struct sim_options *asked_options;
     /* options for the solver: the requested ones, with the time limit */
     struct sim_options options;
-    double until_s; /* end of the limit, by the clock */
-    bool late;      /* the deadline stopped the run */
+    double until_s;   /* end of the limit, by the clock */
+    bool is_exceeded; /* the deadline stopped the run */
 };
 
 /* Starts a limit of limit_s by asked->clock_s; 0: no limit, and the options are the requested ones.

@@ -12,18 +12,20 @@
 
 /* ---- the moving parts ---- */
 
-#define CALM     1e-6 /* speed over sqrt(g L) below which a node on uneven ground is at rest */
-#define GUARD    4    /* mats at rest that stay in the heaving part at each end */
-#define CHUNK    8    /* least number of mats by which the heaving part grows */
-#define PATIENCE 16   /* steps at rest before a part may shrink */
+#define CALM_SPEED   1e-6 /* speed over sqrt(g L) below which a node on uneven ground is at rest */
+#define GUARD_MATS   4    /* mats at rest that stay in the heaving part at each end */
+#define CHUNK_MATS   8    /* least number of mats by which the heaving part grows */
+#define SHRINK_STEPS 16   /* steps at rest before a part may shrink */
 /* steps at rest before a sliding part leaves the next mat: one for its damper, one for the grit,
  * one spare */
-#define SETTLING 3
-#define AIR      1e-3  /* height over L from which a node is held by its mats, not by the ground */
-#define QUIET    1e-13 /* limit of rest: times L for heights, times sqrt(g L) for their rates */
+#define SETTLING     3
+#define AIR_HEIGHT \
+    1e-3 /* height over L above which a node is held by its mats, not by the ground */
+#define REST_TOLERANCE \
+    1e-13 /* limit of rest: times L for heights, times sqrt(g L) for their rates */
 
 /* Extends a part to cover mats `low` to `high`. */
-static void take_in(struct part *part, const struct model *m, int low, int high)
+static void extend_part(struct part *part, const struct model *m, int low, int high)
 {
     low = low < 0 ? 0 : low;
     high = high > m->mats - 1 ? m->mats - 1 : high;
@@ -46,28 +48,28 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
     struct part *s = &l->slides;
     const double *v = l->z + l->model.size;
     for (int i = 0; i < count; i++) {
-        bool idle = s->last - s->first <= 2 && s->quiet_first >= PATIENCE &&
-                    s->quiet_last >= PATIENCE;
+        bool idle = s->last - s->first <= 2 && s->quiet_first >= SHRINK_STEPS &&
+                    s->quiet_last >= SHRINK_STEPS;
         if (idle)
             s->last = s->first - 1; /* restart at the wheel instead of growing towards it */
-        take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
+        extend_part(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
         return;
     if (v[2 * s->first + 1] != 0.0 || v[2 * s->last + 1] != 0.0)
-        take_in(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
-                v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
+        extend_part(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
+                    v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
     bool still_first = v[2 * s->first + 1] == 0.0 && v[2 * s->first + 3] == 0.0;
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
     s->quiet_first = still_first ? s->quiet_first + 1 : 0;
     s->quiet_last = still_last ? s->quiet_last + 1 : 0;
-    if (s->quiet_first >= PATIENCE && s->last - s->first > 2) {
+    if (s->quiet_first >= SHRINK_STEPS && s->last - s->first > 2) {
         s->first++;
-        s->quiet_first = PATIENCE - SETTLING;
+        s->quiet_first = SHRINK_STEPS - SETTLING;
     }
-    if (s->quiet_last >= PATIENCE && s->last - s->first > 2) {
+    if (s->quiet_last >= SHRINK_STEPS && s->last - s->first > 2) {
         s->last--;
-        s->quiet_last = PATIENCE - SETTLING;
+        s->quiet_last = SHRINK_STEPS - SETTLING;
     }
 }
 
@@ -78,10 +80,12 @@ static bool is_node_at_rest(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
     if (m->tilt_ft)
-        return fabs(l->z[m->size + 2 * node]) <= CALM * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
-               l->z[2 * node] >= -AIR * m->length_ft;
-    return fabs(l->z[2 * node] - m->rest_y_ft) <= QUIET * m->length_ft &&
-           fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
+        return fabs(l->z[m->size + 2 * node]) <=
+                   CALM_SPEED * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
+               l->z[2 * node] >= -AIR_HEIGHT * m->length_ft;
+    return fabs(l->z[2 * node] - m->rest_y_ft) <= REST_TOLERANCE * m->length_ft &&
+           fabs(l->z[m->size + 2 * node]) <=
+               REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
 static bool is_mat_at_rest(const struct planar_engine *l, int n)
@@ -100,7 +104,7 @@ static void add_slides_to_heaves(struct planar_engine *l, int chunk)
     while (last > first && v[2 * last + 1] == 0.0)
         last--;
     if (first <= last)
-        take_in(&l->heaves, &l->model, first - chunk, last + chunk);
+        extend_part(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
 /* Flat mats at rest stay flat. The heaving part covers all other mats and those under the wheel,
@@ -110,23 +114,23 @@ static void follow_heaves(struct planar_engine *l)
     struct model *m = &l->model;
     struct part *h = &l->heaves;
     /* mats that a load reaches at once, as in model.c */
-    int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
+    int chunk = m->tail > GUARD_MATS + CHUNK_MATS ? m->tail - GUARD_MATS : CHUNK_MATS;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
-        take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
+        extend_part(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (m->tilt_ft)
-        add_slides_to_heaves(l, GUARD);
+        add_slides_to_heaves(l, GUARD_MATS);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
-    for (int k = 0; k < GUARD && !first; k++)
+    for (int k = 0; k < GUARD_MATS && !first; k++)
         first = h->first + k <= h->last && !is_mat_at_rest(l, h->first + k);
-    for (int k = 0; k < GUARD && !last; k++)
+    for (int k = 0; k < GUARD_MATS && !last; k++)
         last = h->last - k >= h->first && !is_mat_at_rest(l, h->last - k);
     if (first && h->first > 0)
-        take_in(h, m, h->first - chunk, h->last);
+        extend_part(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
-        take_in(h, m, h->first, h->last + chunk);
-    if (++h->quiet_first >= PATIENCE) {
+        extend_part(h, m, h->first, h->last + chunk);
+    if (++h->quiet_first >= SHRINK_STEPS) {
         h->quiet_first = 0;
         int low = h->first, high = h->last;
         while (low <= high && is_mat_at_rest(l, low))
@@ -153,7 +157,7 @@ static void add_heaves_to_slides(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
-        take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
+        extend_part(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
 }
 
 /* ---- tensions ---- */
@@ -219,7 +223,7 @@ static void stretch_joints(struct planar_engine *l)
         stretch(l, JOINT_SLACK);
     else
         stretch(l, JOINT_GRIT);
-    if (l->mods && l->mods->jointed) {
+    if (l->mods && l->mods->has_joint_springs) {
         struct mods_view view = engine_view(l);
         mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
     }
@@ -238,11 +242,11 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     struct mods *mods = l->mods;
     const struct model *m = &l->model;
     struct mods_view view = engine_view(l);
-    if (mods->cleated) {
+    if (mods->has_cleats) {
         mods_press_cleats(mods, touch, count);
         mods_wear_cleats(mods, &view, h_s, l->slides.first + 1, l->slides.last + 1);
     }
-    if (!mods->banded)
+    if (!mods->has_bands)
         return;
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
@@ -250,7 +254,7 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[n + 1];
         double limit_lb = m->law == SIM_NONE ? 0.0 : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
-            take_in(&l->slides, m, n - 1, n + 1);
+            extend_part(&l->slides, m, n - 1, n + 1);
     }
 }
 
@@ -384,7 +388,7 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
-    bool cleated = l->mods && l->mods->cleated;
+    bool cleated = l->mods && l->mods->has_cleats;
     if (l->gear)
         return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
@@ -444,7 +448,7 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
     int count = gear_span(l->gear, t0_s, t1_s, touch);
     for (int i = 0; i < l->gear->loaded_count && l->scene->wheel_load_lb > 0.0; i++) {
         int n = l->gear->loaded[i] - 1;
-        take_in(&l->heaves, m, n - m->tail, n + m->tail);
+        extend_part(&l->heaves, m, n - m->tail, n + m->tail);
     }
     return count;
 }
@@ -454,7 +458,7 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
 static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
-    if (l->mods && l->mods->heaves) {
+    if (l->mods && l->mods->acts_vertically) {
         brace_heaves(l);
     } else {
         for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
@@ -546,7 +550,7 @@ static void init_layout(struct planar_engine *l)
         *along[i] = l->brace_lb_ft + (i + 1) * joints;
     lay_along(l);
     lay_tilt(l);
-    bool braced = l->mods && l->mods->heaves;
+    bool braced = l->mods && l->mods->acts_vertically;
     if (braced || l->gear) {
         l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;
         m->brace_lb = l->brace_lb;
@@ -596,17 +600,17 @@ void engine_free(struct planar_engine *l)
 
 /* ---- one run ---- */
 
-#define FOLDED_DEG           85.0
-#define DEGREES              (180.0 / 3.14159265358979323846)
+#define FOLDED_DEG         85.0
+#define DEGREES            (180.0 / 3.14159265358979323846)
 /* part of the lift at an overrun below which the wheel has left the wave; the next wave is a new
  * one */
-#define OFF_WAVE_SHARE       0.5
-#define SLIGHT_TURN          0.01 /* sine of a rotation below which no arc sine is needed */
-#define STEPS_BETWEEN_ASKING 1024 /* steps between calls of may_continue */
-#define LOOK_STEPS           4    /* steps between updates of lifts and angles */
-#define LANDING_PARTS        16   /* parts of a step in which a node lands */
+#define OFF_WAVE_SHARE     0.5
+#define SLIGHT_TURN        0.01 /* sine of a rotation below which no arc sine is needed */
+#define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
+#define LOOK_STEPS         4    /* steps between updates of lifts and angles */
+#define LANDING_PARTS      16   /* parts of a step in which a node lands */
 /* speed over sqrt(g L) below which a landing node lifts no neighbours */
-#define GENTLE               1e-4
+#define GENTLE             1e-4
 
 /* Mat with the largest share of the wheel; -1: none. */
 static int find_mat_under_wheel(const struct sim_touch *touch, int count)
@@ -656,7 +660,7 @@ static void record_outputs(struct planar_engine *l, struct march *march, double 
         march->record.height_ft = l->height;
         march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
         march->max_lift_ft = fmax(march->max_lift_ft, march->record.lift_ft);
-        sim_record_take(&march->record, at_s, l->u, l->v);
+        sim_record_add(&march->record, at_s, l->u, l->v);
     }
 }
 
@@ -759,10 +763,10 @@ static void init_march_state(struct planar_engine *l, bool prunes)
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
             fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : l->limit_lb[n]))
-            take_in(&l->slides, m, n - 1, n + 1);
+            extend_part(&l->slides, m, n - 1, n + 1);
         if (!is_mat_at_rest(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
-            take_in(&l->heaves, m, n - m->tail, n + m->tail);
+            extend_part(&l->heaves, m, n - m->tail, n + m->tail);
     }
 }
 
@@ -819,7 +823,7 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
 }
 
 /* A march in progress. */
-struct under_way {
+struct march_run {
     struct planar_engine *l;
     struct march *march;
     const struct sim_options *options;
@@ -830,7 +834,7 @@ struct under_way {
     double before_s; /* size of the last step of the heights */
 };
 
-static void begin_march(struct under_way *way)
+static void begin_march(struct march_run *way)
 {
     struct planar_engine *l = way->l;
     double h = way->march->h_s;
@@ -861,7 +865,7 @@ static double to_s(const struct march *march, uint64_t i)
 }
 
 /* Moves the wheel and updates the moving parts. */
-static void step_wheel(struct under_way *way, uint64_t i)
+static void step_wheel(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     way->count = move_gear(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
@@ -875,7 +879,7 @@ static void step_wheel(struct under_way *way, uint64_t i)
 }
 
 /* Computes the forces at the present positions and updates the vertical speeds. */
-static void step_vertical(struct under_way *way, uint64_t i)
+static void step_vertical(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -911,7 +915,7 @@ static void step_vertical(struct under_way *way, uint64_t i)
 }
 
 /* Updates the speeds along the runway, then moves everything. */
-static void step_along(struct under_way *way, uint64_t i)
+static void step_along(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -931,7 +935,7 @@ static void step_along(struct under_way *way, uint64_t i)
 
 /* Updates the outputs and extremes at the end of step i, t_s. False: the march ends with this
  * step. */
-static bool update_extremes(struct under_way *way, uint64_t i, double t_s)
+static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
     bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
@@ -944,7 +948,7 @@ static bool update_extremes(struct under_way *way, uint64_t i, double t_s)
     return true;
 }
 
-static void finish(struct under_way *way)
+static void finish(struct march_run *way)
 {
     struct planar_engine *l = way->l;
     const double *v = l->z + l->model.size;
@@ -959,7 +963,7 @@ static void finish(struct under_way *way)
 void planar_pass_run(struct planar_engine *l, struct march *march,
                      const struct sim_options *options)
 {
-    struct under_way way = {.l = l, .march = march, .options = options};
+    struct march_run way = {.l = l, .march = march, .options = options};
     double begin_s = monotonic_s();
     begin_march(&way);
     for (uint64_t i = 0; i < march->steps; i++) {
@@ -969,7 +973,7 @@ void planar_pass_run(struct planar_engine *l, struct march *march,
         step_along(&way, i);
         if (!update_extremes(&way, i, t_s))
             break;
-        if (i % STEPS_BETWEEN_ASKING == 0 && way.options->may_continue &&
+        if (i % STEPS_PER_CALLBACK == 0 && way.options->may_continue &&
             !way.options->may_continue(way.options->may_continue_ctx, march->number,
                                        (double)i / (double)march->steps)) {
             march->status = SIM_INTERRUPTED;

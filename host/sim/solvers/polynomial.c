@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#define NOTHING 1e-18 /* top terms smaller than this times the largest value are dropped */
+#define NEGLIGIBLE 1e-18 /* top terms smaller than this times the largest value are dropped */
 
 double polynomial_value(const double *s, int degree, double t)
 {
@@ -15,7 +15,7 @@ double polynomial_value(const double *s, int degree, double t)
 }
 
 /* Root of a polynomial that is positive at `low` and negative at `high`. */
-static double root_within(const double *s, int degree, double low, double high)
+static double find_root_within(const double *s, int degree, double low, double high)
 {
     double narrow = DBL_EPSILON * high, t = 0.5 * (low + high);
     for (int i = 0; i < 100 && high - low > narrow; i++) {
@@ -40,7 +40,8 @@ static double root_within(const double *s, int degree, double low, double high)
 
 /* First root of s within low..high. b: its Bernstein coefficients there (Farouki 2012), changed on
  * return. The number of roots is at most the number of sign changes in b. */
-static double first_root(const double *s, double *b, int degree, double low, double high, int depth)
+static double find_first_root(const double *s, double *b, int degree, double low, double high,
+                              int depth)
 {
     int changes = 0;
     bool positive = true;
@@ -52,21 +53,21 @@ static double first_root(const double *s, double *b, int degree, double low, dou
     if (changes == 0)
         return (double)INFINITY;
     if (changes == 1 || depth == 0)
-        return positive ? (double)INFINITY : root_within(s, degree, low, high);
+        return positive ? (double)INFINITY : find_root_within(s, degree, low, high);
     double left[POLYNOMIAL_DEGREE + 1], middle = 0.5 * (low + high);
     for (int k = 0; k <= degree; k++) { /* de Casteljau: b becomes the right half */
         left[k] = b[0];
         for (int i = 0; i < degree - k; i++)
             b[i] = 0.5 * (b[i] + b[i + 1]);
     }
-    double t = first_root(s, left, degree, low, middle, depth - 1);
+    double t = find_first_root(s, left, degree, low, middle, depth - 1);
     if (t < (double)INFINITY)
         return t;
-    return b[0] < 0.0 ? middle : first_root(s, b, degree, middle, high, depth - 1);
+    return b[0] < 0.0 ? middle : find_first_root(s, b, degree, middle, high, depth - 1);
 }
 
 /* First root in (0, wide] of a polynomial that is positive at 0; INFINITY: none. */
-static double root_from_positive(const double *s, int degree, double wide)
+static double find_root_from_positive(const double *s, int degree, double wide)
 {
     double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;
     power[0] = 1.0;
@@ -76,7 +77,7 @@ static double root_from_positive(const double *s, int degree, double wide)
     }
     if (s[0] > most)
         return (double)INFINITY;
-    while (degree > 1 && fabs(s[degree]) * power[degree] < NOTHING * most)
+    while (degree > 1 && fabs(s[degree]) * power[degree] < NEGLIGIBLE * most)
         degree--;
     double choices = 1.0;
     for (int k = 0; k <= degree; k++) {
@@ -87,10 +88,10 @@ static double root_from_positive(const double *s, int degree, double wide)
         for (int i = degree; i >= k; i--)
             b[i] += b[i - 1];
     }
-    return first_root(s, b, degree, 0.0, wide, 40);
+    return find_first_root(s, b, degree, 0.0, wide, 40);
 }
 
-double polynomial_falls_s(double *s, int degree, double wide, double edge)
+double polynomial_first_fall_s(double *s, int degree, double wide, double edge)
 {
     int skip = 0;
     if (s[0] <= edge)
@@ -99,5 +100,5 @@ double polynomial_falls_s(double *s, int degree, double wide, double edge)
         skip++;
     if (skip > degree)
         return (double)INFINITY;
-    return s[skip] < 0.0 ? 0.0 : root_from_positive(s + skip, degree - skip, wide);
+    return s[skip] < 0.0 ? 0.0 : find_root_from_positive(s + skip, degree - skip, wide);
 }

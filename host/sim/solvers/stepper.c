@@ -40,17 +40,17 @@ void stepper_free(struct stepper *s)
     s->work = s->storage = NULL;
 }
 
-bool stepper_try(const struct stepper *s, double limit_s, double *h_s, bool *last)
+bool stepper_choose_step(const struct stepper *s, double limit_s, double *h_s, bool *last)
 {
     *last = s->t_s + 1.01 * s->h_s >= limit_s;
     *h_s = *last ? limit_s - s->t_s : s->h_s;
-    return s->h_s >= s->least_s;
+    return s->h_s >= s->min_step_s;
 }
 
 bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double *h_s)
 {
     const struct model *m = s->model;
-    const double veps = m->veps_ft_s, edge = s->kind->turn_veps * veps;
+    const double veps = m->veps_ft_s, edge = s->kind->reversal_veps * veps;
     double h = *h_s;
     if (m->law != SIM_TANH || !(edge > 0.0))
         return false;
@@ -61,7 +61,7 @@ bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double
             continue;
         /* already so near the edge that the step would be too short: do not aim at it */
         double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
-        if (to_s < h && to_s > s->least_s)
+        if (to_s < h && to_s > s->min_step_s)
             h = to_s;
     }
     bool cut = h < *h_s;

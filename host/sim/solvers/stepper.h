@@ -19,8 +19,9 @@ struct stepper_kind {
     bool fixed;         /* the step is given (dt), not chosen */
     bool prunes;        /* may leave out mats at rest */
     bool long_steps;    /* steps can be long enough for a mat to slip and stick within one */
-    double turn_veps; /* friction tanh reverses within this many veps of rest; 0: not considered */
-    double rtol;      /* default tolerance */
+    double
+        reversal_veps; /* friction tanh reverses within this many veps of rest; 0: not considered */
+    double rtol;       /* default tolerance */
     const struct stepper_kind *looser; /* performs better at looser_rtol and above; NULL: none */
     double looser_rtol;
     const char *method; /* description for people, one line */
@@ -44,7 +45,7 @@ struct stepper {
     double atol_ft, atol_ft_s; /* absolute parts of the tolerance */
     double dt_s;               /* fixed step */
     double h_s;                /* next step */
-    double least_s;            /* smaller steps are a failure */
+    double min_step_s;         /* smaller steps are a failure */
     double t_s, t_new_s;
     double *z, *z_new; /* state before and after the step, 2 size values each */
     /* Rates (v, p'') at both ends of the last step; NULL: not known. */
@@ -79,7 +80,7 @@ static inline int stepper_high(const struct stepper *s)
 
 /* The step to try: h_s, or up to the limit if that is at most 1 % further (`last`). Returns false
  * if h_s has become too small. */
-bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
+bool stepper_choose_step(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
 /* Friction tanh reverses where a mat's speed passes through 0, within a few veps. For a step much
  * longer than that it is a jump, which reduces the order of a method, and which its error estimate

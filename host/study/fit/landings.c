@@ -30,7 +30,7 @@ bool parallel_is_possible(const struct sim_scene *scene)
                  scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
                  (scene->friction_law == SIM_STICK || scene->friction_law == SIM_SIGN) &&
                  scene->friction_normal == SIM_WEIGHT && !mods_are_given(scene) &&
-                 !sim_scene_varies(scene);
+                 !sim_scene_is_varied(scene);
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++)
         plain = plain && !(scene->element[i] > 0.0);
     return plain && !(scene->wheel_load_lb > 0.0) && !(fabs(scene->v0_ft_s) > 0.0) &&
