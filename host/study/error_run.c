@@ -123,7 +123,7 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 study->lifts
+                 study->has_lift
                      ? "shortest run time (ms) with an error of lift up to the value above the "
                        "column (fixed steps: the worst error of the step and its two neighbours)"
                      : "shortest run time (ms) with an error of u up to the value above the column "

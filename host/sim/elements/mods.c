@@ -660,7 +660,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         if (b->segments > 0)
             sim_result_add_note(
                 result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two rivets",
-                b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
+                b->scene->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
     if (m->has_cleats)
         sim_result_add_note(result,

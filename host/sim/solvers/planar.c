@@ -306,8 +306,9 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
-        sim_result_add_note(result, "the error estimate includes a run of solver event, which locates "
-                                "every event (contact, sticking, slipping)");
+        sim_result_add_note(result,
+                            "the error estimate includes a run of solver event, which locates "
+                            "every event (contact, sticking, slipping)");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
         widen_error(result, pass_difference(answer, &pass), OTHERS_ERROR_FACTOR);
     }
@@ -347,8 +348,8 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
     if (!is_sampling(request.kind))
         return;
     sim_result_add_note(result,
-                    "events (contact, sticking, slipping) are sampled, and no run of another "
-                    "method locates them: the error estimate includes two more runs");
+                        "events (contact, sticking, slipping) are sampled, and no run of another "
+                        "method locates them: the error estimate includes two more runs");
     for (int i = 0; i < MORE_RUNS; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= MORE_GRID;
@@ -877,7 +878,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
             : landing && is_solver_automatic(options)) {
         if (is_solver_automatic(options))
             sim_result_add_note(result, "auto: staggered; a whole landing has too many events "
-                                    "(contact, sticking, slipping) to locate each");
+                                        "(contact, sticking, slipping) to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
             !is_undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;
