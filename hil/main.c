@@ -117,7 +117,7 @@ static bool parse_rules(struct arguments *a, const char *text)
         return false;
     for (text += sizeof some - 1;; text++) {
         size_t length = strcspn(text, ",");
-        enum hil_rule rule = hil_rule_named(text, length);
+        enum hil_rule rule = hil_rule_by_name(text, length);
         if (rule == HIL_RULES)
             return false;
         a->options.rules_counted |= 1u << rule;
@@ -153,7 +153,7 @@ static bool parse_camera(struct arguments *a, const char *text)
 
 static bool parse_board(struct arguments *a, const char *text)
 {
-    a->options.type = hil_board_type_named(text);
+    a->options.type = hil_board_type_by_name(text);
     a->board_given = a->options.type != NULL;
     return a->board_given;
 }
@@ -169,7 +169,7 @@ static bool parse_seed(struct arguments *a, const char *text)
 static bool parse_board_seed(struct arguments *a, const char *text)
 {
     uint64_t seed = a->options.seed;
-    bool good = a->options.board_drawn = parse_seed(a, text);
+    bool good = a->options.is_board_drawn = parse_seed(a, text);
     a->options.board_seed = a->options.seed;
     a->options.seed = seed;
     return good;
@@ -190,18 +190,19 @@ static const struct option {
     bool (*parse)(struct arguments *a, const char *text);
     const char *help;
 } options[] = {
-#define AT(member) offsetof(struct arguments, member)
+#define ARGUMENT_OFFSET(member) offsetof(struct arguments, member)
 #define ROW(...)    \
     {               \
         __VA_ARGS__ \
     }
 #define OF_TEXT(name, value, member, help) \
-    ROW(name, value, TEXT, AT(member), 0, 0, NULL, NULL, help)
-#define OF_FLAG(name, member, help) ROW(name, "", FLAG, AT(member), 0, 0, NULL, NULL, help)
+    ROW(name, value, TEXT, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
+#define OF_FLAG(name, member, help) \
+    ROW(name, "", FLAG, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
 #define OF_NUMBER(name, value, kind, member, low, high, help) \
-    ROW(name, value, kind, AT(member), low, high, NULL, NULL, help)
+    ROW(name, value, kind, ARGUMENT_OFFSET(member), low, high, NULL, NULL, help)
 #define OF_WORD(name, value, member, words, help) \
-    ROW(name, value, WORD, AT(member), 0, 0, words, NULL, help)
+    ROW(name, value, WORD, ARGUMENT_OFFSET(member), 0, 0, words, NULL, help)
 #define OF_OWN(name, value, parse, help) ROW(name, value, OWN, 0, 0, 0, NULL, parse, help)
     OF_TEXT("--elf", "F", elf,
             "firmware image (ELF); default: the one installed with matrig-board"),
@@ -263,10 +264,10 @@ static const struct option {
             "file with the content of the black box's memory, read and written as with --flash"),
     OF_OWN("--temperature", "C[,C/h]", parse_temperature,
            "mat temperature and its rise per hour; none: no thermometer; default: 20"),
-    OF_FLAG("--jumper", options.jumper, "fit the maintenance jumper"),
-    OF_FLAG("--bare", options.bare,
+    OF_FLAG("--jumper", options.is_jumper_fitted, "fit the maintenance jumper"),
+    OF_FLAG("--bare", options.has_no_rig,
             "leave the rig unplugged: the lines of one-shot, lamp and camera are open"),
-    OF_FLAG("--left-on", options.left_on,
+    OF_FLAG("--left-on", options.has_clocks_left_on,
             "start with PLL and clocks on, as a debugger leaves them, without a reset"),
     OF_FLAG("--boot0", options.boot0,
             "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
@@ -275,7 +276,7 @@ static const struct option {
     OF_TEXT("--faults", "FILE", faults,
             "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
     OF_FLAG(
-        "--alignment", options.watch_alignment,
+        "--alignment", options.check_alignment,
         "raise a fault on unaligned multiple and double transfers, as the hardware does; slower"),
     OF_OWN(
         "--rules", "R", parse_rules,
@@ -301,7 +302,7 @@ static const struct option {
         "--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
         "end after S seconds of wall clock; default: the run's length plus 600; no limit for a\n"
         "run without end or with --gdb"),
-#undef AT
+#undef ARGUMENT_OFFSET
 };
 
 static void print_item(const char *name, const char *value, const char *text)
@@ -335,9 +336,9 @@ static void print_help(void)
 static enum mr_status refuse_board(const char *text)
 {
     char names[200] = "";
-    for (unsigned i = 0; hil_board_type_of(i); i++)
+    for (unsigned i = 0; hil_board_type_by_number(i); i++)
         snprintf(names + strlen(names), sizeof names - strlen(names), " %s",
-                 hil_board_type_name(hil_board_type_of(i)));
+                 hil_board_type_name(hil_board_type_by_number(i)));
     return refuse("--board cannot be `%s`; there are:%s", text, names);
 }
 
@@ -430,7 +431,7 @@ static enum mr_status check(struct arguments *a)
     if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
         return refuse(
             "no firmware image next to matrig-board or in ../share/matrig; give --elf FILE");
-    if (a->options.bare && a->rig)
+    if (a->options.has_no_rig && a->rig)
         return refuse(
             "--bare and --rig cannot be given together: --bare emulates a board without a rig");
     if (a->rig && a->replay)
@@ -456,7 +457,7 @@ static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
 /* Checks that depend on the board type. */
 static enum mr_status check_board(const struct arguments *a)
 {
-    if (a->options.boot0 && !a->options.type->rom_hears)
+    if (a->options.boot0 && !a->options.type->is_rom_on_serial)
         return refuse("--boot0: the boot ROM of board %s cannot be reached on its serial link; "
                       "program such a board through its ST-LINK",
                       hil_board_type_name(a->options.type));
@@ -514,7 +515,7 @@ static enum mr_status check_paths(const struct arguments *a)
                 return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
-        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_protected(given[i].path))
+        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_protected_file(given[i].path))
             return refuse("%s would overwrite a database or a program: %s; give a different file",
                           given[i].option, given[i].path);
     }
@@ -549,22 +550,22 @@ struct session {
 static volatile int stop_asked;
 
 /* Prints the reason of a failure. */
-static enum mr_status reported(enum mr_status status, const char *why)
+static enum mr_status report_failure(enum mr_status status, const char *why)
 {
     if (status != MR_OK)
         print_error("%s", why);
     return status;
 }
 
-static void on_can_frame(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
+static void on_can_frame(void *context, uint64_t t_ps, const struct hil_can_frame *frame)
 {
-    struct session *session = ctx;
+    struct session *session = context;
     hil_link_put_frame(&session->can, t_ps, frame);
 }
 
-static void on_serial_bytes(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
+static void on_serial_bytes(void *context, uint64_t t_ps, const uint8_t *bytes, size_t n)
 {
-    struct session *session = ctx;
+    struct session *session = context;
     (void)t_ps;
     hil_link_put_bytes(&session->serial, bytes, n);
 }
@@ -576,27 +577,27 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
                                            sizeof error);
     if (status == MR_OK)
         status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
-    return status == MR_CLOSED ? MR_OK : reported(status, error);
+    return status == MR_CLOSED ? MR_OK : report_failure(status, error);
 }
 
 /* At full speed the board waits while no program has the pty open, so that a program can start or
  * restart. Waits only after HOST_AWAY_PS without one. */
-static bool host_is_there(struct session *session, uint64_t t_ps)
+static bool is_host_present(struct session *session, uint64_t t_ps)
 {
     char error[256];
     if (session->serial.type != HIL_LINK_PTY)
         return true;
-    if (!session->serial.hung_up)
+    if (!session->serial.is_hung_up)
         session->host_seen_ps = t_ps;
     if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
         return true;
     enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
                                             sizeof error);
-    return stop_asked ? status == MR_OK : reported(status, error) == MR_OK;
+    return stop_asked ? status == MR_OK : report_failure(status, error) == MR_OK;
 }
 
 /* Runs to t_ps or to the next hold by the debugger. */
-static enum mr_status advance(struct session *session, uint64_t t_ps)
+static enum mr_status run_until(struct session *session, uint64_t t_ps)
 {
     enum mr_status status = hil_board_run_until(session->board, t_ps);
     if (status != MR_OK)
@@ -610,7 +611,7 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
     enum mr_status status;
     bool alive;
     do {
-        status = advance(session, t_ps);
+        status = run_until(session, t_ps);
         enum mr_status flushed = flush_links(session, session->real ? 0 : session->stall_ms);
         if (status == MR_OK)
             status = flushed;
@@ -618,8 +619,8 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
         /* held time does not count for the pace; without gdb skipped, because rounding would add 80
          * ppm */
-        if (session->gdb.listener >= 0 && !session->gdb.runs)
-            session->pace.began_s += hil_wall_s() - held_s;
+        if (session->gdb.listener >= 0 && !session->gdb.is_time_running)
+            session->pace.start_s += hil_wall_s() - held_s;
         if (!alive)
             stop_asked = 1;
     } while (status == MR_OK && !stop_asked && hil_board_now_ps(session->board) < t_ps);
@@ -632,10 +633,10 @@ static enum mr_status session_play(struct session *session, double duration_s)
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
     uint64_t slice_ps = real ? SLICE_REAL_PS : SLICE_MAX_PS;
     enum mr_status status = MR_OK;
-    session->pace.began_s = hil_wall_s();
-    session->can.drops = session->serial.drops = real;
+    session->pace.start_s = hil_wall_s();
+    session->can.is_dropping = session->serial.is_dropping = real;
     for (uint64_t t_ps = 0; t_ps < end_ps && !stop_asked && status == MR_OK;) {
-        if (!real && !host_is_there(session, t_ps)) {
+        if (!real && !is_host_present(session, t_ps)) {
             status = stop_asked ? MR_OK : MR_TIMEOUT;
             break;
         }
@@ -646,7 +647,7 @@ static enum mr_status session_play(struct session *session, double duration_s)
         hil_link_receive(&session->serial, session->board);
         status = play_to(session, t_ps);
         if (real)
-            hil_pace_done(&session->pace, t_ps);
+            hil_pace_record(&session->pace, t_ps);
     }
     /* Waiting output gets the stall time at either speed. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
@@ -667,7 +668,7 @@ static void session_summarise(const struct session *session, double took_s)
     char pace[96] = "";
     if (session->real)
         snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
-                 1e3 * session->pace.late_s, 1e3 * session->pace.late_started_s);
+                 1e3 * session->pace.max_delay_s, 1e3 * session->pace.max_started_delay_s);
     fprintf(
         stderr,
         "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out "
@@ -707,10 +708,10 @@ static enum mr_status session_open(struct session *session)
         status = hil_link_open(&session->serial, HIL_LINK_SERIAL, a->serial, error, sizeof error);
     if (status == MR_OK && a->gdb) {
         status = hil_gdb_open(&session->gdb, a->gdb, error, sizeof error);
-        session->gdb.runs = a->gdb_time != 0;
+        session->gdb.is_time_running = a->gdb_time != 0;
         if (status == MR_OK)
             fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n",
-                    session->gdb.place);
+                    session->gdb.address);
     }
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
@@ -718,7 +719,7 @@ static enum mr_status session_open(struct session *session)
         print_error("the wall-clock limit was reached while links were being opened; check that a "
                     "host is running, or raise the limit with --wall-limit S");
     else if (!stop_asked)
-        reported(status, error);
+        report_failure(status, error);
     return status;
 }
 
@@ -742,7 +743,7 @@ static void on_signal(int number)
 static void print_rules(const struct session *session)
 {
     uint64_t times;
-    unsigned broken = hil_rules_counted(&session->board->mcu.rules, &times);
+    unsigned broken = hil_rules_count_violated(&session->board->mcu.rules, &times);
     if (broken)
         print_error("%u %s broken, %llu %s in total%s", broken, broken == 1 ? "rule" : "rules",
                     (unsigned long long)times, times == 1 ? "time" : "times",
@@ -766,7 +767,7 @@ static enum mr_status load_memories(struct hil_board *board, const struct argume
         status = hil_board_load_flash(board, a->flash);
     /* the old content of the file need not be startable or for this board: the ELF replaces it */
     if (a->elf && (status == MR_OK || status == MR_HALTED || status == MR_VERSION))
-        status = a->flash ? hil_board_load_elf_sparing(board, a->elf)
+        status = a->flash ? hil_board_program_elf(board, a->elf)
                           : hil_board_load_elf(board, a->elf);
     if (a->nor && status == MR_OK)
         status = hil_board_load_nor(board, a->nor);
@@ -782,17 +783,17 @@ static enum mr_status save_memories(struct hil_board *board, const struct argume
         saved = hil_board_save_flash(board, a->flash);
     if (a->nor && saved == MR_OK)
         saved = hil_board_save_nor(board, a->nor);
-    reported(saved, hil_board_reason(board));
+    report_failure(saved, hil_board_reason(board));
     return status == MR_OK ? saved : status;
 }
 
-static enum mr_status order_faults(const struct session *session)
+static enum mr_status add_faults(const struct session *session)
 {
     static struct hil_fault_script script;
     const struct arguments *a = session->a;
     char error[512];
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
-    if (reported(status, error) != MR_OK)
+    if (report_failure(status, error) != MR_OK)
         return status;
     status = hil_faults_add_all(&session->board->faults, &script);
     if (status != MR_OK)
@@ -807,7 +808,7 @@ static void start_wall_limit(const struct arguments *a, double duration_s)
     if (limit_s < 0)
         limit_s = duration_s < FOREVER_S && !a->gdb ? WALL_LIMIT_S + (a->speed ? duration_s : 0.0)
                                                     : 0.0;
-    hil_wall_limit(limit_s, &stop_asked);
+    hil_wall_set_limit(limit_s, &stop_asked);
 }
 
 static enum mr_status open_record(const char *option, const char *path, FILE **file)
@@ -839,16 +840,17 @@ static enum mr_status open_records(struct session *session, const struct argumen
         return status;
     if (a->profile)
         hil_profile_begin(board);
-    return a->vcd
-             ? reported(hil_vcd_open(board, a->vcd, &session->symbols, error, sizeof error), error)
-             : MR_OK;
+    return a->vcd ? report_failure(
+                        hil_vcd_open(board, a->vcd, &session->symbols, error, sizeof error), error)
+                  : MR_OK;
 }
 
 static enum mr_status close_records(struct session *session, const struct arguments *a)
 {
     struct hil_board *board = session->board;
     char error[512];
-    enum mr_status status = reported(hil_vcd_close(board, error, sizeof error), error), closed;
+    enum mr_status status = report_failure(hil_vcd_close(board, error, sizeof error), error),
+                   closed;
     if (session->margins) {
         hil_rules_print(&board->mcu.rules, session->margins);
         closed = close_record("--margins", a->margins, session->margins, false);
@@ -863,28 +865,29 @@ static enum mr_status close_records(struct session *session, const struct argume
 }
 
 /* Sets up the board with memories, rig and faults, before power on. */
-static enum mr_status prepare(struct session *session)
+static enum mr_status prepare_board(struct session *session)
 {
     const struct arguments *a = session->a;
     struct hil_board *board = session->board;
     char error[512];
-    enum mr_status status = reported(load_memories(board, a), hil_board_reason(board));
+    enum mr_status status = report_failure(load_memories(board, a), hil_board_reason(board));
     if (status == MR_OK && a->elf)
-        status = reported(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
+        status = report_failure(hil_symbols_read(&session->symbols, a->elf, error, sizeof error),
+                                error);
     if (status != MR_OK)
         return status;
     hil_board_attach_rig(board, a->rig ? &session->rig : NULL);
     if (a->replay)
         hil_board_attach_replay(board, &session->replay);
     if (a->faults)
-        status = order_faults(session);
+        status = add_faults(session);
     return status;
 }
 
 static enum mr_status run(struct session *session)
 {
     const struct arguments *a = session->a;
-    enum mr_status status = prepare(session);
+    enum mr_status status = prepare_board(session);
     if (status != MR_OK)
         return status;
     session->real = a->speed != 0;
@@ -901,7 +904,7 @@ static enum mr_status run(struct session *session)
     status = session_play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
-    hil_faults_report_rest(&session->board->faults);
+    hil_faults_report_pending(&session->board->faults);
     print_rules(session);
     session_summarise(session, took_s);
     if (status == MR_OK)
@@ -916,9 +919,10 @@ static enum mr_status read_files(struct session *session, struct arguments *a)
     char error[512];
     enum mr_status status = MR_OK;
     if (a->rig)
-        status = reported(hil_run_read(a->rig, &session->rig, error, sizeof error), error);
+        status = report_failure(hil_run_read(a->rig, &session->rig, error, sizeof error), error);
     else if (a->replay)
-        status = reported(hil_replay_read(a->replay, &session->replay, error, sizeof error), error);
+        status = report_failure(hil_replay_read(a->replay, &session->replay, error, sizeof error),
+                                error);
     return status;
 }
 
@@ -926,8 +930,9 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
 {
     char error[512];
     if (!a->board_given &&
-        reported(hil_which_files(a->elf, a->flash, &a->options.type, error, sizeof error), error) !=
-            MR_OK)
+        report_failure(
+            hil_board_type_of_files(a->elf, a->flash, &a->options.type, error, sizeof error),
+            error) != MR_OK)
         return MR_VERSION;
     enum mr_status status = check_board(a);
     if (status == MR_OK)

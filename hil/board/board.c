@@ -24,8 +24,8 @@ static void wire_core(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
     core->memory = &board->memories->own;
-    core->no_ccm = board->options.type->no_ccm;
-    core->watch_alignment = board->options.watch_alignment;
+    core->has_no_ccm = board->options.type->has_no_ccm;
+    core->check_alignment = board->options.check_alignment;
     core->cycle_parts = (uint32_t)(board->options.cpi * HIL_CYCLE_PARTS + 0.5);
     hil_core_create(core);
     hil_systick_create(core);
@@ -39,7 +39,7 @@ static void wire_pins(struct hil_board *board)
     struct hil_mcu *mcu = &board->mcu;
     board->rig.core = board->camera.core = core;
     board->rig.state = &board->state.rig;
-    board->rig.bare = board->options.bare;
+    board->rig.has_no_rig = board->options.has_no_rig;
     board->rig.gpio = board->camera.gpio = &mcu->gpio;
     board->rig.adc = &mcu->adc;
     board->rig.type = board->options.type;
@@ -48,7 +48,7 @@ static void wire_pins(struct hil_board *board)
     board->camera.state = &board->state.camera;
     for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
         const struct hil_pull *pull = &board->options.type->pull[i];
-        hil_gpio_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->up);
+        hil_gpio_add_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->is_up);
     }
     hil_rig_create(&board->rig);
     hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
@@ -62,17 +62,17 @@ static void wire_chips(struct hil_board *board)
         .core = &board->core,
         .options = options,
         .state = &board->state.w25q,
-        .orders = &board->state.nor_orders,
+        .requests = &board->state.nor_requests,
         .rules = &board->mcu.rules,
         .spi = &board->mcu.spi,
         .cells = board->memories->nor,
-        .began = {hil_faults_nor_operation, &board->faults},
+        .on_begin = {hil_faults_nor_operation, &board->faults},
     };
     board->tmp112 = (struct hil_tmp112_device){
         .core = &board->core, .options = options, .state = &board->state.tmp112};
     board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
     board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
-    board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
+    board->mcu.flash.on_begin = (struct hil_call){hil_faults_flash_operation, &board->faults};
     hil_flash_create(&board->mcu.flash);
     hil_w25q_create(&board->w25q);
     board->supply = (struct hil_supply_device){
@@ -130,17 +130,17 @@ static void wire_runs(struct hil_board *board)
         .rcc = &mcu->rcc,
         .can = &mcu->can,
         .i2c = &mcu->i2c,
-        .nor = &board->state.nor_orders,
+        .nor = &board->state.nor_requests,
         .thermometer = &board->state.tmp112,
     };
     hil_faults_create(&board->faults);
 }
 
-void hil_board_fit_electronics(struct hil_board *board)
+void hil_board_set_electronics(struct hil_board *board)
 {
-    hil_electronics_make(&board->electronics, &board->options, board->options.figures);
+    hil_electronics_set(&board->electronics, &board->options, board->options.figures);
     board->mcu.adc.vdda_v = board->electronics.vdda_v;
-    board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
+    board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc : NULL;
 }
 
 /* Connects the parts of a board that is zero except for options and memories. */
@@ -148,7 +148,7 @@ static void wire_board(struct hil_board *board)
 {
     wire_core(board);
     wire_pins(board);
-    hil_board_fit_electronics(board);
+    hil_board_set_electronics(board);
     wire_chips(board);
     wire_links(board);
     wire_runs(board);
@@ -157,14 +157,14 @@ static void wire_board(struct hil_board *board)
 /* ---- board type of an image, from its header (common/image.h) ---- */
 
 /* Board type from the first bytes of flash; without a header `type` stays unchanged. */
-static enum mr_status which_head(const uint8_t *flash, const struct hil_board_type **type,
-                                 char *error, size_t size)
+static enum mr_status read_board_type(const uint8_t *flash, const struct hil_board_type **type,
+                                      char *error, size_t size)
 {
     struct mr_image image;
     enum mr_status status = mr_image_get(&image, flash);
     if (status != MR_OK && status != MR_CRC) /* MR_CRC: damaged, but the header is readable */
         return MR_OK;
-    const struct hil_board_type *found = hil_board_type_of(image.board);
+    const struct hil_board_type *found = hil_board_type_by_number(image.board);
     if (!found) {
         snprintf(error, size,
                  "the image is for unknown board %u; use the matrig-board version of the image",
@@ -190,13 +190,13 @@ static bool read_flash(const char *path, struct hil_memory *memory)
     return n == MR_IMAGE_HEAD;
 }
 
-enum mr_status hil_which_files(const char *elf, const char *flash,
-                               const struct hil_board_type **type, char *error, size_t size)
+enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
+                                       const struct hil_board_type **type, char *error, size_t size)
 {
     struct hil_memory *memory = hil_allocate(sizeof *memory);
     enum mr_status status = MR_OK;
     if (read_elf(elf, memory) || (!elf && read_flash(flash, memory)))
-        status = which_head(memory->flash, type, error, size);
+        status = read_board_type(memory->flash, type, error, size);
     free(memory);
     return status;
 }
@@ -221,13 +221,13 @@ static void scramble_ram(struct hil_board *board)
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
     struct hil_core *core = &board->core;
-    core->reset.asked = false;
+    core->reset.is_requested = false;
     core->reset.flags = 0;
     hil_nvic_reset(&core->state.nvic);
     hil_scb_reset(&core->state.scb, board->options.type->idcode);
     hil_systick_reset(core);
-    if (core->reset.power_lost) {
-        core->reset.power_lost = false;
+    if (core->reset.has_lost_power) {
+        core->reset.has_lost_power = false;
         board->state.mcu.rcc.csr = 0;
         scramble_ram(board);
     }
@@ -235,7 +235,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     hil_cpu_reset(core);
 }
 
-static void take_reset(struct hil_board *board)
+static void handle_reset(struct hil_board *board)
 {
     board->core.state.counters.resets++;
     hil_trace(&board->core, "reset, RCC_CSR flags 0x%08x", (unsigned)board->core.reset.flags);
@@ -244,10 +244,10 @@ static void take_reset(struct hil_board *board)
 
 void hil_board_reset(struct hil_board *board)
 {
-    if (board->core.state.cpu.walking)
+    if (board->core.state.cpu.is_stepping)
         hil_cpu_leave_block(&board->core);
     hil_core_request_reset(&board->core, 0);
-    take_reset(board);
+    handle_reset(board);
 }
 
 /* The jumper connects its pin to ground. */
@@ -267,8 +267,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         abort();
     memset(board->memories->own.flash, 0xff, sizeof board->memories->own.flash);
     board->options = *options;
-    if (options->board_drawn)
-        hil_electronics_identity(options->board_seed, board->options.uid);
+    if (options->is_board_drawn)
+        hil_electronics_chip_uid(options->board_seed, board->options.uid);
     board->options.log = NULL; /* an empty board writes no log and no trace */
     wire_board(board);
     for (unsigned i = 0; i < 2; i++)
@@ -276,12 +276,12 @@ struct hil_board *hil_board_create(const struct hil_options *options)
                                         i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
     /* the one-shot and the buffers of camera, brake and wheel drive their pins low */
-    for (unsigned i = 0; !options->bare && i < HIL_CAPTURES; i++)
+    for (unsigned i = 0; !options->has_no_rig && i < HIL_CAPTURE_CHANNELS; i++)
         hil_gpio_drive(&board->mcu.gpio, hil_capture_pins[i].port, hil_capture_pins[i].pin, false,
                        0);
-    if (options->jumper)
+    if (options->is_jumper_fitted)
         fit_jumper(board);
-    hil_tmp112_power(&board->tmp112);
+    hil_tmp112_power_on(&board->tmp112);
     reset_chip(board, HIL_CSR_POWER_ON);
     board->core.trace = options->trace;
     board->options.log = options->log;
@@ -310,18 +310,18 @@ static enum mr_status restart(struct hil_board *board)
     board->core.stopped = false;
     board->core.reason[0] = '\0';
     reset_chip(board, HIL_CSR_POWER_ON);
-    if (board->options.left_on)
-        hil_rcc_leave_on(&board->mcu.rcc);
+    if (board->options.has_clocks_left_on)
+        hil_rcc_set_clocks_left_on(&board->mcu.rcc);
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
 /* Checks that flash, loaded from this file, is for this board. MR_VERSION: it is for the board that
  * the reason names. */
-static enum mr_status check_fits(struct hil_board *board, const char *path)
+static enum mr_status check_board_type(struct hil_board *board, const char *path)
 {
     const struct hil_board_type *type = board->options.type, *wanted = type;
     char why[160];
-    enum mr_status status = which_head(board->core.memory->flash, &wanted, why, sizeof why);
+    enum mr_status status = read_board_type(board->core.memory->flash, &wanted, why, sizeof why);
     if (status != MR_OK)
         snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
     if (status != MR_OK)
@@ -344,9 +344,9 @@ static enum mr_status check_fits(struct hil_board *board, const char *path)
 }
 
 /* Name of the function at an address. The image's symbols are read at the first use. */
-static const char *function_at(void *who, uint32_t pc)
+static const char *function_name_at(void *context, uint32_t pc)
 {
-    struct hil_board *board = who;
+    struct hil_board *board = context;
     char error[256];
     if (!board->symbols.file && board->elf[0])
         (void)hil_symbols_read(&board->symbols, board->elf, error, sizeof error);
@@ -355,12 +355,12 @@ static const char *function_at(void *who, uint32_t pc)
 }
 
 /* Sets the ELF with the function names for reports of rules; copies the path. */
-static void name_functions(struct hil_board *board, const char *elf)
+static void set_symbol_file(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
     snprintf(board->elf, sizeof board->elf, "%s", elf);
-    board->mcu.rules.function = function_at;
-    board->mcu.rules.who = board;
+    board->mcu.rules.function = function_name_at;
+    board->mcu.rules.context = board;
 }
 
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
@@ -368,10 +368,10 @@ enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
     enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason,
                                          sizeof board->core.reason);
     if (status == MR_OK)
-        status = check_fits(board, path);
+        status = check_board_type(board, path);
     if (status != MR_OK)
         return status;
-    name_functions(board, path);
+    set_symbol_file(board, path);
     return restart(board);
 }
 
@@ -389,12 +389,12 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
     fit_jumper(board); /* the jumper permits the command replay */
     if (replay->has_uid)
         memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
-    if (!replay->crystal)
+    if (!replay->has_crystal)
         board->options.hse_hz = 0;
 }
 
 /* Advances to the next event and counts the skipped cycles. */
-static void pass_time(struct hil_core *core, uint64_t *counter)
+static void advance_to_event(struct hil_core *core, uint64_t *counter)
 {
     struct hil_core_state *state = &core->state;
     uint64_t next = state->events.next_cycle; /* at most the end of the run */
@@ -406,14 +406,14 @@ static void pass_time(struct hil_core *core, uint64_t *counter)
 
 /* True if the core waits for flash: for its next instruction, or for the vector of a due
  * exception. */
-static bool waits_for_flash(struct hil_core *core)
+static bool is_waiting_for_flash(struct hil_core *core)
 {
     uint32_t pc = 0;
-    if (!core->state.bank.busy)
+    if (!core->state.bank.is_busy)
         return false;
     uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
-    return hil_memory_stalls(core, pc) ||
-           (hil_exception_due(core) && hil_memory_stalls(core, core->state.scb.vtor));
+    return hil_memory_is_stalled(core, pc) ||
+           (hil_exception_next(core) && hil_memory_is_stalled(core, core->state.scb.vtor));
 }
 
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
@@ -426,45 +426,45 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     core->target_reached = false;
     hil_event_set_ps(core, HIL_EVENT_TARGET, t_ps);
     for (;;) {
-        if (observers->debugger && observers->debugger->holds(observers->debugger_who))
+        if (observers->debugger && observers->debugger->is_holding(observers->debugger_context))
             break;
-        if (state->cpu.walking) { /* inside a block: no event is due before its end */
+        if (state->cpu.is_stepping) { /* inside a block: no event is due before its end */
             hil_cpu_run(core);
             continue;
         }
-        hil_event_run(core);
+        hil_event_handle_due(core);
         if (core->stopped || core->target_reached)
             break;
-        if (core->reset.asked) {
-            take_reset(board);
-            hil_supply_hold(&board->supply);
+        if (core->reset.is_requested) {
+            handle_reset(board);
+            hil_supply_hold_reset(&board->supply);
             continue;
         }
-        if (board->state.supply.held_in_reset) {
-            pass_time(core, &state->counters.asleep_cycles);
+        if (board->state.supply.is_held_in_reset) {
+            advance_to_event(core, &state->counters.asleep_cycles);
             continue;
         }
-        if (state->clock.stopped) {
-            hil_hclk_stand_still(core);
+        if (state->clock.is_stopped) {
+            hil_hclk_skip_to_event(core);
             continue;
         }
-        if (state->cpu.asleep) {
+        if (state->cpu.is_asleep) {
             if (hil_exception_can_wake(core)) {
-                state->cpu.asleep = false;
+                state->cpu.is_asleep = false;
             } else {
                 if (observers->tracer)
-                    observers->tracer->sample(observers->tracer_who, hil_now(core));
-                pass_time(core, &state->counters.asleep_cycles);
+                    observers->tracer->sample(observers->tracer_context, hil_now_cycle(core));
+                advance_to_event(core, &state->counters.asleep_cycles);
                 continue;
             }
             if (observers->tracer)
-                observers->tracer->sample(observers->tracer_who, hil_now(core));
+                observers->tracer->sample(observers->tracer_context, hil_now_cycle(core));
         }
-        if (waits_for_flash(core)) {
-            pass_time(core, &state->counters.flash_stall_cycles);
+        if (is_waiting_for_flash(core)) {
+            advance_to_event(core, &state->counters.flash_stall_cycles);
             continue;
         }
-        unsigned exception = hil_exception_due(core);
+        unsigned exception = hil_exception_next(core);
         if (exception) {
             uint32_t pc = 0;
             uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
@@ -472,12 +472,12 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         const struct hil_nvic *nvic = &state->nvic;
-        bool masked = nvic->best && nvic->best_group < nvic->active_group;
-        core->limit_cycle = masked || state->bank.busy ? 0 : state->events.next_cycle;
+        bool masked = nvic->next_exception && nvic->next_group < nvic->active_group;
+        core->limit_cycle = masked || state->bank.is_busy ? 0 : state->events.next_cycle;
         hil_cpu_run(core);
     }
     hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
-    hil_rig_count_excitation(&board->rig, hil_now(core));
+    hil_rig_count_excitation(&board->rig, hil_now_cycle(core));
     return core->stopped ? core->stop_status : MR_OK;
 }
 
@@ -523,7 +523,7 @@ static enum mr_status fail(struct hil_board *board, enum mr_status status, const
     return status;
 }
 
-bool hil_is_protected(const char *path)
+bool hil_is_protected_file(const char *path)
 {
     char begins[16] = {0};
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -540,7 +540,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
                                 size_t room, size_t *n)
 {
     *n = 0;
-    if (hil_is_protected(path))
+    if (hil_is_protected_file(path))
         return fail(board, MR_MALFORMED, path,
                     "a database or a program would be overwritten; give a different file");
     FILE *file = fopen(path, "rb");
@@ -577,7 +577,7 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     return fail(board, MR_IO, told, "cannot be written; free disk space or give a different file");
 }
 
-static bool take_options(struct hil_board *board, const uint8_t *bytes)
+static bool use_options(struct hil_board *board, const uint8_t *bytes)
 {
     uint16_t half[8];
     for (unsigned i = 0; i < 8; i++)
@@ -595,13 +595,13 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
     memset(bytes, 0xff, HIL_FLASH_SIZE);
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
     if (status == MR_OK && n > HIL_FLASH_SIZE &&
-        (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
+        (n != HIL_FLASH_SIZE + OPTION_BYTES || !use_options(board, bytes + HIL_FLASH_SIZE)))
         status = fail(
             board, MR_MALFORMED, path,
             "not a flash file: no valid option bytes after the first MiB; give a different file");
     if (status == MR_OK && n) {
         memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
-        status = check_fits(board, path);
+        status = check_board_type(board, path);
     }
     if (status == MR_OK)
         status = restart(board);
@@ -644,7 +644,7 @@ enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
     return status;
 }
 
-enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path)
+enum mr_status hil_board_program_elf(struct hil_board *board, const char *path)
 {
     uint8_t *old = hil_allocate(HIL_FLASH_SIZE), *flash = board->core.memory->flash;
     memcpy(old, flash, HIL_FLASH_SIZE);

@@ -47,7 +47,7 @@
 struct hil_state {
     struct hil_mcu_state mcu;
     struct hil_w25q w25q;
-    struct hil_nor_orders nor_orders;
+    struct hil_nor_requests nor_requests;
     struct hil_tmp112 tmp112;
     struct hil_rig rig;
     struct hil_camera camera;
@@ -125,8 +125,9 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
  * either path may be NULL. A file that is unreadable or without a header leaves `type` unchanged;
  * loading it then reports the reason. MR_OK; MR_VERSION: for a board that is not modelled, which
  * `error` names. */
-enum mr_status hil_which_files(const char *elf, const char *flash,
-                               const struct hil_board_type **type, char *error, size_t size);
+enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
+                                       const struct hil_board_type **type, char *error,
+                                       size_t size);
 
 /* Flash and NOR contents of a board as files, which keep them between runs of the program.
  *
@@ -145,14 +146,14 @@ enum mr_status hil_board_save_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
 /* As hil_board_load_elf, but like a flash programmer: sectors that the ELF does not use keep their
  * content. */
-enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path);
+enum mr_status hil_board_program_elf(struct hil_board *board, const char *path);
 
 /* True for a file that must not be overwritten: a campaign (SQLite) or a program (ELF). */
-bool hil_is_protected(const char *path);
+bool hil_is_protected_file(const char *path);
 
 /* Resets the chip now, for a debugger. */
 void hil_board_reset(struct hil_board *board);
 /* Draws or computes the electronics from the options and sets the errors of the converters. */
-void hil_board_fit_electronics(struct hil_board *board);
+void hil_board_set_electronics(struct hil_board *board);
 
 #endif

@@ -23,20 +23,20 @@ static uint64_t conversion_ps(struct hil_tmp112_device *dev)
     }
 }
 
-void hil_tmp112_power(struct hil_tmp112_device *dev)
+void hil_tmp112_power_on(struct hil_tmp112_device *dev)
 {
     struct hil_tmp112 *chip = dev->state;
     *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80},
                                 .begun_ps = hil_now_ps(dev->core),
                                 .random = dev->options->seed,
                                 .limit = {{0x4b, 0x00}, {0x50, 0x00}},
-                                .dead = chip->dead,
-                                .hold.stuck = chip->hold.stuck};
-    chip->took_ps = conversion_ps(dev);
+                                .is_dead = chip->is_dead,
+                                .hold.is_sda_stuck = chip->hold.is_sda_stuck};
+    chip->conversion_ps = conversion_ps(dev);
 }
 
 /* Result of the conversion that ended at `t_ps`. */
-static int32_t convert(const struct hil_tmp112_device *dev, uint64_t t_ps)
+static int32_t convert_temperature(const struct hil_tmp112_device *dev, uint64_t t_ps)
 {
     const struct hil_options *options = dev->options;
     double count =
@@ -46,21 +46,21 @@ static int32_t convert(const struct hil_tmp112_device *dev, uint64_t t_ps)
     return (int32_t)lround(fmax(-most - 1.0, fmin(most, count)));
 }
 
-static void catch_up(struct hil_tmp112_device *dev)
+static void advance(struct hil_tmp112_device *dev)
 {
     static const uint64_t period_ms[4] = {4000, 1000, 250, 125};
     struct hil_tmp112 *chip = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
-    if (chip->converting) {
-        if (now_ps < chip->begun_ps + chip->took_ps)
+    if (chip->is_converting) {
+        if (now_ps < chip->begun_ps + chip->conversion_ps)
             return;
-        chip->converting = false;
-        chip->done = true;
-        chip->code = convert(dev, chip->begun_ps + chip->took_ps);
-    } else if (!(chip->config[0] & CONFIG_SD) && now_ps >= chip->begun_ps + chip->took_ps) {
+        chip->is_converting = false;
+        chip->is_done = true;
+        chip->code = convert_temperature(dev, chip->begun_ps + chip->conversion_ps);
+    } else if (!(chip->config[0] & CONFIG_SD) && now_ps >= chip->begun_ps + chip->conversion_ps) {
         uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_MS_PS;
-        uint64_t n = (now_ps - chip->begun_ps - chip->took_ps) / period_ps;
-        chip->code = convert(dev, chip->begun_ps + chip->took_ps + n * period_ps);
+        uint64_t n = (now_ps - chip->begun_ps - chip->conversion_ps) / period_ps;
+        chip->code = convert_temperature(dev, chip->begun_ps + chip->conversion_ps + n * period_ps);
     }
 }
 
@@ -76,30 +76,30 @@ static void configure(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
     bool single = was_shut_down && (byte & CONFIG_OS) && (byte & CONFIG_SD);
     if (single || (was_shut_down && !(byte & CONFIG_SD))) {
         chip->begun_ps = hil_now_ps(dev->core);
-        chip->took_ps = conversion_ps(dev);
-        chip->converting = single;
-        chip->done = false;
+        chip->conversion_ps = conversion_ps(dev);
+        chip->is_converting = single;
+        chip->is_done = false;
     }
 }
 
-static bool take_address(void *device, uint8_t byte)
+static bool receive_address(void *device, uint8_t byte)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    chip->addressed = !chip->dead && !isnan(dev->options->temperature_c) &&
+    chip->addressed = !chip->is_dead && !isnan(dev->options->temperature_c) &&
                       byte >> 1 == HIL_TMP112_ADDRESS;
-    chip->bytes = 0;
+    chip->byte_count = 0;
     return chip->addressed;
 }
 
-static bool take_byte(void *device, uint8_t byte)
+static bool receive_byte(void *device, uint8_t byte)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    if (!chip->addressed || chip->dead)
+    if (!chip->addressed || chip->is_dead)
         return false;
-    catch_up(dev);
-    unsigned n = chip->bytes++;
+    advance(dev);
+    unsigned n = chip->byte_count++;
     if (n == 0)
         chip->pointer = byte & 3u;
     else if (chip->pointer == 1)
@@ -113,41 +113,41 @@ static uint8_t next_byte(void *device)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    if (!chip->addressed || chip->dead)
+    if (!chip->addressed || chip->is_dead)
         return 0xff;
-    catch_up(dev);
-    unsigned i = chip->bytes++ % 2;
+    advance(dev);
+    unsigned i = chip->byte_count++ % 2;
     bool wide = chip->config[1] & CONFIG_EM;
     uint16_t value = (uint16_t)((uint32_t)chip->code << (wide ? 3 : 4) | wide);
     if (chip->pointer == 0)
         return (uint8_t)(i ? value : value >> 8);
     if (chip->pointer == 1)
         return (uint8_t)(i ? chip->config[1] | CONFIG_AL
-                           : chip->config[0] | (chip->done ? CONFIG_OS : 0u));
+                           : chip->config[0] | (chip->is_done ? CONFIG_OS : 0u));
     return chip->limit[chip->pointer - 2][i];
 }
 
-static void stop(void *device)
+static void end_transfer(void *device)
 {
     struct hil_tmp112_device *dev = device;
     dev->state->addressed = false;
 }
 
-static bool drives_bus(const void *device)
+static bool is_driving_bus(const void *device)
 {
     const struct hil_tmp112_device *dev = device;
-    return dev->state->addressed && !dev->state->dead;
+    return dev->state->addressed && !dev->state->is_dead;
 }
 
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
 {
     return (struct hil_i2c_slave){
-        .who = dev,
-        .address = take_address,
-        .write = take_byte,
+        .context = dev,
+        .address = receive_address,
+        .write = receive_byte,
         .read = next_byte,
-        .stop = stop,
-        .drives = drives_bus,
+        .stop = end_transfer,
+        .is_driving = is_driving_bus,
         .hold = &dev->state->hold,
     };
 }

@@ -29,17 +29,17 @@ struct hil_tmp112 {
     uint8_t pointer;
     uint8_t config[2]; /* as written, except OS */
     uint8_t limit[2][2];
-    int32_t code;      /* result of the last conversion, in 0.0625 C */
-    bool done;         /* a conversion started by OS has ended */
-    uint64_t begun_ps; /* start of the continuous or the single conversion */
-    uint64_t took_ps;  /* duration of a conversion */
-    bool converting;   /* a single conversion is in progress */
+    int32_t code;           /* result of the last conversion, in 0.0625 C */
+    bool is_done;           /* a conversion started by OS has ended */
+    uint64_t begun_ps;      /* start of the continuous or the single conversion */
+    uint64_t conversion_ps; /* duration of a conversion */
+    bool is_converting;     /* a single conversion is in progress */
     bool addressed;
-    unsigned bytes; /* bytes since the chip was addressed */
+    unsigned byte_count; /* bytes since the chip was addressed */
     uint64_t random;
 
     /* faults: hil/rig/faults.h */
-    bool dead;
+    bool is_dead;
     struct hil_i2c_hold hold;
 };
 
@@ -51,6 +51,6 @@ struct hil_tmp112_device {
 
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev);
 /* Resets the chip to its state at power on. */
-void hil_tmp112_power(struct hil_tmp112_device *dev);
+void hil_tmp112_power_on(struct hil_tmp112_device *dev);
 
 #endif

@@ -7,10 +7,10 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
-#define BUSY          1u
-#define WEL           2u
-#define MANUFACTURER  0xefu
-#define HANG_PERMILLE 500u /* how far an operation got that did not end */
+#define BUSY                 1u
+#define WEL                  2u
+#define MANUFACTURER         0xefu
+#define INTERRUPTED_PERMILLE 500u /* how far an operation got that did not end */
 /* Modelled commands: data sheet rev. F, 8.1.2. */
 enum command {
     PAGE_PROGRAM = 0x02,
@@ -35,7 +35,7 @@ static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t valu
     uint32_t sector = address / HIL_NOR_SECTOR;
     /* stored inverted, so the pages of an erased chip use no memory */
     dev->cells[address] = (uint8_t)~value;
-    dev->state->used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
+    dev->state->used_sectors[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
 
 static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
@@ -50,18 +50,19 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
     uint8_t plain[HIL_NOR_SECTOR], wanted[HIL_NOR_PAGE];
     bool program = w->operation == PAGE_PROGRAM;
     uint32_t step = program ? HIL_NOR_PAGE : HIL_NOR_SECTOR;
-    for (uint32_t at = w->first; at < w->first + w->bytes; at += step) {
-        if (!program && !has_bit(w->used, at / HIL_NOR_SECTOR))
+    for (uint32_t at = w->first_cell; at < w->first_cell + w->cell_count; at += step) {
+        if (!program && !has_bit(w->used_sectors, at / HIL_NOR_SECTOR))
             continue;
         for (uint32_t i = 0; i < step; i++)
             plain[i] = get_cell(dev, at + i);
         for (uint32_t i = 0; program && i < step; i++)
-            wanted[i] = has_bit(w->in_page, i) ? plain[i] & w->page[i] : plain[i];
-        hil_cells_tear(plain, program ? wanted : NULL, step, permille, &w->random);
+            wanted[i] = has_bit(w->page_mask, i) ? plain[i] & w->page[i] : plain[i];
+        hil_cells_interrupt(plain, program ? wanted : NULL, step, permille, &w->random);
         for (uint32_t i = 0; i < step; i++)
             put_cell(dev, at + i, plain[i]);
         if (!program && permille >= 1000)
-            w->used[at / HIL_NOR_SECTOR / 8u] &= (uint8_t) ~(1u << at / HIL_NOR_SECTOR % 8u);
+            w->used_sectors[at / HIL_NOR_SECTOR / 8u] &= (uint8_t) ~(1u
+                                                                     << at / HIL_NOR_SECTOR % 8u);
     }
 }
 
@@ -69,14 +70,14 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
-    if (!w->fails_silently)
+    if (!w->is_failing)
         change_cells(dev, permille);
     w->operation = 0;
     w->status &= (uint8_t) ~(BUSY | WEL);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
 }
 
-static void settle(struct hil_w25q_device *dev, uint64_t t_ps)
+static void end_if_due(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
     if (w->operation && t_ps >= w->end_ps)
@@ -86,22 +87,22 @@ static void settle(struct hil_w25q_device *dev, uint64_t t_ps)
 static void on_end(void *device, uint64_t at)
 {
     struct hil_w25q_device *dev = device;
-    settle(dev, hil_clock_ps(&dev->core->state.clock, at));
+    end_if_due(dev, hil_clock_ps(&dev->core->state.clock, at));
 }
 
 /* True if the fault script orders this program or erase to fail. */
-static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
+static bool is_failure_requested(struct hil_w25q_device *dev, bool program)
 {
-    struct hil_nor_orders *orders = dev->orders;
-    uint32_t *left = program ? &orders->fail_program : &orders->fail_erase;
+    struct hil_nor_requests *orders = dev->requests;
+    uint32_t *left = program ? &orders->program_failures : &orders->erase_failures;
     if (*left == 0)
         return false;
     --*left;
     return true;
 }
 
-static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, uint32_t bytes,
-                  uint32_t typical_us, uint32_t maximum_us)
+static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first,
+                            uint32_t bytes, uint32_t typical_us, uint32_t maximum_us)
 {
     struct hil_w25q *w = dev->state;
     bool program = w->command == PAGE_PROGRAM;
@@ -112,52 +113,53 @@ static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, ui
     }
     w->operation = w->command;
     w->operations++;
-    w->first = first;
-    w->bytes = bytes;
+    w->first_cell = first;
+    w->cell_count = bytes;
     w->begin_ps = t_ps;
     w->end_ps = t_ps +
                 hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
-    w->fails_silently = is_ordered_to_fail(dev, program);
-    if (dev->orders->hang) {
-        dev->orders->hang--;
+    w->is_failing = is_failure_requested(dev, program);
+    if (dev->requests->hang_count) {
+        dev->requests->hang_count--;
         w->end_ps = HIL_NEVER;
     }
     w->status |= BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
-    hil_call(&dev->began);
+    hil_call(&dev->on_begin);
 }
 
 static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
     if (w->operation) /* "data corruption may happen" (8.2.36) */
-        end_operation(dev, w->end_ps == HIL_NEVER ? HANG_PERMILLE
+        end_operation(dev, w->end_ps == HIL_NEVER ? INTERRUPTED_PERMILLE
                                                   : (unsigned)((t_ps - w->begin_ps) * 1000u /
                                                                (w->end_ps - w->begin_ps)));
     w->status = 0;
-    w->powered_down = w->reset_enabled = false;
+    w->is_powered_down = w->is_reset_enabled = false;
 }
 
 /* Chip select rises: executes the command shifted in. */
 static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    bool reset_enabled = w->reset_enabled;
-    w->reset_enabled = false;
-    w->past.rests = w->command == RESET && !reset_enabled ? 0 : w->command;
+    bool reset_enabled = w->is_reset_enabled;
+    w->is_reset_enabled = false;
+    w->times.pause_command = w->command == RESET && !reset_enabled ? 0 : w->command;
     switch (w->command) {
     case WRITE_ENABLE: w->status |= WEL; break;
     case PAGE_PROGRAM:
         if (w->page_count)
-            start(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
+            start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
     case ERASE_4K: /* only with exactly an address */
-        if (w->count == 4)
-            start(dev, t_ps, w->address & ~(HIL_NOR_SECTOR - 1u), HIL_NOR_SECTOR, 45000, 400000);
+        if (w->byte_count == 4)
+            start_operation(dev, t_ps, w->address & ~(HIL_NOR_SECTOR - 1u), HIL_NOR_SECTOR, 45000,
+                            400000);
         break;
-    case POWER_DOWN: w->powered_down = true; break;
-    case RELEASE: w->powered_down = false; break;
-    case ENABLE_RESET: w->reset_enabled = true; break;
+    case POWER_DOWN: w->is_powered_down = true; break;
+    case RELEASE: w->is_powered_down = false; break;
+    case ENABLE_RESET: w->is_reset_enabled = true; break;
     case RESET:
         if (reset_enabled)
             reset_chip(dev, t_ps);
@@ -167,19 +169,19 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
 }
 
 /* True if the chip accepts the command in its present state. */
-static bool accepts(const struct hil_w25q *w)
+static bool is_accepted(const struct hil_w25q *w)
 {
-    if (w->dead)
+    if (w->is_dead)
         return false;
-    if (w->stuck)
+    if (w->is_stuck)
         return w->command == READ_STATUS;
     if (w->operation)
         return w->command == READ_STATUS || w->command == ENABLE_RESET || w->command == RESET;
-    return !w->powered_down || w->command == RELEASE;
+    return !w->is_powered_down || w->command == RELEASE;
 }
 
 /* Handles byte n (1: the first after the command) of a command with a three-byte address. */
-static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
+static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
     struct hil_w25q *w = dev->state;
     if (n <= 3) {
@@ -195,21 +197,21 @@ static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
         /* wraps; the last byte at an address counts */
         uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE;
         w->page[at] = in;
-        w->in_page[at / 8u] |= (uint8_t)(1u << at % 8u);
+        w->page_mask[at / 8u] |= (uint8_t)(1u << at % 8u);
     }
     return 0xff;
 }
 
-static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
+static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
     struct hil_w25q *w = dev->state;
     static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
     switch (w->command) {
-    case READ_STATUS: return w->stuck ? w->status | BUSY : w->status;
+    case READ_STATUS: return w->is_stuck ? w->status | BUSY : w->status;
     case JEDEC_ID: return jedec[(n - 1u) % 3u];
     case READ:
     case PAGE_PROGRAM:
-    case ERASE_4K: return addressed(dev, n, in);
+    case ERASE_4K: return handle_addressed_byte(dev, n, in);
     default: return 0xff;
     }
 }
@@ -220,10 +222,10 @@ static bool is_driven(uint8_t command, uint32_t n)
     return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);
 }
 
-static bool drives_output(const void *device)
+static bool is_driving_output(const void *device)
 {
     const struct hil_w25q_device *dev = device;
-    return dev->state->spoke;
+    return dev->state->has_driven_output;
 }
 
 static bool is_known(uint8_t command)
@@ -235,16 +237,16 @@ static bool is_known(uint8_t command)
 }
 
 /* Applies orders of the fault script for the whole chip (hil/rig/faults.h). */
-static void take_orders(struct hil_w25q_device *dev)
+static void apply_requests(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
-    struct hil_nor_orders *orders = dev->orders;
-    w->dead = orders->dead;
-    w->stuck = orders->stuck;
-    if (orders->fill_requested) {
+    struct hil_nor_requests *orders = dev->requests;
+    w->is_dead = orders->is_dead;
+    w->is_stuck = orders->is_stuck;
+    if (orders->is_fill_requested) {
         memset(dev->cells, 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
-        memset(w->used, 0xff, sizeof w->used);
-        orders->fill_requested = false;
+        memset(w->used_sectors, 0xff, sizeof w->used_sectors);
+        orders->is_fill_requested = false;
     }
 }
 
@@ -253,13 +255,13 @@ static void begin_command(void *device, uint64_t at)
     struct hil_w25q_device *dev = device;
     struct hil_w25q *w = dev->state;
     (void)at;
-    w->selected = true;
-    w->count = 0;
-    take_orders(dev);
+    w->is_selected = true;
+    w->byte_count = 0;
+    apply_requests(dev);
 }
 
 /* Rule for the time without access that a command requires afterwards. */
-static enum hil_rule rest_after(uint8_t command)
+static enum hil_rule pause_rule(uint8_t command)
 {
     return command == RELEASE    ? HIL_RULE_RELEASE
          : command == POWER_DOWN ? HIL_RULE_POWER_DOWN
@@ -269,47 +271,48 @@ static enum hil_rule rest_after(uint8_t command)
 
 /* Checks the rules of the W25Q128JV (hil/periph/rules.def) when a command's first byte is known:
  * the rules for its select depend on the command. */
-static void hold_rules(struct hil_rules_device *rules, const struct hil_w25q_past *past,
-                       uint8_t command, double clock_period_ns)
+static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_times *past,
+                        uint8_t command, double clock_period_ns)
 {
     const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
     const struct hil_moment power = {.ps = past->power_ps};
-    bool reads = past->before == READ && command == READ;
-    enum hil_rule rest = rest_after(past->rests);
-    if (!past->before)
-        hil_rules_judge(rules, HIL_RULE_POWER_TO_SELECT, power, select->fell);
+    bool reads = past->previous_command == READ && command == READ;
+    enum hil_rule rest = pause_rule(past->pause_command);
+    if (!past->previous_command)
+        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_SELECT, power, select->fell);
     else
-        hil_rules_judge(rules, reads ? HIL_RULE_SELECT_HIGH_READS : HIL_RULE_SELECT_HIGH,
-                        select->rose, select->fell);
+        hil_rules_check_interval(rules, reads ? HIL_RULE_SELECT_HIGH_READS : HIL_RULE_SELECT_HIGH,
+                                 select->rose, select->fell);
     if (rest != HIL_RULES)
-        hil_rules_judge(rules, rest, select->rose, select->fell);
+        hil_rules_check_interval(rules, rest, select->rose, select->fell);
     if (command == WRITE_ENABLE)
-        hil_rules_judge(rules, HIL_RULE_POWER_TO_WRITE, power, select->fell);
-    hil_rules_measure(rules, command == READ ? HIL_RULE_CLOCK_PERIOD_READ : HIL_RULE_CLOCK_PERIOD,
-                      clock_period_ns, 0.0, select->fell.pc);
+        hil_rules_check_interval(rules, HIL_RULE_POWER_TO_WRITE, power, select->fell);
+    hil_rules_check_time(rules,
+                         command == READ ? HIL_RULE_CLOCK_PERIOD_READ : HIL_RULE_CLOCK_PERIOD,
+                         clock_period_ns, 0.0, select->fell.pc);
 }
 
-static uint8_t exchange(void *device, uint8_t in, uint64_t at)
+static uint8_t exchange_byte(void *device, uint8_t in, uint64_t at)
 {
     struct hil_w25q_device *dev = device;
     struct hil_w25q *w = dev->state;
     if (w->operation)
-        settle(dev, hil_clock_ps(&dev->core->state.clock, at));
-    uint32_t n = w->count++;
+        end_if_due(dev, hil_clock_ps(&dev->core->state.clock, at));
+    uint32_t n = w->byte_count++;
     if (n == 0) {
-        w->spoke = false;
-        hold_rules(dev->rules, &w->past, in, hil_spi_period_ns(dev->spi));
-        w->command = w->past.before = in;
-        w->past.rests = 0;
+        w->has_driven_output = false;
+        check_rules(dev->rules, &w->times, in, hil_spi_period_ns(dev->spi));
+        w->command = w->times.previous_command = in;
+        w->times.pause_command = 0;
         w->address = w->page_count = 0;
         if (w->operation != PAGE_PROGRAM)
-            memset(w->in_page, 0, sizeof w->in_page);
+            memset(w->page_mask, 0, sizeof w->page_mask);
         if (!is_known(in))
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
-    w->spoke = accepts(w) && is_driven(w->command, n);
-    return accepts(w) ? answer(dev, n, in) : 0xff;
+    w->has_driven_output = is_accepted(w) && is_driven(w->command, n);
+    return is_accepted(w) ? handle_byte(dev, n, in) : 0xff;
 }
 
 static void end_command(void *device, uint64_t at, bool in_byte)
@@ -317,39 +320,40 @@ static void end_command(void *device, uint64_t at, bool in_byte)
     struct hil_w25q_device *dev = device;
     struct hil_w25q *w = dev->state;
     uint64_t t_ps = hil_clock_ps(&dev->core->state.clock, at);
-    settle(dev, t_ps);
-    if (w->selected && w->count && !in_byte && accepts(w))
+    end_if_due(dev, t_ps);
+    if (w->is_selected && w->byte_count && !in_byte && is_accepted(w))
         execute_command(dev, t_ps);
-    w->selected = false;
+    w->is_selected = false;
 }
 
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev)
 {
-    return (struct hil_spi_slave){dev, begin_command, end_command, exchange, drives_output};
+    return (struct hil_spi_slave){dev, begin_command, end_command, exchange_byte,
+                                  is_driving_output};
 }
 
-void hil_w25q_power_lost(struct hil_w25q_device *dev)
+void hil_w25q_power_off(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
-    settle(dev, now_ps);
+    end_if_due(dev, now_ps);
     reset_chip(dev, now_ps);
-    w->selected = false;
-    hil_w25q_power_back(dev);
+    w->is_selected = false;
+    hil_w25q_power_on(dev);
 }
 
-void hil_w25q_power_back(struct hil_w25q_device *dev)
+void hil_w25q_power_on(struct hil_w25q_device *dev)
 {
-    dev->state->past.before = dev->state->past.rests = 0;
-    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* plus 1, because 0 means unknown */
+    dev->state->times.previous_command = dev->state->times.pause_command = 0;
+    dev->state->times.power_ps = hil_now_ps(dev->core) + 1u; /* plus 1, because 0 means unknown */
 }
 
 void hil_w25q_create(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
-    *w = (struct hil_w25q){.past.power_ps = 1,
+    *w = (struct hil_w25q){.times.power_ps = 1,
                            .random = dev->options->seed ^ 0x25c128000025c128ull};
-    hil_event_wire(dev->core, HIL_EVENT_NOR, on_end, dev);
+    hil_event_connect(dev->core, HIL_EVENT_NOR, on_end, dev);
 }
 
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,

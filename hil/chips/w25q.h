@@ -23,10 +23,10 @@
 struct hil_rules_device;
 
 /* Times from which the rules measure the next command. */
-struct hil_w25q_past {
-    uint8_t before;    /* previous command; 0: none since power on */
-    uint8_t rests;     /* an executed command that requires a pause; 0: none */
-    uint64_t power_ps; /* time of power on */
+struct hil_w25q_times {
+    uint8_t previous_command; /* previous command; 0: none since power on */
+    uint8_t pause_command;    /* an executed command that requires a pause; 0: none */
+    uint64_t power_ps;        /* time of power on */
 };
 
 struct hil_core;
@@ -38,58 +38,58 @@ struct hil_options;
 
 struct hil_w25q {
     uint8_t status;
-    bool powered_down, reset_enabled;
+    bool is_powered_down, is_reset_enabled;
     /* the command being shifted in */
-    bool selected;
+    bool is_selected;
     uint8_t command;
-    bool spoke; /* the chip drove its output in the last byte */
-    struct hil_w25q_past past;
-    uint32_t count; /* bytes since the chip was selected */
+    bool has_driven_output; /* the chip drove its output in the last byte */
+    struct hil_w25q_times times;
+    uint32_t byte_count; /* bytes since the chip was selected */
     uint32_t address;
     uint8_t page[HIL_NOR_PAGE];
-    uint8_t in_page[HIL_NOR_PAGE / 8u]; /* bit mask of the bytes shifted in */
+    uint8_t page_mask[HIL_NOR_PAGE / 8u]; /* bit mask of the bytes shifted in */
     uint32_t page_count;
     /* the operation in progress */
-    uint8_t operation;         /* its command; 0: none */
-    uint32_t first, bytes;     /* cells being changed */
-    uint64_t begin_ps, end_ps; /* end_ps HIL_NEVER: until a reset */
+    uint8_t operation;               /* its command; 0: none */
+    uint32_t first_cell, cell_count; /* cells being changed */
+    uint64_t begin_ps, end_ps;       /* end_ps HIL_NEVER: until a reset */
     /* totals */
     uint64_t operations; /* programs and erases begun since creation */
     uint64_t random;
     /* set by the fault script: the chip is dead; it stays busy; the operation in progress fails */
-    bool dead, stuck, fails_silently;
+    bool is_dead, is_stuck, is_failing;
     /* sectors that are not fully erased, or were not at some time */
-    uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
+    uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
 };
 
 /* Requests of a fault script to the chip. The chip executes and clears `fill_requested`, and
  * decrements the counts with each failure. */
-struct hil_nor_orders {
+struct hil_nor_requests {
     /* the chip does not drive its output: all reads give ones, and commands have no effect */
-    bool dead;
-    bool stuck;            /* always busy, also after its reset command */
-    bool fill_requested;   /* program every byte with zeroes */
-    uint32_t fail_program; /* number of following page programs that change nothing */
-    uint32_t fail_erase;
-    uint32_t hang; /* number of following programs and erases that end at a reset only */
+    bool is_dead;
+    bool is_stuck;             /* always busy, also after its reset command */
+    bool is_fill_requested;    /* program every byte with zeroes */
+    uint32_t program_failures; /* number of following page programs that change nothing */
+    uint32_t erase_failures;
+    uint32_t hang_count; /* number of following programs and erases that end at a reset only */
 };
 
 struct hil_w25q_device {
     struct hil_core *core;
     const struct hil_options *options;
     struct hil_w25q *state;
-    struct hil_nor_orders *orders;
+    struct hil_nor_requests *requests;
     struct hil_rules_device *rules; /* rules that are checked for the master */
     const struct hil_spi_device *spi;
     uint8_t *cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
-    struct hil_call began; /* a program or erase has begun */
+    struct hil_call on_begin; /* a program or erase has begun */
 };
 
 /* Initialises events and state. Afterwards connect the result of hil_w25q_slave. */
 void hil_w25q_create(struct hil_w25q_device *dev);
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
-void hil_w25q_power_lost(struct hil_w25q_device *dev);
-void hil_w25q_power_back(struct hil_w25q_device *dev);
+void hil_w25q_power_off(struct hil_w25q_device *dev);
+void hil_w25q_power_on(struct hil_w25q_device *dev);
 
 /* Read and write the cells directly. MR_UNKNOWN: out of range. */
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,

@@ -8,10 +8,10 @@
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral)
 {
     struct hil_bus *bus = &core->bus;
-    if (bus->count == HIL_PERIPHERALS_MAX || !hil_registers_of(peripheral->base))
+    if (bus->count == HIL_PERIPHERALS_MAX || !hil_registers_by_base(peripheral->base))
         abort();
     bus->peripheral_of[(peripheral->base - 0x40000000u) >> 10] = (uint8_t)bus->count;
-    bus->registers_of[bus->count] = hil_registers_of(peripheral->base);
+    bus->registers_of[bus->count] = hil_registers_by_base(peripheral->base);
     bus->peripheral[bus->count++] = *peripheral;
 }
 
@@ -19,10 +19,10 @@ static bool is_allowed(struct hil_core *core, const struct hil_register *r, bool
                        uint32_t value)
 {
     if (!r) {
-        hil_bus_no_register(core);
+        hil_bus_refuse_register(core);
         return false;
     }
-    const char *objection = write ? hil_register_objection(r, value) : NULL;
+    const char *objection = write ? hil_register_refusal(r, value) : NULL;
     if (!objection)
         return true;
     hil_bus_refuse(core, objection);
@@ -42,7 +42,8 @@ static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, u
 
 static bool is_core_modelled(struct hil_core *core, uint32_t offset, bool write, uint32_t value)
 {
-    return is_allowed(core, hil_register_at(hil_registers_of(0xe000e000u), offset), write, value);
+    return is_allowed(core, hil_register_at(hil_registers_by_base(0xe000e000u), offset), write,
+                      value);
 }
 
 static uint32_t addressed_bytes(uint32_t value, uint32_t address, unsigned size)
@@ -51,18 +52,18 @@ static uint32_t addressed_bytes(uint32_t value, uint32_t address, unsigned size)
     return size == 1 ? value & 0xffu : size == 2 ? value & 0xffffu : value;
 }
 
-static bool clock_is_on(struct hil_core *core, const struct hil_peripheral *p)
+static bool is_clock_on(struct hil_core *core, const struct hil_peripheral *p)
 {
-    const struct hil_fresh_clocks *fresh = &core->bus.fresh;
+    const struct hil_new_clocks *fresh = &core->bus.fresh;
     if (fresh->clocks && fresh->clocks == p->clocks && (fresh->mask & p->clock_mask))
-        fresh->accessed(fresh->who);
+        fresh->on_access(fresh->context);
     if (!p->clocks || (*p->clocks & p->clock_mask))
         return true;
     hil_bus_stop(core, "clock of the peripheral is off:", NULL);
     return false;
 }
 
-uint32_t hil_bus_bits_read(const struct hil_core *core)
+uint32_t hil_bus_read_mask(const struct hil_core *core)
 {
     const struct hil_access *access = &core->bus.access;
     return addressed_bytes(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
@@ -74,8 +75,8 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
     if (address - 0x40000000u < 0x00080000u) {
         const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
         if (!p)
-            return hil_bus_no_register(core);
-        if (!clock_is_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
+            return hil_bus_refuse_register(core);
+        if (!is_clock_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
             return 0;
         return addressed_bytes(p->read(p->device, p->unit, (address - p->base) & ~3u), address,
                                size);
@@ -89,8 +90,8 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
                  ? addressed_bytes(
                        core->bus.system_memory.read(core->bus.system_memory.device, address),
                        address, size)
-                 : hil_bus_no_register(core);
-    return hil_bus_no_register(core);
+                 : hil_bus_refuse_register(core);
+    return hil_bus_refuse_register(core);
 }
 
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
@@ -99,10 +100,10 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     if (address - 0x40000000u < 0x00080000u) {
         const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
         if (!p) {
-            hil_bus_no_register(core);
+            hil_bus_refuse_register(core);
             return;
         }
-        if (!clock_is_on(core, p))
+        if (!is_clock_on(core, p))
             return;
         uint32_t offset = address - p->base;
         if (size == 4 && !(offset & 3u)) {
@@ -111,13 +112,14 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
             p->write(p->device, p->unit, offset, value);
             return;
         }
-        if (!p->narrow) {
+        if (!p->allows_narrow_writes) {
             hil_bus_refuse(core, "this register is modelled only for word writes");
             return;
         }
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
-        uint32_t rest = (p->rest ? p->rest(p->device, p->unit, offset & ~3u) : 0) & ~mask;
+        uint32_t rest =
+            (p->unchanged_bits ? p->unchanged_bits(p->device, p->unit, offset & ~3u) : 0) & ~mask;
         if (!is_modelled(core, p, offset & ~3u, true, rest | shifted))
             return;
         p->write(p->device, p->unit, offset & ~3u, rest | shifted);
@@ -130,5 +132,5 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         hil_scb_write(core, address, size, value);
         return;
     }
-    hil_bus_no_register(core);
+    hil_bus_refuse_register(core);
 }

@@ -18,7 +18,7 @@ void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripher
 /* Accesses by the core. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);
 /* Bits of the word being read that the core receives. */
-uint32_t hil_bus_bits_read(const struct hil_core *core);
+uint32_t hil_bus_read_mask(const struct hil_core *core);
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
 #endif

@@ -16,10 +16,10 @@ void hil_core_stop(struct hil_core *core, enum mr_status status, const char *for
     vsnprintf(core->reason, sizeof core->reason, format, arguments);
     va_end(arguments);
     hil_trace(core, "stop: %s", core->reason);
-    hil_core_attend(core);
-    core->engine.translator.abandoned = core->engine.left_inside =
+    hil_core_request_check(core);
+    core->engine.translator.abandoned = core->engine.has_left_block =
         hil_translator_can_leave(&core->engine.translator);
-    if (core->engine.left_inside)
+    if (core->engine.has_left_block)
         uc_emu_stop(core->uc);
 }
 
@@ -37,9 +37,9 @@ void hil_core_trace_line(struct hil_core *core, const char *format, ...)
 
 void hil_core_request_reset(struct hil_core *core, uint32_t flags)
 {
-    core->reset.asked = true;
+    core->reset.is_requested = true;
     core->reset.flags |= flags | CSR_PIN;
-    hil_core_attend(core);
+    hil_core_request_check(core);
 }
 
 enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n)
@@ -118,7 +118,7 @@ uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
     return clock->anchor_cycle + (uint64_t)cycles;
 }
 
-void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz)
+void hil_clock_set_hclk(struct hil_clock *clock, uint32_t hclk_hz)
 {
     clock->anchor_ps = hil_clock_ps(clock, clock->now_cycle);
     clock->anchor_cycle = clock->now_cycle;
@@ -134,10 +134,10 @@ static void target_event(void *device, uint64_t at)
     core->target_reached = true;
 }
 
-void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
-                    void (*handler)(void *device, uint64_t at), void *device)
+void hil_event_connect(struct hil_core *core, enum hil_event_slot slot,
+                       void (*handler)(void *device, uint64_t at), void *device)
 {
-    core->handler[slot] = (struct hil_event_wire){handler, device};
+    core->handler[slot] = (struct hil_event_connect){handler, device};
 }
 
 void hil_core_create(struct hil_core *core)
@@ -146,7 +146,7 @@ void hil_core_create(struct hil_core *core)
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++)
         events->at_cycle[i] = events->at_ps[i] = HIL_NEVER;
     events->next_cycle = HIL_NEVER;
-    hil_event_wire(core, HIL_EVENT_TARGET, target_event, core);
+    hil_event_connect(core, HIL_EVENT_TARGET, target_event, core);
     memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
 }
 
@@ -178,7 +178,7 @@ static void find_next(struct hil_core *core)
         core->limit_cycle = next;
 }
 
-static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
+static void set_slot(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
 {
     struct hil_events *events = &core->state.events;
     uint64_t before = events->at_cycle[slot];
@@ -198,16 +198,16 @@ static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle,
 
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle)
 {
-    set(core, slot, cycle, HIL_NEVER);
+    set_slot(core, slot, cycle, HIL_NEVER);
 }
 
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps)
 {
-    set(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
+    set_slot(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
 }
 
 /* Recalculates the slots set in picoseconds after a change of HCLK. */
-static void rebase(struct hil_core *core)
+static void update_physical_times(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
@@ -217,7 +217,7 @@ static void rebase(struct hil_core *core)
     find_next(core);
 }
 
-void hil_event_run(struct hil_core *core)
+void hil_event_handle_due(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     const struct hil_observers *observers = &core->observers;
@@ -230,24 +230,24 @@ void hil_event_run(struct hil_core *core)
         core->handler[slot].handler(core->handler[slot].device, at);
         /* the end of a partial run must not appear in a trace */
         if (observers->tracer && slot != HIL_EVENT_TARGET)
-            observers->tracer->sample(observers->tracer_who, at);
+            observers->tracer->sample(observers->tracer_context, at);
         find_next(core);
     }
 }
 
 /* --- changes of HCLK --- */
 
-void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz)
+void hil_hclk_set(struct hil_core *core, uint32_t hclk_hz)
 {
     struct hil_clock *clock = &core->state.clock;
     if (hclk_hz == clock->hclk_hz)
         return;
-    hil_clock_turn(clock, hclk_hz);
-    rebase(core);
+    hil_clock_set_hclk(clock, hclk_hz);
+    update_physical_times(core);
     hil_trace(core, "HCLK %u Hz", (unsigned)hclk_hz);
 }
 
-void hil_hclk_stand_still(struct hil_core *core)
+void hil_hclk_skip_to_event(struct hil_core *core)
 {
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
@@ -259,7 +259,7 @@ void hil_hclk_stand_still(struct hil_core *core)
     uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
     clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
     clock->anchor_cycle = clock->now_cycle;
-    rebase(core);
+    update_physical_times(core);
 }
 
 /* ---- registers ---- */
@@ -279,17 +279,17 @@ static const struct hil_register_set sets[] = {
 #include "hil/core/registers.def"
 };
 /* clang-format on */
-#define SETS (sizeof sets / sizeof sets[0])
+#define SET_COUNT (sizeof sets / sizeof sets[0])
 
 const struct hil_register_set *hil_registers_all(size_t *count)
 {
-    *count = SETS;
+    *count = SET_COUNT;
     return sets;
 }
 
-const struct hil_register_set *hil_registers_of(uint32_t base)
+const struct hil_register_set *hil_registers_by_base(uint32_t base)
 {
-    for (size_t i = 0; i < SETS; i++) {
+    for (size_t i = 0; i < SET_COUNT; i++) {
         if (sets[i].base == base)
             return &sets[i];
     }
@@ -298,7 +298,7 @@ const struct hil_register_set *hil_registers_of(uint32_t base)
 
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset)
 {
-    for (const struct hil_register *r = set->all; r->name; r++) {
+    for (const struct hil_register *r = set->registers; r->name; r++) {
         uint32_t from = offset - r->offset;
         if (offset >= r->offset && from % r->stride == 0 && from / r->stride < r->count)
             return r;
@@ -306,14 +306,14 @@ const struct hil_register *hil_register_at(const struct hil_register_set *set, u
     return NULL;
 }
 
-const char *hil_register_objection(const struct hil_register *r, uint32_t value)
+const char *hil_register_refusal(const struct hil_register *r, uint32_t value)
 {
     uint32_t changed = value ^ r->reset;
     if (r->access == 'r')
         return "the register is read-only: the chip ignores the write";
     if (changed & r->refused)
-        return r->what;
-    if (!r->loose && (changed & ~(r->plain | r->action | r->status | r->partly)))
+        return r->explanation;
+    if (!r->allows_reserved && (changed & ~(r->plain | r->action | r->status | r->conditional)))
         return "a reserved bit is changed: it must be kept at its reset value";
     return NULL;
 }
@@ -321,7 +321,7 @@ const char *hil_register_objection(const struct hil_register *r, uint32_t value)
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        const struct hil_register *r = hil_register_at(hil_registers_of(base),
+        const struct hil_register *r = hil_register_at(hil_registers_by_base(base),
                                                        offset + 4u * (uint32_t)i);
         word[i] = r ? r->reset : 0;
     }
@@ -340,14 +340,15 @@ unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, ui
 
 uint32_t hil_access_pc(const struct hil_core *core)
 {
-    struct hil_place place;
-    return hil_translator_place(&core->engine.translator, core->bus.access.address, &place)
+    struct hil_instruction place;
+    return hil_translator_find_instruction(&core->engine.translator, core->bus.access.address,
+                                           &place)
              ? place.pc
              : hil_cpu_register(core, 15) & ~1u;
 }
 
 /* True if a condition holds: ARMv7-M A7.3. */
-bool hil_condition_holds(uint32_t xpsr, unsigned condition)
+bool hil_is_condition_met(uint32_t xpsr, unsigned condition)
 {
     bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;
     const bool holds[8] = {z, c, n, v, c && !z, n == v, n == v && !z, true};
@@ -356,7 +357,7 @@ bool hil_condition_holds(uint32_t xpsr, unsigned condition)
 
 /* True if the transfer at `pc` is unaligned. Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole
  * words, so only the base matters. */
-bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
+bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc)
 {
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     if (!code)
@@ -377,22 +378,23 @@ bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
 
 /* --- time of an access --- */
 
-struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle)
+struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle)
 {
     return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle)};
 }
 
-struct hil_moment hil_stamp(const struct hil_core *core)
+struct hil_moment hil_access_moment(const struct hil_core *core)
 {
-    struct hil_place place;
-    if (!hil_translator_place(&core->engine.translator, core->bus.access.address, &place) ||
+    struct hil_instruction place;
+    if (!hil_translator_find_instruction(&core->engine.translator, core->bus.access.address,
+                                         &place) ||
         /* an access from the boot ROM: its instructions are not decoded */
         !hil_memory_at(core, place.pc, 2, false))
         return (struct hil_moment){0};
     uint64_t parts = (uint64_t)hil_instructions_between(core, core->state.cpu.block_address,
                                                         place.pc) *
                      core->cycle_parts;
-    uint64_t cycle = hil_now(core) + parts / HIL_CYCLE_PARTS;
+    uint64_t cycle = hil_now_cycle(core) + parts / HIL_CYCLE_PARTS;
     return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle), .pc = place.pc};
 }
 
@@ -419,7 +421,7 @@ uint32_t hil_bus_refuse(struct hil_core *core, const char *what)
     return 0;
 }
 
-uint32_t hil_bus_no_register(struct hil_core *core)
+uint32_t hil_bus_refuse_register(struct hil_core *core)
 {
     hil_bus_stop(core, "unmodelled", NULL);
     return 0;

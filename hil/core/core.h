@@ -36,10 +36,10 @@ struct hil_peripheral {
     unsigned unit; /* number among identical peripherals of one device */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
     void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
-    bool narrow; /* true if byte and halfword writes are modelled */
+    bool allows_narrow_writes; /* true if byte and halfword writes are modelled */
     /* The bits of the register that a narrow write does not change. NULL: none are needed, because
      * writing 0 has no effect or the register is no wider. */
-    uint32_t (*rest)(void *device, unsigned unit, uint32_t offset);
+    uint32_t (*unchanged_bits)(void *device, unsigned unit, uint32_t offset);
     void *device;
     /* the clock is on while a bit of clock_mask is set here; NULL: always on */
     const uint32_t *clocks;
@@ -53,12 +53,12 @@ struct hil_system_memory {
 };
 
 /* Clocks that have just been switched on. */
-struct hil_fresh_clocks {
+struct hil_new_clocks {
     const uint32_t *clocks; /* NULL: none; otherwise as in struct hil_peripheral */
     uint32_t mask;
     /* called at the first access to a peripheral whose clock has just been switched on */
-    void (*accessed)(void *who);
-    void *who;
+    void (*on_access)(void *context);
+    void *context;
 };
 
 #define HIL_PERIPHERALS_MAX 64u
@@ -68,7 +68,7 @@ struct hil_fresh_clocks {
 struct hil_bus {
     struct hil_access access;
     struct hil_system_memory system_memory;
-    struct hil_fresh_clocks fresh;
+    struct hil_new_clocks fresh;
     unsigned count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t peripheral_of[HIL_BUS_PAGES];
@@ -95,37 +95,37 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
  * Observers do not change the behaviour of a board: a debugger holds virtual time, the others only
  * observe. */
 struct hil_debugger_calls {
-    bool (*holds)(const void *who);
+    bool (*is_holding)(const void *context);
     /* true if a watchpoint was hit; the board is then held at the end of the block */
-    bool (*holds_hit)(void *who);
+    bool (*has_hit_watchpoint)(void *context);
     /* the firmware has executed BKPT */
-    void (*hold_bkpt)(void *who);
+    void (*handle_bkpt)(void *context);
     /* true if this block must be executed instruction by instruction */
-    bool (*wants)(const void *who, uint32_t address, uint32_t size);
+    bool (*has_point_in)(const void *context, uint32_t address, uint32_t size);
     /* true if the board must stop before this instruction of such a block */
-    bool (*stops_before)(void *who, uint32_t pc);
+    bool (*is_stop_before)(void *context, uint32_t pc);
 };
 
 struct hil_tracer_calls {
     /* signals may have changed at this cycle */
-    void (*sample)(void *who, uint64_t at);
-    void (*exception)(void *who); /* the core changes to a different exception */
+    void (*sample)(void *context, uint64_t at);
+    void (*exception)(void *context); /* the core changes to a different exception */
 };
 
 struct hil_profiler_calls {
     /* this number of instructions of the block has been executed */
-    void (*count)(void *who, uint32_t address, uint32_t size, uint32_t instructions);
+    void (*count)(void *context, uint32_t address, uint32_t size, uint32_t instructions);
 };
 
 struct hil_observers {
     const struct hil_debugger_calls *debugger;
     const struct hil_tracer_calls *tracer;
     const struct hil_profiler_calls *profiler;
-    void *debugger_who, *tracer_who, *profiler_who;
+    void *debugger_context, *tracer_context, *profiler_context;
 };
 
 /* Handler of an event slot; `at` is the time that was set. */
-struct hil_event_wire {
+struct hil_event_connect {
     void (*handler)(void *device, uint64_t at);
     void *device;
 };
@@ -157,18 +157,18 @@ struct hil_cpu_engine {
     struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
     /* 1, then 2: Unicorn executes a single instruction of a block */
-    unsigned single;
+    unsigned single_step;
     /* Results of the core's hooks for the main loop. */
-    int came_back;
-    uint32_t came_back_number;
+    int return_reason;
+    uint32_t return_number;
     uint32_t bad_address, bad_size;
-    struct hil_place bad_place; /* the instruction of the bad access */
-    bool left_inside; /* the run was stopped by an access, and the core is at that instruction */
+    struct hil_instruction bad_place; /* the instruction of the bad access */
+    bool has_left_block; /* the run was stopped by an access, and the core is at that instruction */
     /* bytes of an unaligned store to flash that are still to be stored one by one */
-    unsigned split_bytes;
-    bool rom_at_zero;    /* present mapping of the core's address space */
-    bool flash_guarded;  /* reads of flash by the core are intercepted */
-    bool looks_at_loads; /* loads are checked for stuck cells (cpu.h) */
+    unsigned split_bytes_left;
+    bool is_rom_at_zero;    /* present mapping of the core's address space */
+    bool is_flash_guarded;  /* reads of flash by the core are intercepted */
+    bool is_checking_loads; /* loads are checked for stuck cells (cpu.h) */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };
@@ -198,10 +198,10 @@ static inline void *hil_allocate(size_t size)
 
 /* A requested reset of the chip that has not been executed yet. */
 struct hil_reset {
-    bool asked;
-    bool power_lost;  /* the reset is caused by the return of the supply */
-    uint32_t flags;   /* flags for RCC_CSR */
-    uint64_t hold_ps; /* end of the reset */
+    bool is_requested;
+    bool has_lost_power; /* the reset is caused by the return of the supply */
+    uint32_t flags;      /* flags for RCC_CSR */
+    uint64_t hold_ps;    /* end of the reset */
 };
 
 struct hil_core {
@@ -209,7 +209,7 @@ struct hil_core {
     struct hil_memory *memory; /* page-aligned; the core runs directly on this memory */
     struct uc_struct *uc;
     FILE *trace;          /* NULL, or the file for exceptions and unusual events */
-    bool watch_alignment; /* hil_options.watch_alignment */
+    bool check_alignment; /* hil_options.check_alignment */
     /* length of an instruction in 1/HIL_CYCLE_PARTS cycles, from hil_options.cpi */
     uint32_t cycle_parts;
 
@@ -223,9 +223,9 @@ struct hil_core {
     char reason[512];
 
     struct hil_bus bus;
-    struct hil_event_wire handler[HIL_EVENT_COUNT];
+    struct hil_event_connect handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
-    bool no_ccm; /* the chip has no CCM */
+    bool has_no_ccm; /* the chip has no CCM */
     struct hil_observers observers;
     struct hil_cpu_engine engine;
 };
@@ -236,8 +236,8 @@ uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* Starts a clock with the given HCLK. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
 /* Changes HCLK to hclk_hz at the present cycle. Parts that wait for a physical time must also be
- * notified; use hil_hclk_change for both. */
-void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
+ * notified; use hil_hclk_set for both. */
+void hil_clock_set_hclk(struct hil_clock *clock, uint32_t hclk_hz);
 
 /* Stops the run with a message. Only the first stop counts. */
 __attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,
@@ -246,7 +246,7 @@ __attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,
 /* Resets the chip as soon as possible; `flags` are added to RCC_CSR. */
 void hil_core_request_reset(struct hil_core *core, uint32_t flags);
 /* Makes the core check for events at the next basic block. May be called from anywhere. */
-static inline void hil_core_attend(struct hil_core *core)
+static inline void hil_core_request_check(struct hil_core *core)
 {
     core->limit_cycle = 0;
 }
@@ -260,7 +260,7 @@ __attribute__((format(printf, 2, 3))) void hil_core_trace_line(struct hil_core *
             hil_core_trace_line((core), __VA_ARGS__); \
     } while (0)
 
-static inline uint64_t hil_now(const struct hil_core *core)
+static inline uint64_t hil_now_cycle(const struct hil_core *core)
 {
     return core->state.clock.now_cycle;
 }
@@ -294,7 +294,7 @@ static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t addre
         return NULL;
     if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
         return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
-    if (core->state.bank.boot_rom) {
+    if (core->state.bank.is_boot_rom_mapped) {
         if (address < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - address)
             return (uint8_t *)(uintptr_t)hil_bootrom_image + address;
     } else if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address) {
@@ -304,11 +304,11 @@ static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t addre
 }
 
 /* True if this address cannot be read before the flash operation in progress ends. */
-static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t address)
+static inline bool hil_memory_is_stalled(const struct hil_core *core, uint32_t address)
 {
     const struct hil_bank *bank = &core->state.bank;
-    return bank->busy && (address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
-                          (address < HIL_FLASH_SIZE && !bank->boot_rom));
+    return bank->is_busy && (address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
+                             (address < HIL_FLASH_SIZE && !bank->is_boot_rom_mapped));
 }
 
 /* Reads bytes of flash, SRAM, CCM or ROM. MR_UNKNOWN: the range is not within one memory. */
@@ -327,34 +327,35 @@ uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
  * relies on a function that is not modelled. */
 
 struct hil_register {
-    uint16_t offset; /* offset of the first register */
-    uint8_t count;   /* number of identical registers */
-    uint8_t stride;  /* distance between them in bytes */
-    char access;     /* 'b' both, 'r' read-only, 'w' write-only */
-    bool loose;      /* reserved bits may have any value in writes: flags cleared by 0, keys */
+    uint16_t offset;      /* offset of the first register */
+    uint8_t count;        /* number of identical registers */
+    uint8_t stride;       /* distance between them in bytes */
+    char access;          /* 'b' both, 'r' read-only, 'w' write-only */
+    bool allows_reserved; /* reserved bits may have any value in writes: flags cleared by 0, keys */
     const char *name;
     uint32_t reset;
-    uint32_t plain;   /* bits that read back as written */
-    uint32_t action;  /* bits that start an action or clear a flag when written */
-    uint32_t status;  /* bits that hardware sets; written values are ignored */
-    uint32_t partly;  /* bits that are modelled only for some values or states; see `what` */
+    uint32_t plain;  /* bits that read back as written */
+    uint32_t action; /* bits that start an action or clear a flag when written */
+    uint32_t status; /* bits that hardware sets; written values are ignored */
+    uint32_t
+        conditional;  /* bits that are modelled only for some values or states; see `explanation` */
     uint32_t refused; /* bits that exist in hardware but are not modelled */
-    const char *what; /* explanation of partly and refused */
+    const char *explanation; /* explanation of partly and refused */
 };
 
 struct hil_register_set {
     const char *peripheral;
     uint32_t base;
-    const struct hil_register *all; /* an entry without a name ends the list */
+    const struct hil_register *registers; /* an entry without a name ends the list */
 };
 
 /* Table of a peripheral by its base address; NULL: none. */
-const struct hil_register_set *hil_registers_of(uint32_t base);
+const struct hil_register_set *hil_registers_by_base(uint32_t base);
 const struct hil_register_set *hil_registers_all(size_t *count);
 /* Register of a set at an offset; NULL: not modelled. */
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
 /* Reason why this write is refused, as text in static storage; NULL: the write is allowed. */
-const char *hil_register_objection(const struct hil_register *r, uint32_t value);
+const char *hil_register_refusal(const struct hil_register *r, uint32_t value);
 /* Sets `count` words from `offset` on to the reset values of their registers; 0 where there is no
  * register. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
@@ -369,9 +370,9 @@ void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t 
 
 /* True if the multiple, double or exclusive transfer at `pc` must fault because of its address,
  * with the present registers. Only for transfers with a general base register. */
-bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc);
+bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc);
 /* True if the condition code is met with these flags. */
-bool hil_condition_holds(uint32_t xpsr, unsigned condition);
+bool hil_is_condition_met(uint32_t xpsr, unsigned condition);
 /* Number of instructions that begin at or after `from` and before `to`. */
 unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
 
@@ -382,9 +383,9 @@ uint32_t hil_access_pc(const struct hil_core *core);
 /* Time and PC of the access in progress, for the peripheral that is being read or written. Zero if
  * the access is not made by an instruction of the firmware but by a debugger, DMA or the boot
  * ROM. */
-struct hil_moment hil_stamp(const struct hil_core *core);
+struct hil_moment hil_access_moment(const struct hil_core *core);
 /* Time stamp of an event in hardware at a cycle, without a PC. */
-struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
+struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle);
 
 /* Refusals: an access that is not modelled stops the run with a message. */
 
@@ -392,7 +393,7 @@ struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
  * centre-aligned mode". Returns 0, which a read can return. */
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
 /* As hil_bus_refuse, for a register that is not modelled. */
-uint32_t hil_bus_no_register(struct hil_core *core);
+uint32_t hil_bus_refuse_register(struct hil_core *core);
 /* Stops the run at the access in progress. The message consists of `why`, the access, and `what`
  * (may be NULL). */
 void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
@@ -406,18 +407,18 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
 
 /* Initialises the core with an empty queue and no peripherals on the bus. */
 void hil_core_create(struct hil_core *core);
-void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
-                    void (*handler)(void *device, uint64_t at), void *device);
+void hil_event_connect(struct hil_core *core, enum hil_event_slot slot,
+                       void (*handler)(void *device, uint64_t at), void *device);
 /* Set, move or (with HIL_NEVER) clear a slot. A time in the past is due at once. */
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
 /* Handles all events due up to the present cycle, in order of time. */
-void hil_event_run(struct hil_core *core);
+void hil_event_handle_due(struct hil_core *core);
 
 /* Changes HCLK to hclk_hz now. */
-void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz);
+void hil_hclk_set(struct hil_core *core, uint32_t hclk_hz);
 /* Without a clock: advances physical time to the next event in physical time, while cycles stand
  * still. */
-void hil_hclk_stand_still(struct hil_core *core);
+void hil_hclk_skip_to_event(struct hil_core *core);
 
 #endif

@@ -34,7 +34,7 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
 /* Maps address 0 to flash, or to the ROM if BOOT0 selected it. */
 static void map_zero(struct hil_core *core, bool rom, bool readable)
 {
-    core->engine.rom_at_zero = rom;
+    core->engine.is_rom_at_zero = rom;
     if (rom)
         map_read_only(core, 0, HIL_ROM_SIZE, hil_bootrom_image, true);
     else
@@ -43,37 +43,37 @@ static void map_zero(struct hil_core *core, bool rom, bool readable)
 
 static void unmap_zero(struct hil_core *core)
 {
-    uc_check(uc_mem_unmap(core->uc, 0, core->engine.rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
+    uc_check(uc_mem_unmap(core->uc, 0, core->engine.is_rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
              "unmapping address 0");
 }
 
 /* Makes reads of flash call the memory hook: during an erase, because reads must wait, and
  * afterwards while the data cache may hold old content. Only a new mapping empties the core's
  * address cache; it takes a millisecond, too long to do it per word. */
-static void guard_flash(struct hil_core *core, bool guarded)
+static void intercept_flash_reads(struct hil_core *core, bool guarded)
 {
-    if (core->engine.flash_guarded == guarded)
+    if (core->engine.is_flash_guarded == guarded)
         return;
-    core->engine.flash_guarded = guarded;
+    core->engine.is_flash_guarded = guarded;
     unmap_zero(core);
     uc_check(uc_mem_unmap(core->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
-    map_zero(core, core->engine.rom_at_zero, !guarded);
+    map_zero(core, core->engine.is_rom_at_zero, !guarded);
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
 }
 
 /* Maps flash or ROM at address 0 to match the state of the boot pin. */
-void hil_map_follow_boot_pin(struct hil_core *core)
+void hil_map_update_boot_memory(struct hil_core *core)
 {
-    if (core->engine.rom_at_zero == core->state.bank.boot_rom)
+    if (core->engine.is_rom_at_zero == core->state.bank.is_boot_rom_mapped)
         return;
     unmap_zero(core);
-    map_zero(core, core->state.bank.boot_rom, !core->engine.flash_guarded);
+    map_zero(core, core->state.bank.is_boot_rom_mapped, !core->engine.is_flash_guarded);
 }
 
 static bool is_flash(const struct hil_core *core, uint32_t address)
 {
     return address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
-           (address < HIL_FLASH_SIZE && !core->engine.rom_at_zero);
+           (address < HIL_FLASH_SIZE && !core->engine.is_rom_at_zero);
 }
 
 static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size,
@@ -83,25 +83,25 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     (void)uc;
     if (type == UC_MEM_WRITE_PROT && is_flash(core, (uint32_t)address)) {
         /* the flash controller changes the content, not the store itself */
-        if (core->engine.split_bytes) {
-            core->engine.split_bytes--;
+        if (core->engine.split_bytes_left) {
+            core->engine.split_bytes_left--;
             return true;
         }
-        core->bank.store(core->bank.who, (uint32_t)address, (unsigned)size, (uint64_t)value);
+        core->bank.store(core->bank.context, (uint32_t)address, (unsigned)size, (uint64_t)value);
         if (address % (unsigned)size) /* Unicorn reports an unaligned store again byte by byte */
-            core->engine.split_bytes = (unsigned)size;
+            core->engine.split_bytes_left = (unsigned)size;
         return true;
     }
-    if (type == UC_MEM_READ_PROT && core->engine.flash_guarded &&
+    if (type == UC_MEM_READ_PROT && core->engine.is_flash_guarded &&
         is_flash(core, (uint32_t)address)) {
-        core->bank.load(core->bank.who, (uint32_t)address);
+        core->bank.load(core->bank.context, (uint32_t)address);
         return true;
     }
     core->engine.bad_address = (uint32_t)address;
     core->engine.bad_size = (uint32_t)size;
-    core->engine.bad_place = (struct hil_place){core->state.cpu.block_address, 0};
-    (void)hil_translator_place(&core->engine.translator, (uint32_t)address,
-                               &core->engine.bad_place);
+    core->engine.bad_place = (struct hil_instruction){core->state.cpu.block_address, 0};
+    (void)hil_translator_find_instruction(&core->engine.translator, (uint32_t)address,
+                                          &core->engine.bad_place);
     if (type == UC_MEM_WRITE_UNMAPPED || type == UC_MEM_WRITE_PROT)
         core->engine.translator.abandoned = hil_translator_can_leave(&core->engine.translator);
     return false;
@@ -121,7 +121,7 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_observers *observers = &region->core->observers;
     if (observers->tracer)
-        observers->tracer->sample(observers->tracer_who, hil_now(region->core));
+        observers->tracer->sample(observers->tracer_context, hil_now_cycle(region->core));
 }
 
 /* Maps the whole address space; aborts if Unicorn cannot. */
@@ -147,7 +147,7 @@ static void map_create(struct hil_core *core)
     uc_check(
         uc_mem_map_ptr(core->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, core->memory->sram),
         "mapping SRAM");
-    if (!core->no_ccm)
+    if (!core->has_no_ccm)
         uc_check(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
                                 core->memory->ccm),
                  "mapping CCM");
@@ -167,13 +167,13 @@ static void map_create(struct hil_core *core)
 
 /* Why Unicorn returned, set by its hooks. */
 enum {
-    CAME_BACK_PLAIN,
-    CAME_BACK_RETURN,
-    CAME_BACK_SVC,
-    CAME_BACK_BKPT,
-    CAME_BACK_NO_CODE,
-    CAME_BACK_UNALIGNED,
-    CAME_BACK_OTHER
+    RETURNED_PLAIN,
+    RETURNED_RETURN,
+    RETURNED_SVC,
+    RETURNED_BKPT,
+    RETURNED_NO_CODE,
+    RETURNED_UNALIGNED,
+    RETURNED_OTHER
 };
 
 #define XPSR            16u
@@ -190,7 +190,7 @@ static uint16_t halfword(const uint8_t *p)
     return (uint16_t)(p[0] | p[1] << 8);
 }
 
-static bool is_wide(uint16_t first)
+static bool is_32_bit(uint16_t first)
 {
     return first >= 0xe800u;
 }
@@ -201,7 +201,7 @@ static bool is_fp(uint16_t first, uint16_t second)
     return (first & 0xec00u) == 0xec00u && (coprocessor == 10 || coprocessor == 11);
 }
 
-static bool fp_is_off(const struct hil_core *core)
+static bool is_fp_off(const struct hil_core *core)
 {
     return (core->state.scb.cpacr & 0xf00000u) != 0xf00000u;
 }
@@ -214,9 +214,9 @@ static bool is_division(uint16_t first)
 
 /* True if a block with these flags must run instruction by instruction, for faults that Unicorn
  * does not emulate. */
-static bool may_fault(const struct hil_core *core, unsigned flags)
+static bool can_fault(const struct hil_core *core, unsigned flags)
 {
-    return ((flags & HIL_BLOCK_FP) && fp_is_off(core)) ||
+    return ((flags & HIL_BLOCK_FP) && is_fp_off(core)) ||
            ((flags & HIL_BLOCK_DIVISION) && (core->state.scb.ccr & CCR_DIV_0_TRP));
 }
 
@@ -228,7 +228,7 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     unsigned count = 0;
     for (uint32_t i = 0; code && i + 2 <= size; count++) {
         uint16_t first = halfword(code + i);
-        bool wide = is_wide(first);
+        bool wide = is_32_bit(first);
         if (first == OPCODE_SEV)
             info.flags |= HIL_BLOCK_SEV;
         if (wide && i + 4 <= size && is_fp(first, halfword(code + i + 2)))
@@ -239,7 +239,7 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     }
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
-        hil_translator_warm_code(&core->engine.translator);
+        hil_translator_check_ram_stores(&core->engine.translator);
     return info;
 }
 
@@ -253,7 +253,7 @@ static const struct hil_block_info *block_info(struct hil_core *core, uint32_t a
 }
 
 /* End of the block, in fractions of a cycle beyond now_cycle. */
-static uint64_t block_parts(const struct hil_core *core)
+static uint64_t block_end_parts(const struct hil_core *core)
 {
     const struct hil_cpu *cpu = &core->state.cpu;
     return (uint64_t)cpu->block_instructions * core->cycle_parts + cpu->cycle_rest;
@@ -262,9 +262,9 @@ static uint64_t block_parts(const struct hil_core *core)
 static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
-    uint64_t parts = block_parts(core);
+    uint64_t parts = block_end_parts(core);
     if (core->observers.profiler && state->cpu.block_instructions)
-        core->observers.profiler->count(core->observers.profiler_who, state->cpu.block_address,
+        core->observers.profiler->count(core->observers.profiler_context, state->cpu.block_address,
                                         state->cpu.block_size, state->cpu.block_instructions);
     state->clock.now_cycle += parts / HIL_CYCLE_PARTS;
     state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
@@ -273,23 +273,24 @@ static void count_block(struct hil_core *core)
 }
 
 /* Slow path of the block hook: handles events and decides whether the core must stop here. */
-static bool must_stop(struct hil_core *core, uint32_t address)
+static bool is_stop_due(struct hil_core *core, uint32_t address)
 {
     core->limit_cycle = HIL_NEVER;
-    hil_event_run(core);
+    hil_event_handle_due(core);
     if (core->limit_cycle > core->state.events.next_cycle)
         core->limit_cycle = core->state.events.next_cycle;
-    if (core->stopped || core->target_reached || core->reset.asked || core->state.clock.stopped)
+    if (core->stopped || core->target_reached || core->reset.is_requested ||
+        core->state.clock.is_stopped)
         return true;
-    if (core->state.bank.busy) {
-        if (hil_memory_stalls(core, address))
+    if (core->state.bank.is_busy) {
+        if (hil_memory_is_stalled(core, address))
             return true;
         core->limit_cycle = 0;
     }
-    guard_flash(core, core->state.bank.erases || core->state.bank.stale);
+    intercept_flash_reads(core, core->state.bank.is_erasing || core->state.bank.stale_sectors);
     const struct hil_nvic *nvic = &core->state.nvic;
-    if (nvic->best && nvic->best_group < nvic->active_group) {
-        if (hil_exception_due(core))
+    if (nvic->next_exception && nvic->next_group < nvic->active_group) {
+        if (hil_exception_next(core))
             return true;
         core->limit_cycle = 0; /* masked: checks every block until the mask is cleared */
     }
@@ -301,31 +302,32 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
 {
     const struct hil_observers *observers = &core->observers;
     struct hil_core_state *state = &core->state;
-    if (core->engine.single) {
+    if (core->engine.single_step) {
         /* the first call is for walk()'s instruction; stop at the next */
-        if (core->engine.single++ > 1)
+        if (core->engine.single_step++ > 1)
             uc_emu_stop(uc);
         return;
     }
     count_block(core);
-    if (observers->debugger && observers->debugger->holds_hit(observers->debugger_who)) {
+    if (observers->debugger &&
+        observers->debugger->has_hit_watchpoint(observers->debugger_context)) {
         uc_emu_stop(uc);
         return;
     }
-    if (state->clock.now_cycle >= core->limit_cycle && must_stop(core, (uint32_t)address)) {
+    if (state->clock.now_cycle >= core->limit_cycle && is_stop_due(core, (uint32_t)address)) {
         uc_emu_stop(uc);
         return;
     }
     const struct hil_block_info *info = block_info(core, (uint32_t)address, size);
     if (info->flags & HIL_BLOCK_SEV)
-        state->cpu.event = true;
+        state->cpu.has_event = true;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
-    if (may_fault(core, info->flags) ||
+    if (can_fault(core, info->flags) ||
         (observers->debugger &&
-         observers->debugger->wants(observers->debugger_who, (uint32_t)address, size))) {
-        state->cpu.walking = true;
+         observers->debugger->has_point_in(observers->debugger_context, (uint32_t)address, size))) {
+        state->cpu.is_stepping = true;
         uc_emu_stop(uc);
     }
 }
@@ -336,13 +338,13 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core *core = user;
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
-    uint64_t parts = block_parts(core);
+    uint64_t parts = block_end_parts(core);
     uint64_t now_cycle = state->clock.now_cycle + parts / HIL_CYCLE_PARTS;
     bool plain = info->flags == 0 ||
-                 (!(info->flags & HIL_BLOCK_SEV) && !may_fault(core, info->flags));
+                 (!(info->flags & HIL_BLOCK_SEV) && !can_fault(core, info->flags));
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
         info->size != size || core->observers.debugger || core->observers.profiler ||
-        core->engine.single) {
+        core->engine.single_step) {
         handle_block(uc, address, size, core);
         return;
     }
@@ -359,22 +361,22 @@ static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 {
     struct hil_core *core = user;
     (void)size;
-    if (core->engine.single || !hil_transfer_is_unaligned(core, (uint32_t)at))
+    if (core->engine.single_step || !hil_is_transfer_unaligned(core, (uint32_t)at))
         return;
-    core->state.cpu.walking = true;
+    core->state.cpu.is_stepping = true;
     uc_emu_stop(uc);
 }
 
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
 {
     struct hil_core *core = user;
-    core->engine.came_back = number == 8 ? CAME_BACK_RETURN
-                           : number == 2 ? CAME_BACK_SVC
-                           : number == 7 ? CAME_BACK_BKPT
-                           : number == 3 ? CAME_BACK_NO_CODE
-                           : number == 4 ? CAME_BACK_UNALIGNED
-                                         : CAME_BACK_OTHER;
-    core->engine.came_back_number = number;
+    core->engine.return_reason = number == 8 ? RETURNED_RETURN
+                               : number == 2 ? RETURNED_SVC
+                               : number == 7 ? RETURNED_BKPT
+                               : number == 3 ? RETURNED_NO_CODE
+                               : number == 4 ? RETURNED_UNALIGNED
+                                             : RETURNED_OTHER;
+    core->engine.return_number = number;
     uc_emu_stop(uc);
 }
 
@@ -385,16 +387,16 @@ void hil_cpu_create(struct hil_core *core)
     uc_check(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_create(core);
     /* the first translation gives the translator its reference to Unicorn's processor */
-    struct hil_translator *before = hil_translator_run(&core->engine.translator);
+    struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
-    hil_translator_run(before);
+    hil_translator_select(before);
     uc_hook hook;
     uc_check(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
              "block hook");
     uc_check(
         uc_hook_add(core->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, core, 1, 0),
         "interrupt hook");
-    if (core->watch_alignment)
+    if (core->check_alignment)
         uc_check(
             uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, core, 1, 0),
             "instruction hook");
@@ -411,7 +413,7 @@ void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
     hil_whatif_destroy(core); /* whatif has translated and evaluated the old code */
-    if (!core->engine.rom_at_zero)
+    if (!core->engine.is_rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
@@ -430,7 +432,7 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
             UINT32_MAX;
     hil_whatif_destroy(core);
     uc_ctl_remove_cache(core->uc, address, address + n);
-    if (is_flash(core, address) && !core->engine.rom_at_zero) {
+    if (is_flash(core, address) && !core->engine.is_rom_at_zero) {
         uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE
                                                   : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(core->uc, alias, alias + n);
@@ -459,7 +461,7 @@ static uint32_t read_pc(const struct hil_core *core)
 }
 
 /* The instruction at `pc` faults: counts the instructions of the block before it. */
-static void fault_at(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
+static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_cpu *cpu = &core->state.cpu;
     cpu->block_instructions = hil_instructions_between(core, cpu->block_address, pc);
@@ -477,8 +479,8 @@ static void handle_invalid(struct hil_core *core)
     uint16_t opcode = before && past ? halfword(before) : 0;
     if (opcode == OPCODE_WFE || opcode == OPCODE_YIELD) {
         count_block(core);
-        core->state.cpu.asleep |= opcode == OPCODE_WFE && !core->state.cpu.event;
-        core->state.cpu.event &= opcode != OPCODE_WFE;
+        core->state.cpu.is_asleep |= opcode == OPCODE_WFE && !core->state.cpu.has_event;
+        core->state.cpu.has_event &= opcode != OPCODE_WFE;
         return;
     }
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
@@ -486,17 +488,17 @@ static void handle_invalid(struct hil_core *core)
     /* An absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M A5.3.18). */
     bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
     bool thumb = (hil_cpu_register(core, XPSR) & XPSR_T) != 0;
-    fault_at(core,
-             !thumb        ? HIL_CFSR_INVSTATE
-             : coprocessor ? HIL_CFSR_NOCP
-                           : HIL_CFSR_UNDEFINSTR,
-             pc, 0);
+    raise_fault(core,
+                !thumb        ? HIL_CFSR_INVSTATE
+                : coprocessor ? HIL_CFSR_NOCP
+                              : HIL_CFSR_UNDEFINSTR,
+                pc, 0);
 }
 
 static void handle_bad_memory(struct hil_core *core, uc_err err)
 {
     uint32_t address = core->engine.bad_address;
-    const struct hil_place place = core->engine.bad_place;
+    const struct hil_instruction place = core->engine.bad_place;
     if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
         count_block(core);
         hil_exception_fault(core, HIL_CFSR_IBUSERR, read_pc(core) & ~1u, address);
@@ -510,14 +512,14 @@ static void handle_bad_memory(struct hil_core *core, uc_err err)
         return;
     }
     set_itstate(core, place.itstate);
-    fault_at(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, place.pc, address);
+    raise_fault(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, place.pc, address);
 }
 
 static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
 {
-    struct hil_translator *before = hil_translator_run(&core->engine.translator);
+    struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_err err = uc_emu_start(core->uc, pc | 1u, until, 0, 0);
-    hil_translator_run(before);
+    hil_translator_select(before);
     return err;
 }
 
@@ -539,33 +541,33 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
                       (unsigned)read_pc(core), uc_strerror(err));
         return;
     }
-    if (core->engine.came_back == CAME_BACK_UNALIGNED) {
-        fault_at(core, HIL_CFSR_UNALIGNED, read_pc(core) & ~1u, 0);
+    if (core->engine.return_reason == RETURNED_UNALIGNED) {
+        raise_fault(core, HIL_CFSR_UNALIGNED, read_pc(core) & ~1u, 0);
         return;
     }
-    if (core->engine.left_inside) {
-        core->engine.left_inside = false;
+    if (core->engine.has_left_block) {
+        core->engine.has_left_block = false;
         hil_cpu_leave_block(core);
         return;
     }
     count_block(core);
-    switch (core->engine.came_back) {
-    case CAME_BACK_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
-    case CAME_BACK_SVC: hil_exception_svc(core, read_pc(core)); break;
-    case CAME_BACK_NO_CODE: /* address range that cannot hold code (ARMv7-M B3.1) */
+    switch (core->engine.return_reason) {
+    case RETURNED_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
+    case RETURNED_SVC: hil_exception_svc(core, read_pc(core)); break;
+    case RETURNED_NO_CODE: /* address range that cannot hold code (ARMv7-M B3.1) */
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
         break;
-    case CAME_BACK_BKPT:
+    case RETURNED_BKPT:
         if (core->observers.debugger)
-            core->observers.debugger->hold_bkpt(core->observers.debugger_who);
+            core->observers.debugger->handle_bkpt(core->observers.debugger_context);
         else
             hil_exception_bkpt(core, read_pc(core) & ~1u);
         break;
-    case CAME_BACK_OTHER:
+    case RETURNED_OTHER:
         hil_core_stop(core, MR_HALTED, "processor exception %u at PC 0x%08x",
-                      (unsigned)core->engine.came_back_number, (unsigned)read_pc(core));
+                      (unsigned)core->engine.return_number, (unsigned)read_pc(core));
         break;
-    default: core->state.cpu.asleep |= slept; break;
+    default: core->state.cpu.is_asleep |= slept; break;
     }
 }
 
@@ -586,19 +588,19 @@ static void discard_block(struct hil_core *core)
 
 /* CFSR of the fault of the instruction at `pc` that Unicorn does not emulate, if its condition
  * holds; 0: no fault. */
-static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
+static uint32_t find_fault(const struct hil_core *core, uint32_t pc)
 {
     uint32_t xpsr = hil_cpu_register(core, XPSR);
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     uint32_t itstate = itstate_of(xpsr);
-    if (!code || (itstate && !hil_condition_holds(xpsr, itstate >> 4)))
+    if (!code || (itstate && !hil_is_condition_met(xpsr, itstate >> 4)))
         return 0;
-    if (fp_is_off(core) && is_fp(halfword(code), halfword(code + 2)))
+    if (is_fp_off(core) && is_fp(halfword(code), halfword(code + 2)))
         return HIL_CFSR_NOCP;
     if (is_division(halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
         !hil_cpu_register(core, halfword(code + 2) & 15u))
         return HIL_CFSR_DIVBYZERO;
-    return core->watch_alignment && hil_transfer_is_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
+    return core->check_alignment && hil_is_transfer_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
 }
 
 /* Runs the block instruction by instruction, from the present one to its end or to a hold by the
@@ -614,24 +616,25 @@ static void run_by_instruction(struct hil_core *core)
         uint32_t pc = read_pc(core) & ~1u;
         uint32_t next = pc + instruction_bytes(core, pc, &opcode);
         bool last = next >= cpu->block_address + cpu->block_size;
-        if (observers->debugger && observers->debugger->stops_before(observers->debugger_who, pc)) {
+        if (observers->debugger &&
+            observers->debugger->is_stop_before(observers->debugger_context, pc)) {
             discard_block(core);
             return;
         }
-        uint32_t cfsr = fault_of(core, pc);
+        uint32_t cfsr = find_fault(core, pc);
         if (cfsr) {
-            cpu->walking = false;
+            cpu->is_stepping = false;
             discard_block(core);
-            fault_at(core, cfsr, pc, 0);
+            raise_fault(core, cfsr, pc, 0);
             return;
         }
-        core->engine.single = 1;
-        core->engine.came_back = CAME_BACK_PLAIN;
+        core->engine.single_step = 1;
+        core->engine.return_reason = RETURNED_PLAIN;
         uc_err err = start(core, pc, last ? 0 : next);
-        core->engine.single = 0;
-        if (err != UC_ERR_OK || core->engine.came_back != CAME_BACK_PLAIN ||
-            core->engine.left_inside || last) {
-            cpu->walking = false;
+        core->engine.single_step = 0;
+        if (err != UC_ERR_OK || core->engine.return_reason != RETURNED_PLAIN ||
+            core->engine.has_left_block || last) {
+            cpu->is_stepping = false;
             discard_block(core);
             handle_return(core, err, opcode == OPCODE_WFI);
             return;
@@ -639,11 +642,11 @@ static void run_by_instruction(struct hil_core *core)
     }
 }
 
-void hil_cpu_walk_to_access(struct hil_core *core)
+void hil_cpu_step_to_access(struct hil_core *core)
 {
-    if (core->engine.single || !hil_translator_can_leave(&core->engine.translator))
+    if (core->engine.single_step || !hil_translator_can_leave(&core->engine.translator))
         return;
-    core->state.cpu.walking = true;
+    core->state.cpu.is_stepping = true;
     uc_emu_stop(core->uc);
     hil_translator_leave(&core->engine.translator);
 }
@@ -654,19 +657,19 @@ void hil_cpu_leave_block(struct hil_core *core)
     cpu->block_instructions = hil_instructions_between(core, cpu->block_address,
                                                        read_pc(core) & ~1u);
     count_block(core);
-    cpu->walking = false;
+    cpu->is_stepping = false;
 }
 
 void hil_cpu_run(struct hil_core *core)
 {
-    guard_flash(core, core->state.bank.erases || core->state.bank.stale);
-    if (core->state.cpu.walking) {
+    intercept_flash_reads(core, core->state.bank.is_erasing || core->state.bank.stale_sectors);
+    if (core->state.cpu.is_stepping) {
         run_by_instruction(core);
         return;
     }
-    core->engine.came_back = CAME_BACK_PLAIN;
+    core->engine.return_reason = RETURNED_PLAIN;
     uc_err err = start(core, read_pc(core), 0);
-    if (core->state.cpu.walking)
+    if (core->state.cpu.is_stepping)
         return; /* walk() continues at the block's start */
     /* Returned without a request and inside a block: WFI. */
     handle_return(core, err, core->state.cpu.block_instructions != 0);
@@ -690,7 +693,7 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
     hil_whatif_reset(core);
-    hil_map_follow_boot_pin(core);
+    hil_map_update_boot_memory(core);
     /* First privileged thread mode on MSP, so that all registers can be set; the mode last. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &none);
@@ -720,14 +723,15 @@ void hil_cpu_reset(struct hil_core *core)
 {
     struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
     /* BOOT0 selects the memory at address 0. */
-    const uint8_t *table = core->state.bank.boot_rom ? hil_bootrom_image : core->memory->flash;
-    hil_map_follow_boot_pin(core);
+    const uint8_t *table = core->state.bank.is_boot_rom_mapped ? hil_bootrom_image
+                                                               : core->memory->flash;
+    hil_map_update_boot_memory(core);
     memcpy(&registers.msp, table, 4);
     memcpy(&registers.pc, table + 4, 4);
     registers.msp &= ~3u;
     hil_cpu_load(core, &registers);
     core->state.cpu = (struct hil_cpu){0};
-    hil_exception_seen(core);
+    hil_exception_trace(core);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
         hil_core_stop(core, MR_HALTED, "no firmware: the reset vector is 0x%08x",
                       (unsigned)registers.pc);
@@ -735,7 +739,7 @@ void hil_cpu_reset(struct hil_core *core)
 
 /* --- stuck bits of RAM --- */
 
-static void hold(struct hil_core *core, unsigned i)
+static void stop_core(struct hil_core *core, unsigned i)
 {
     uint8_t *cell = hil_memory_at(core, core->state.stuck.bit[i].address, 1, true);
     if (!cell)
@@ -754,22 +758,22 @@ static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, 
     for (unsigned i = 0; i < core->state.stuck.count; i++) {
         uint32_t at = core->state.stuck.bit[i].address;
         if (at >= address && at < address + (uint64_t)size)
-            hold(core, i);
+            stop_core(core, i);
     }
 }
 
-void hil_stuck_check(struct hil_core *core)
+void hil_stuck_bits_enable(struct hil_core *core)
 {
     uc_hook hook;
-    if (!core->state.stuck.count || core->engine.looks_at_loads)
+    if (!core->state.stuck.count || core->engine.is_checking_loads)
         return;
-    core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
-                                              (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
-                                              HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
+    core->engine.is_checking_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
+                                                 (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
+                                                 HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
     hil_cpu_discard_code(core); /* code translated before has no load hook */
 }
 
-bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)
+bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)
 {
     struct hil_stuck *stuck = &core->state.stuck;
     if (stuck->count == HIL_STUCK_MAX)
@@ -777,7 +781,7 @@ bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool l
     stuck->bit[stuck->count].address = address + bit / 8u;
     stuck->bit[stuck->count].mask = (uint8_t)(1u << bit % 8u);
     stuck->bit[stuck->count].level = level;
-    hold(core, stuck->count++);
-    hil_stuck_check(core);
+    stop_core(core, stuck->count++);
+    hil_stuck_bits_enable(core);
     return true;
 }

@@ -24,7 +24,7 @@ void hil_cpu_run(struct hil_core *core);
 /* Call from Unicorn's hook of an access: the block is executed instruction by instruction from the
  * one that makes the access, which is then repeated as a single instruction. Returns if the access
  * is already made this way. */
-void hil_cpu_walk_to_access(struct hil_core *core);
+void hil_cpu_step_to_access(struct hil_core *core);
 /* Call when a debugger jumps out of a block that is being executed instruction by instruction: the
  * instructions already executed are counted. */
 void hil_cpu_leave_block(struct hil_core *core);
@@ -49,14 +49,14 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
 
 /* Maps at address 0 the memory that the state requires: flash, or the boot ROM if BOOT0 selected
  * it. */
-void hil_map_follow_boot_pin(struct hil_core *core);
+void hil_map_update_boot_memory(struct hil_core *core);
 
 /* Stuck cells of RAM: a bit always reads as 0 or 1. Only the core reads the stuck value; DMA reads
  * the written value. A board with a stuck cell is slower, because every load is checked. */
 
 /* Adds a stuck bit. False: no more room. */
-bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
+bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* Call after a snapshot was restored: enables the check of loads if there are stuck cells. */
-void hil_stuck_check(struct hil_core *core);
+void hil_stuck_bits_enable(struct hil_core *core);
 
 #endif

@@ -55,7 +55,7 @@ static enum mr_status read_header(struct image *image)
 /* Bytes to skip at the start of a segment. A linker that aligns segments to pages may put the
  * file's headers ahead of the first section. The chip's memory contains neither them nor anything
  * below its first address. */
-static uint32_t headers_in(const struct image *image, const Elf32_Phdr *s)
+static uint32_t header_bytes(const struct image *image, const Elf32_Phdr *s)
 {
     static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};
     const Elf32_Ehdr *h = image->header;
@@ -85,7 +85,7 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if ((uint64_t)s.p_offset + s.p_filesz > image->size)
             return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)",
                           i, (unsigned long long)s.p_offset + s.p_filesz, image->size);
-        uint32_t skipped = headers_in(image, &s);
+        uint32_t skipped = header_bytes(image, &s);
         headers |= skipped && s.p_paddr == HIL_FLASH_BASE;
         s.p_offset += skipped;
         s.p_paddr += skipped;

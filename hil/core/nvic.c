@@ -12,11 +12,11 @@
 #define IPR_END      (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
 #define THREAD_GROUP 256
 
-static bool get(const uint32_t *set, unsigned i)
+static bool get_bit(const uint32_t *set, unsigned i)
 {
     return (set[i / 32u] >> (i % 32u) & 1u) != 0;
 }
-static void put(uint32_t *set, unsigned i, bool on)
+static void set_bit(uint32_t *set, unsigned i, bool on)
 {
     uint32_t bit = 1u << (i % 32u);
     set[i / 32u] = on ? set[i / 32u] | bit : set[i / 32u] & ~bit;
@@ -24,17 +24,17 @@ static void put(uint32_t *set, unsigned i, bool on)
 
 void hil_nvic_reset(struct hil_nvic *nvic)
 {
-    *nvic = (struct hil_nvic){.active_group = THREAD_GROUP, .best_group = THREAD_GROUP};
+    *nvic = (struct hil_nvic){.active_group = THREAD_GROUP, .next_group = THREAD_GROUP};
     nvic->priority[HIL_EXC_RESET] = -3;
     nvic->priority[HIL_EXC_NMI] = -2;
     nvic->priority[HIL_EXC_HARD_FAULT] = -1;
     /* These have no enable bit. SHCSR enables the configurable faults. */
-    put(nvic->enabled, HIL_EXC_NMI, true);
-    put(nvic->enabled, HIL_EXC_HARD_FAULT, true);
-    put(nvic->enabled, HIL_EXC_SVCALL, true);
-    put(nvic->enabled, HIL_EXC_DEBUG_MONITOR, true);
-    put(nvic->enabled, HIL_EXC_PENDSV, true);
-    put(nvic->enabled, HIL_EXC_SYSTICK, true);
+    set_bit(nvic->enabled, HIL_EXC_NMI, true);
+    set_bit(nvic->enabled, HIL_EXC_HARD_FAULT, true);
+    set_bit(nvic->enabled, HIL_EXC_SVCALL, true);
+    set_bit(nvic->enabled, HIL_EXC_DEBUG_MONITOR, true);
+    set_bit(nvic->enabled, HIL_EXC_PENDSV, true);
+    set_bit(nvic->enabled, HIL_EXC_SYSTICK, true);
 }
 
 static int group_of(const struct hil_nvic *nvic, int priority)
@@ -48,14 +48,14 @@ void hil_nvic_update(struct hil_core *core)
     struct hil_nvic *nvic = &core->state.nvic;
     int best_priority = THREAD_GROUP;
     int active_group = THREAD_GROUP;
-    nvic->best = 0;
-    nvic->best_group = THREAD_GROUP;
+    nvic->next_exception = 0;
+    nvic->next_group = THREAD_GROUP;
     for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++) {
         for (uint32_t set = nvic->pending[w] & nvic->enabled[w]; set; set &= set - 1) {
             unsigned i = 32u * w + (unsigned)__builtin_ctz(set);
             if (nvic->priority[i] < best_priority) {
                 best_priority = nvic->priority[i];
-                nvic->best = (uint16_t)i;
+                nvic->next_exception = (uint16_t)i;
             }
         }
         for (uint32_t set = nvic->active[w]; set; set &= set - 1) {
@@ -65,82 +65,82 @@ void hil_nvic_update(struct hil_core *core)
                 active_group = group;
         }
     }
-    if (nvic->best)
-        nvic->best_group = (int16_t)group_of(nvic, best_priority);
+    if (nvic->next_exception)
+        nvic->next_group = (int16_t)group_of(nvic, best_priority);
     nvic->active_group = (int16_t)active_group;
-    if (nvic->best && nvic->best_group < nvic->active_group)
-        hil_core_attend(core);
+    if (nvic->next_exception && nvic->next_group < nvic->active_group)
+        hil_core_request_check(core);
 }
 
 static void nvic_pend(struct hil_core *core, unsigned exception)
 {
-    put(core->state.nvic.pending, exception, true);
+    set_bit(core->state.nvic.pending, exception, true);
     hil_nvic_update(core);
 }
 
 static void nvic_unpend(struct hil_core *core, unsigned exception)
 {
-    put(core->state.nvic.pending, exception, false);
+    set_bit(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
 }
 
-void hil_irq_line(struct hil_core *core, unsigned irq, bool level)
+void hil_irq_set_line(struct hil_core *core, unsigned irq, bool level)
 {
-    hil_nvic_line(core, 16u + irq, level);
+    hil_nvic_set_line(core, 16u + irq, level);
 }
 
-void hil_nvic_line(struct hil_core *core, unsigned exception, bool level)
+void hil_nvic_set_line(struct hil_core *core, unsigned exception, bool level)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    bool before = get(nvic->line, exception);
+    bool before = get_bit(nvic->line, exception);
     if (level == before)
         return;
-    put(nvic->line, exception, level);
+    set_bit(nvic->line, exception, level);
     if (level)
         nvic_pend(core, exception);
 }
 
 static void activate(struct hil_core *core, unsigned exception)
 {
-    put(core->state.nvic.active, exception, true);
-    put(core->state.nvic.pending, exception, false);
+    set_bit(core->state.nvic.active, exception, true);
+    set_bit(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
 }
 
 static void deactivate(struct hil_core *core, unsigned exception)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    put(nvic->active, exception, false);
-    if (get(nvic->line, exception))
-        put(nvic->pending, exception, true);
+    set_bit(nvic->active, exception, false);
+    if (get_bit(nvic->line, exception))
+        set_bit(nvic->pending, exception, true);
     hil_nvic_update(core);
 }
 
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
 {
-    return get(nvic->active, exception);
+    return get_bit(nvic->active, exception);
 }
 
 /* Part of an exception set as one 32-interrupt register, offset by the 16 system exceptions. */
-static uint32_t window(const uint32_t *set, unsigned n)
+static uint32_t read_window(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
     for (unsigned i = 0; i < 32u && 32u * n + i < HIL_INTERRUPTS; i++)
-        value |= (uint32_t)get(set, 16u + 32u * n + i) << i;
+        value |= (uint32_t)get_bit(set, 16u + 32u * n + i) << i;
     return value;
 }
 
-static void window_put(uint32_t *set, unsigned n, uint32_t bits, bool on)
+static void write_window(uint32_t *set, unsigned n, uint32_t bits, bool on)
 {
     for (unsigned i = 0; i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         if (bits >> i & 1u)
-            put(set, 16u + 32u * n + i, on);
+            set_bit(set, 16u + 32u * n + i, on);
     }
 }
 
 /* Priorities of `count` exceptions (1 to 4) from this one on, one byte each, as in the priority
  * registers. */
-static uint32_t priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
+static uint32_t read_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
 {
     uint32_t value = 0;
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
@@ -163,7 +163,7 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
 }
 
 /* The set that ISER, ICER, ISPR, ICPR or IABR shows. */
-static uint32_t *set_at(struct hil_nvic *nvic, uint32_t offset)
+static uint32_t *register_set(struct hil_nvic *nvic, uint32_t offset)
 {
     return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
 }
@@ -173,9 +173,9 @@ static uint32_t *set_at(struct hil_nvic *nvic, uint32_t offset)
 static bool nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
     if (offset >= IPR)
-        *value = priorities(&core->state.nvic, 16u + offset - IPR, size);
+        *value = read_priorities(&core->state.nvic, 16u + offset - IPR, size);
     else
-        *value = window(set_at(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
+        *value = read_window(register_set(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
     return offset >= IPR ? offset + size <= IPR_END : size == 4 && offset % 4u == 0;
 }
 
@@ -189,12 +189,13 @@ static bool nvic_write(struct hil_core *core, uint32_t offset, unsigned size, ui
     if (size != 4 || offset % 4u)
         return false;
     unsigned n = (offset & 0x7fu) / 4u;
-    window_put(set_at(nvic, offset), n, value, !(offset & 0x80u));
+    write_window(register_set(nvic, offset), n, value, !(offset & 0x80u));
     /* an interrupt line that is still high becomes pending again at once */
     for (unsigned i = 0; offset >= ICPR && i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         unsigned exception = 16u + 32u * n + i;
-        if ((value >> i & 1u) && get(nvic->line, exception) && !get(nvic->active, exception))
-            put(nvic->pending, exception, true);
+        if ((value >> i & 1u) && get_bit(nvic->line, exception) &&
+            !get_bit(nvic->active, exception))
+            set_bit(nvic->pending, exception, true);
     }
     hil_nvic_update(core);
     return true;
@@ -232,19 +233,19 @@ static bool is_pending_higher(struct hil_core *core, bool use_primask)
 {
     const struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
-    if (!nvic->best || nvic->best_group >= nvic->active_group)
+    if (!nvic->next_exception || nvic->next_group >= nvic->active_group)
         return false;
     read_masks(core, &primask, &basepri, &faultmask);
-    if (basepri && nvic->best_group >= group_of(nvic, (int)basepri))
+    if (basepri && nvic->next_group >= group_of(nvic, (int)basepri))
         return false;
-    if (use_primask && (primask & 1u) && nvic->best_group >= 0)
+    if (use_primask && (primask & 1u) && nvic->next_group >= 0)
         return false;
-    return !((faultmask & 1u) && nvic->best_group >= -1);
+    return !((faultmask & 1u) && nvic->next_group >= -1);
 }
 
-unsigned hil_exception_due(struct hil_core *core)
+unsigned hil_exception_next(struct hil_core *core)
 {
-    return is_pending_higher(core, true) ? core->state.nvic.best : 0;
+    return is_pending_higher(core, true) ? core->state.nvic.next_exception : 0;
 }
 
 bool hil_exception_can_wake(struct hil_core *core)
@@ -254,18 +255,18 @@ bool hil_exception_can_wake(struct hil_core *core)
 
 /* Unicorn caches flags for the translator (handler mode among them). It updates them only when the
  * condition flags are written as a register. */
-static void renew_core_flags(struct hil_core *core)
+static void update_core_flags(struct hil_core *core)
 {
     uint32_t apsr = 0;
     uc_reg_read(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
     uc_reg_write(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
 }
 
-void hil_exception_seen(struct hil_core *core)
+void hil_exception_trace(struct hil_core *core)
 {
     const struct hil_observers *observers = &core->observers;
     if (observers->tracer)
-        observers->tracer->exception(observers->tracer_who);
+        observers->tracer->exception(observers->tracer_context);
 }
 
 /* Enters the handler: mode, stack and PC. SP already points below the frame. */
@@ -294,11 +295,11 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &control);
     uc_reg_write(core->uc, UC_ARM_REG_LR, &exc_return);
     uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
-    renew_core_flags(core);
+    update_core_flags(core);
     core->state.counters.exceptions++;
-    core->state.cpu.event = true;
+    core->state.cpu.has_event = true;
     hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
-    hil_exception_seen(core);
+    hil_exception_trace(core);
     if (!(vector & 1u)) /* not Thumb: the handler's first instruction faults */
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
@@ -424,7 +425,7 @@ static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
     return exception;
 }
 
-static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
+static void enter_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     exception = escalate(core, exception, pc);
     if (exception)
@@ -438,7 +439,7 @@ static unsigned fault_exception(uint32_t cfsr)
                             : HIL_EXC_USAGE_FAULT;
 }
 
-static void note_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
+static void record_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_counters *counters = &core->state.counters;
     core->state.scb.cfsr |= cfsr;
@@ -463,7 +464,7 @@ static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_r
  * 4.4.10). */
 static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
 {
-    note_fault(core, cfsr, exc_return, 0);
+    record_fault(core, cfsr, exc_return, 0);
     unsigned exception = escalate(core, fault_exception(cfsr), exc_return);
     if (exception)
         tail_chain(core, exception, exc_return);
@@ -512,8 +513,8 @@ static bool unstack(struct hil_core *core, uint32_t exc_return)
     uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
     if (new_control & CONTROL_NPRIV)
         uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
-    renew_core_flags(core);
-    hil_exception_seen(core);
+    update_core_flags(core);
+    hil_exception_trace(core);
     if (!(xpsr & XPSR_T))
         hil_exception_fault(core, HIL_CFSR_INVSTATE, frame.pc, 0);
     return (xpsr & XPSR_T) != 0;
@@ -537,13 +538,13 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
                  (to_handler || ((form == 0xfffffff9u || form == 0xfffffffdu) && nested == 1));
     if (number != HIL_EXC_NMI)
         uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &zero);
-    core->state.cpu.event = true;
+    core->state.cpu.has_event = true;
     deactivate(core, number);
     if (!valid) {
         refuse_return(core, HIL_CFSR_INVPC, exc_return);
         return;
     }
-    unsigned next = hil_exception_due(core);
+    unsigned next = hil_exception_next(core);
     if (next) {
         tail_chain(core, next, exc_return);
         return;
@@ -553,18 +554,18 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
         return;
     hil_trace(core, "return from %u", number);
     if ((core->state.scb.scr & 2u) && !to_handler)
-        core->state.cpu.asleep = true; /* SLEEPONEXIT */
+        core->state.cpu.is_asleep = true; /* SLEEPONEXIT */
 }
 
 void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
-    note_fault(core, cfsr, pc, address);
-    take_or_escalate(core, fault_exception(cfsr), pc);
+    record_fault(core, cfsr, pc, address);
+    enter_or_escalate(core, fault_exception(cfsr), pc);
 }
 
 void hil_exception_svc(struct hil_core *core, uint32_t pc)
 {
-    take_or_escalate(core, HIL_EXC_SVCALL, pc);
+    enter_or_escalate(core, HIL_EXC_SVCALL, pc);
 }
 
 void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
@@ -572,7 +573,7 @@ void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
     core->state.scb.hfsr |= HFSR_DEBUGEVT;
     core->state.counters.faults++;
     core->state.counters.last_fault_pc = pc;
-    take_or_escalate(core, HIL_EXC_HARD_FAULT, pc);
+    enter_or_escalate(core, HIL_EXC_HARD_FAULT, pc);
 }
 
 /* --- SysTick --- */
@@ -582,18 +583,20 @@ void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 #define CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
 #define COUNTFLAG (1u << 16)
 
-static uint32_t divider(const struct hil_systick *s)
+static uint32_t counter_divider(const struct hil_systick *s)
 {
     return (s->ctrl & CLKSOURCE) ? 1 : 8;
 }
 
-static uint32_t current(const struct hil_core *core)
+static uint32_t counter_value(const struct hil_core *core)
 {
     const struct hil_systick *s = &core->state.systick;
     if (!(s->ctrl & ENABLE) || s->zero_cycle == HIL_NEVER)
         return s->value;
-    uint64_t now = hil_now(core);
-    uint64_t left = s->zero_cycle > now ? (s->zero_cycle - now + divider(s) - 1) / divider(s) : 0;
+    uint64_t now = hil_now_cycle(core);
+    uint64_t left = s->zero_cycle > now
+                      ? (s->zero_cycle - now + counter_divider(s) - 1) / counter_divider(s)
+                      : 0;
     return (uint32_t)left;
 }
 
@@ -603,7 +606,7 @@ static void schedule(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
     uint64_t ticks = value ? value : s->load ? (uint64_t)s->load + 1u : 0;
-    s->zero_cycle = ticks ? hil_now(core) + ticks * divider(s) : HIL_NEVER;
+    s->zero_cycle = ticks ? hil_now_cycle(core) + ticks * counter_divider(s) : HIL_NEVER;
     s->value = value;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
@@ -616,13 +619,13 @@ static void on_zero(void *device, uint64_t at)
     if (s->ctrl & TICKINT)
         nvic_pend(core, HIL_EXC_SYSTICK);
     s->value = 0;
-    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * divider(s) : HIL_NEVER;
+    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * counter_divider(s) : HIL_NEVER;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
 
 void hil_systick_create(struct hil_core *core)
 {
-    hil_event_wire(core, HIL_EVENT_SYSTICK, on_zero, core);
+    hil_event_connect(core, HIL_EVENT_SYSTICK, on_zero, core);
 }
 
 void hil_systick_reset(struct hil_core *core)
@@ -641,7 +644,7 @@ static uint32_t systick_read(struct hil_core *core, uint32_t offset)
         s->ctrl &= ~COUNTFLAG;
         return value;
     case 0x14: return s->load;
-    case 0x18: return current(core);
+    case 0x18: return counter_value(core);
     default: /* CALIB: 18750, skewed */ return 0x4000493e;
     }
 }
@@ -649,7 +652,7 @@ static uint32_t systick_read(struct hil_core *core, uint32_t offset)
 static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
-    uint32_t count = current(core);
+    uint32_t count = counter_value(core);
     switch (offset) {
     case 0x10:
         s->ctrl = (s->ctrl & COUNTFLAG) | (value & (ENABLE | TICKINT | CLKSOURCE));
@@ -710,7 +713,7 @@ static uint32_t icsr(const struct hil_core *core)
     }
     if (active <= 1)
         value |= 1u << 11; /* RETTOBASE */
-    value |= (uint32_t)nvic->best << 12;
+    value |= (uint32_t)nvic->next_exception << 12;
     value |= (uint32_t)isr_pending << 22;
     value |= (nvic->pending[0] >> HIL_EXC_SYSTICK & 1u) << 26;
     value |= (nvic->pending[0] >> HIL_EXC_PENDSV & 1u) << 28;
@@ -753,7 +756,7 @@ static void aircr_write(struct hil_core *core, uint32_t value)
 static uint32_t cyccnt(const struct hil_core *core)
 {
     const struct hil_scb *scb = &core->state.scb;
-    return scb->dwt_offset + ((scb->dwt_ctrl & DWT_CYCCNTENA) ? (uint32_t)hil_now(core) : 0);
+    return scb->dwt_offset + ((scb->dwt_ctrl & DWT_CYCCNTENA) ? (uint32_t)hil_now_cycle(core) : 0);
 }
 
 static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
@@ -763,15 +766,15 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     if (offset >= 0x10u && offset < 0x20u && size == 4)
         return systick_read(core, offset);
     if (offset >= 0x100u && offset < 0x500u)
-        return nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
+        return nvic_read(core, offset, size, &value) ? value : hil_bus_refuse_register(core);
     if (offset >= SHPR && offset + size <= SHCSR)
         /* SHPR: exceptions 4 to 15 */
-        return priorities(&core->state.nvic, 4u + offset - SHPR, size);
+        return read_priorities(&core->state.nvic, 4u + offset - SHPR, size);
     if (offset >= CFSR && offset < HFSR) /* CFSR, also by bytes */
         return scb->cfsr >> (8u * (offset & 3u)) &
                (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
     if (size != 4 || offset % 4u)
-        return hil_bus_no_register(core);
+        return hil_bus_refuse_register(core);
     switch (offset) {
     case ICTR: /* interrupt lines in groups of 32, minus one */ return 2;
     case ICSR: return icsr(core);
@@ -818,7 +821,7 @@ static void scs_write(struct hil_core *core, uint32_t offset, unsigned size, uin
     else
         known = false;
     if (!known)
-        hil_bus_no_register(core);
+        hil_bus_refuse_register(core);
 }
 
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
@@ -832,7 +835,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
         return cyccnt(core);
     if (size == 4 && address % 4u == 0 && address - DBGMCU < sizeof scb->dbgmcu)
         return scb->dbgmcu[(address - DBGMCU) / 4u];
-    return hil_bus_no_register(core);
+    return hil_bus_refuse_register(core);
 }
 
 static void dwt_write(struct hil_core *core, uint32_t value)
@@ -845,7 +848,7 @@ static void dwt_write(struct hil_core *core, uint32_t value)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");
     uint32_t count = cyccnt(core);
     scb->dwt_ctrl = 0x40000000u | (value & DWT_CYCCNTENA);
-    scb->dwt_offset = (value & DWT_CYCCNTENA) ? count - (uint32_t)hil_now(core) : count;
+    scb->dwt_offset = (value & DWT_CYCCNTENA) ? count - (uint32_t)hil_now_cycle(core) : count;
 }
 
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
@@ -856,16 +859,17 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     else if (size == 4 && address == DWT_CTRL)
         dwt_write(core, value);
     else if (size == 4 && address == DWT_CYCCNT)
-        scb->dwt_offset = (scb->dwt_ctrl & DWT_CYCCNTENA) ? value - (uint32_t)hil_now(core) : value;
+        scb->dwt_offset = (scb->dwt_ctrl & DWT_CYCCNTENA) ? value - (uint32_t)hil_now_cycle(core)
+                                                          : value;
     else if (size == 4 && address % 4u == 0 && address > DBGMCU &&
              address - DBGMCU < sizeof scb->dbgmcu)
         scb->dbgmcu[(address - DBGMCU) / 4u] = address == DBGMCU + 4u ? value & 0xffu : value;
     /* the STM32F4 does not implement the lock: writes are ignored */
     else if (size != 4 || address != DWT_LAR)
-        hil_bus_no_register(core);
+        hil_bus_refuse_register(core);
 }
 
-void hil_scb_hold(struct hil_core *core, uint64_t cycles)
+void hil_scb_skip_cycles(struct hil_core *core, uint64_t cycles)
 {
     struct hil_systick *s = &core->state.systick;
     if (s->zero_cycle != HIL_NEVER)

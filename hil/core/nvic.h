@@ -46,9 +46,9 @@ void hil_nvic_reset(struct hil_nvic *nvic);
 void hil_nvic_update(struct hil_core *core);
 /* Sets the level of a peripheral's interrupt line. A line that is high when its handler returns
  * becomes pending again. */
-void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
-/* As hil_irq_line, for an exception by its number (the clock security system holds NMI). */
-void hil_nvic_line(struct hil_core *core, unsigned exception, bool level);
+void hil_irq_set_line(struct hil_core *core, unsigned irq, bool level);
+/* As hil_irq_set_line, for an exception by its number (the clock security system holds NMI). */
+void hil_nvic_set_line(struct hil_core *core, unsigned exception, bool level);
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 
 /* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; only
@@ -66,7 +66,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
 /* Stops SysTick and the cycle counter for a number of cycles while a debugger halts the core. */
-void hil_scb_hold(struct hil_core *core, uint64_t cycles);
+void hil_scb_skip_cycles(struct hil_core *core, uint64_t cycles);
 
 /* --- entry and return, faults, sleep (ARMv7-M B1.5) --- */
 
@@ -88,13 +88,13 @@ enum {
 
 /* Number of the exception to enter now (pending, not masked, and of higher priority than the
  * running code); 0: none. */
-unsigned hil_exception_due(struct hil_core *core);
-/* True when WFI ends: as hil_exception_due, but ignoring PRIMASK. */
+unsigned hil_exception_next(struct hil_core *core);
+/* True when WFI ends: as hil_exception_next, but ignoring PRIMASK. */
 bool hil_exception_can_wake(struct hil_core *core);
 /* Enters an exception; the core is stopped before the instruction at `pc`. */
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
 /* Informs the trace that the core changes to a different exception or back to the thread. */
-void hil_exception_seen(struct hil_core *core);
+void hil_exception_trace(struct hil_core *core);
 /* Call when the core has branched to EXC_RETURN. */
 void hil_exception_return(struct hil_core *core, uint32_t exc_return);
 /* Raises a synchronous fault of the instruction at `pc`; it escalates to HardFault and to a halt as

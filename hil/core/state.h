@@ -12,14 +12,14 @@
  * receiver, so a peripheral is independent of its board. */
 
 struct hil_call {
-    void (*call)(void *who); /* NULL: not connected */
-    void *who;
+    void (*call)(void *context); /* NULL: not connected */
+    void *context;
 };
 
 static inline void hil_call(const struct hil_call *wire)
 {
     if (wire->call)
-        wire->call(wire->who);
+        wire->call(wire->context);
 }
 
 /* ---- words ---- */
@@ -54,7 +54,7 @@ struct hil_clock {
      * lowest terms */
     uint32_t ratio_hz;
     uint64_t ratio_ps, ratio_cycles;
-    bool stopped; /* there is no clock: cycles stand still */
+    bool is_stopped; /* there is no clock: cycles stand still */
 };
 
 /* --- memories and their addresses (RM0090 2.3) --- */
@@ -74,21 +74,21 @@ struct hil_memory {
 
 /* The bank of flash as seen by the core. The model of the flash interface updates it. */
 struct hil_bank {
-    bool busy;     /* an operation is in progress: the bank cannot be read before its end */
-    bool erases;   /* the operation is an erase of a sector, of the bank or of option bytes */
-    bool boot_rom; /* system memory instead of flash is at address 0 */
+    bool is_busy;    /* an operation is in progress: the bank cannot be read before its end */
+    bool is_erasing; /* the operation is an erase of a sector, of the bank or of option bytes */
+    bool is_boot_rom_mapped; /* system memory instead of flash is at address 0 */
     /* Bit mask of sectors that were erased while the data cache may still contain their old
      * content. */
-    uint16_t stale;
+    uint16_t stale_sectors;
 };
 
 /* Calls of the flash interface. `load` is called for reads that are not possible directly; it holds
  * the bus until the operation in progress has ended, so virtual time jumps. */
 struct hil_bank_calls {
-    void *who;
+    void *context;
     /* stores 1, 2, 4 or 8 bytes */
-    void (*store)(void *who, uint32_t address, unsigned size, uint64_t value);
-    void (*load)(void *who, uint32_t address);
+    void (*store)(void *context, uint32_t address, unsigned size, uint64_t value);
+    void (*load)(void *context, uint32_t address);
 };
 
 /* System memory: the program in hil/rom/bootrom.c, which implements AN3155 on USART1. */
@@ -194,10 +194,10 @@ struct hil_nvic {
     uint32_t line[HIL_EXCEPTION_WORDS]; /* level held by a peripheral */
     /* fixed priorities are -3..-1; others are 0..240 in steps of 16 */
     int16_t priority[HIL_EXCEPTIONS];
-    uint16_t best;        /* pending exception of the highest priority; 0: none */
-    int16_t best_group;   /* group priority of `best` */
-    int16_t active_group; /* group priority of the running exception; 256: thread */
-    uint8_t prigroup;     /* AIRCR.PRIGROUP */
+    uint16_t next_exception; /* pending exception of the highest priority; 0: none */
+    int16_t next_group;      /* group priority of `next_exception` */
+    int16_t active_group;    /* group priority of the running exception; 256: thread */
+    uint8_t prigroup;        /* AIRCR.PRIGROUP */
 };
 
 struct hil_scb {
@@ -224,9 +224,9 @@ struct hil_cpu {
     uint32_t block_address;
     uint32_t block_size;
     uint32_t cycle_rest; /* fraction of a cycle used by instructions, not yet added to the time */
-    bool walking;        /* the block is executed instruction by instruction */
-    bool asleep;
-    bool event; /* event register, for which WFE waits */
+    bool is_stepping;    /* the block is executed instruction by instruction */
+    bool is_asleep;
+    bool has_event; /* event register, for which WFE waits */
 };
 
 #define HIL_STUCK_MAX 8u

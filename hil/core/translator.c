@@ -57,7 +57,7 @@ static loop_exit *library_loop_exit;
 static _Thread_local struct hil_translator *running;
 
 /* Receives the instruction found; NULL: library_restore restores the registers as usual. */
-static _Thread_local struct hil_place *asked;
+static _Thread_local struct hil_instruction *asked;
 
 /* Loads and stores on the slow path. */
 #define LOADS(X)                          \
@@ -97,7 +97,7 @@ void hil_translator_start(struct hil_translator *translator)
     STORES(FIND)
 }
 
-struct hil_translator *hil_translator_run(struct hil_translator *translator)
+struct hil_translator *hil_translator_select(struct hil_translator *translator)
 {
     struct hil_translator *before = running;
     running = translator;
@@ -108,7 +108,7 @@ struct hil_translator *hil_translator_run(struct hil_translator *translator)
     return before;
 }
 
-void hil_translator_warm_code(struct hil_translator *translator)
+void hil_translator_check_ram_stores(struct hil_translator *translator)
 {
     if (translator->code_in_ram)
         return;
@@ -118,8 +118,8 @@ void hil_translator_warm_code(struct hil_translator *translator)
         library_flush(translator->core);
 }
 
-bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
-                          struct hil_place *place)
+bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
+                                     struct hil_instruction *place)
 {
     /* an access of eight bytes, or an unaligned one, may be split */
     if (running != translator || !translator->access.from || !translator->core ||
@@ -176,7 +176,7 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
                               uint32_t *data)
 {
     if (asked)
-        *asked = (struct hil_place){data[0], data[1]};
+        *asked = (struct hil_instruction){data[0], data[1]};
     else
         library_restore_to(state, block, data);
 }

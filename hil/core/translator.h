@@ -21,17 +21,17 @@ struct hil_translator {
 /* Initialises the translator of a new processor. */
 void hil_translator_start(struct hil_translator *translator);
 /* Sets the processor that runs in this thread (NULL: none). Returns the previous one. */
-struct hil_translator *hil_translator_run(struct hil_translator *translator);
+struct hil_translator *hil_translator_select(struct hil_translator *translator);
 /* Call when the processor runs code from RAM. */
-void hil_translator_warm_code(struct hil_translator *translator);
+void hil_translator_check_ram_stores(struct hil_translator *translator);
 /* An instruction, and ITSTATE at its beginning. */
-struct hil_place {
+struct hil_instruction {
     uint32_t pc, itstate;
 };
 /* Returns the instruction that is accessing `address`. False: the core makes no access, or one to a
  * different address. */
-bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
-                          struct hil_place *place);
+bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
+                                     struct hil_instruction *place);
 /* True if the core is making an access at which the translated code can be left. */
 bool hil_translator_can_leave(const struct hil_translator *translator);
 /* Leaves the translated code before the access, or after it if the access was abandoned. The

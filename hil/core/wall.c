@@ -25,20 +25,20 @@ int64_t hil_wall_ms(void)
 
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop)
 {
-    double t_s = pace->began_s + (double)t_ps * 1e-12;
+    double t_s = pace->start_s + (double)t_ps * 1e-12;
     struct timespec t = {.tv_sec = (time_t)t_s};
     t.tv_nsec = (long)((t_s - (double)t.tv_sec) * 1e9);
     while (!*stop && clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR)
         continue;
 }
 
-void hil_pace_done(struct hil_pace *pace, uint64_t t_ps)
+void hil_pace_record(struct hil_pace *pace, uint64_t t_ps)
 {
-    double late_s = hil_wall_s() - pace->began_s - (double)t_ps * 1e-12;
-    if (late_s > pace->late_s)
-        pace->late_s = late_s;
-    if (late_s > pace->late_started_s && (double)t_ps * 1e-12 > HIL_PACE_START_S)
-        pace->late_started_s = late_s;
+    double late_s = hil_wall_s() - pace->start_s - (double)t_ps * 1e-12;
+    if (late_s > pace->max_delay_s)
+        pace->max_delay_s = late_s;
+    if (late_s > pace->max_started_delay_s && (double)t_ps * 1e-12 > HIL_PACE_START_S)
+        pace->max_started_delay_s = late_s;
 }
 
 static void on_alarm(int number)
@@ -55,7 +55,7 @@ static void on_alarm(int number)
     }
 }
 
-void hil_wall_limit(double limit_s, volatile int *stop)
+void hil_wall_set_limit(double limit_s, volatile int *stop)
 {
     struct sigaction action = {.sa_handler = on_alarm};
     if (limit_s <= 0)

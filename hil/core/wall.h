@@ -13,23 +13,23 @@ int64_t hil_wall_ms(void);
 #define HIL_PACE_START_S 1.0
 
 struct hil_pace {
-    double began_s; /* wall clock at the start of virtual time */
-    double late_s;  /* largest delay of a piece so far */
+    double start_s;     /* wall clock at the start of virtual time */
+    double max_delay_s; /* largest delay of a piece so far */
     /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
      * memories */
-    double late_started_s;
+    double max_started_delay_s;
 };
 
 /* Waits until the wall clock has reached virtual time t_ps; `*stop` ends the wait. */
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop);
 /* Call when the piece that ends at t_ps has been run. */
-void hil_pace_done(struct hil_pace *pace, uint64_t t_ps);
+void hil_pace_record(struct hil_pace *pace, uint64_t t_ps);
 
 /* Sets *stop to HIL_WALL_STOP after limit_s of wall clock (0: no limit). If the process still runs
  * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time does not
  * advance), prints a message and exits with 3. */
 #define HIL_WALL_STOP    2
 #define HIL_WALL_GRACE_S 5
-void hil_wall_limit(double limit_s, volatile int *stop);
+void hil_wall_set_limit(double limit_s, volatile int *stop);
 
 #endif

@@ -6,11 +6,12 @@
 
 #include "hil/core/core.h"
 
-#define STEPS     (2u * HIL_WHATIF_INSTRUCTIONS)
-#define STACK_LOW 0x1000u /* range below and above the load's stack pointer that may differ */
-#define STACK_TOP 0x200u
-#define JUDGED    256u /* number of remembered instructions */
-#define REGISTERS 33u
+#define STEPS_MAX        (2u * HIL_WHATIF_INSTRUCTIONS)
+/* range below and above the load's stack pointer that may differ */
+#define STACK_LOW        0x1000u
+#define STACK_TOP        0x200u
+#define REMEMBERED_LOADS 256u /* number of remembered instructions */
+#define REGISTERS        33u
 
 /* An instruction, or a store to a peripheral with its address and value. Stores to memory are
  * compared after a run: Unicorn's store hook misses some on 64-bit ARM computers. */
@@ -31,11 +32,11 @@ struct hil_whatif {
     uint32_t stack;
     struct step *step; /* steps of the first run */
     unsigned steps, at;
-    bool compares, differs;
+    bool is_comparing, is_different;
     uint32_t last_pc;
     struct {
         uint32_t pc, caller, unknown, times;
-    } judged[JUDGED];
+    } tested[REMEMBERED_LOADS];
 };
 
 static const int registers[REGISTERS] = {
@@ -48,19 +49,19 @@ static const int registers[REGISTERS] = {
     UC_ARM_REG_D15, UC_ARM_REG_FPSCR, UC_ARM_REG_APSR_NZCV,
 };
 
-static void take_step(struct hil_whatif *w, struct step step)
+static void record_step(struct hil_whatif *w, struct step step)
 {
-    if (!w->compares) {
-        if (w->steps < STEPS)
+    if (!w->is_comparing) {
+        if (w->steps < STEPS_MAX)
             w->step[w->steps++] = step;
-    } else if (w->at < w->steps && !w->differs) {
+    } else if (w->at < w->steps && !w->is_different) {
         const struct step *other = &w->step[w->at++];
-        w->differs = other->pc != step.pc || other->address != step.address ||
-                     other->value != step.value;
-        if (w->differs)
+        w->is_different = other->pc != step.pc || other->address != step.address ||
+                          other->value != step.value;
+        if (w->is_different)
             uc_emu_stop(w->uc);
     }
-    if (!w->differs || step.address)
+    if (!w->is_different || step.address)
         w->last_pc = step.pc;
 }
 
@@ -68,7 +69,7 @@ static void on_instruction(uc_engine *uc, uint64_t pc, uint32_t size, void *user
 {
     (void)uc;
     (void)size;
-    take_step(user, (struct step){(uint32_t)pc, 0, 0});
+    record_step(user, (struct step){(uint32_t)pc, 0, 0});
 }
 
 static void on_exception(uc_engine *uc, uint32_t number, void *user)
@@ -107,14 +108,14 @@ static void on_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t val
     struct hil_whatif *w = user;
     (void)uc;
     (void)size;
-    take_step(w, (struct step){w->last_pc, 0x40000000u | (uint32_t)offset, value});
+    record_step(w, (struct step){w->last_pc, 0x40000000u | (uint32_t)offset, value});
 }
 
 static struct hil_whatif *create(struct hil_core *core)
 {
     struct hil_whatif *w = calloc(1, sizeof *w);
     uc_hook hook;
-    if (!w || !(w->step = calloc(STEPS, sizeof *w->step)) ||
+    if (!w || !(w->step = calloc(STEPS_MAX, sizeof *w->step)) ||
         !(w->sram = aligned_alloc(4096, HIL_SRAM_SIZE)) ||
         !(w->ccm = aligned_alloc(4096, HIL_CCM_SIZE)) || !(w->first_sram = malloc(HIL_SRAM_SIZE)) ||
         !(w->first_ccm = malloc(HIL_CCM_SIZE)))
@@ -162,7 +163,7 @@ void hil_whatif_destroy(struct hil_core *core)
 void hil_whatif_reset(struct hil_core *core)
 {
     if (core->engine.whatif)
-        memset(core->engine.whatif->judged, 0, sizeof core->engine.whatif->judged);
+        memset(core->engine.whatif->tested, 0, sizeof core->engine.whatif->tested);
 }
 
 /* Runs a copy of the core from the load on; the load reads `value`. */
@@ -179,18 +180,19 @@ static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
             w->stack = (uint32_t)content;
     }
     w->read_value = value;
-    w->was_read = w->differs = false;
+    w->was_read = w->is_different = false;
     w->at = 0;
-    struct hil_translator *outer = hil_translator_run(&w->translator);
+    struct hil_translator *outer = hil_translator_select(&w->translator);
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
-    hil_translator_run(outer);
-    w->differs |= w->compares && w->at < w->steps; /* the run ended earlier than the first one */
+    hil_translator_select(outer);
+    w->is_different |= w->is_comparing &&
+                       w->at < w->steps; /* the run ended earlier than the first one */
 }
 
 /* Makes the run with which the others are compared. */
 static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
-    w->compares = false;
+    w->is_comparing = false;
     w->steps = 0;
     run(w, pc, value);
     memcpy(w->first_sram, w->sram, HIL_SRAM_SIZE);
@@ -199,8 +201,8 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
 
 /* True if the memory at `base` differs between the runs, apart from the stack around the stack
  * pointer. */
-static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, const uint8_t *first,
-                         uint32_t base, uint32_t size)
+static bool is_memory_different(const struct hil_whatif *w, const uint8_t *memory,
+                                const uint8_t *first, uint32_t base, uint32_t size)
 {
     if (!memcmp(memory, first, size))
         return false;
@@ -212,13 +214,13 @@ static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, cons
 
 static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
-    w->compares = true;
+    w->is_comparing = true;
     run(w, pc, value);
-    if (w->differs)
+    if (w->is_different)
         return true;
     w->last_pc = pc;
-    return other_memory(w, w->sram, w->first_sram, HIL_SRAM_BASE, HIL_SRAM_SIZE) ||
-           other_memory(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE);
+    return is_memory_different(w, w->sram, w->first_sram, HIL_SRAM_BASE, HIL_SRAM_SIZE) ||
+           is_memory_different(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE);
 }
 
 /* True if this load was tried often enough. */
@@ -228,19 +230,19 @@ static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
     uint32_t caller = 0; /* LR may also hold another value; it only distinguishes callers */
     uc_reg_read(w->core->uc, UC_ARM_REG_LR, &caller);
     while (
-        i < JUDGED && w->judged[i].times &&
-        (w->judged[i].pc != pc || w->judged[i].caller != caller || w->judged[i].unknown != unknown))
+        i < REMEMBERED_LOADS && w->tested[i].times &&
+        (w->tested[i].pc != pc || w->tested[i].caller != caller || w->tested[i].unknown != unknown))
         i++;
-    if (i == JUDGED)
+    if (i == REMEMBERED_LOADS)
         return false;
-    w->judged[i].pc = pc;
-    w->judged[i].caller = caller;
-    w->judged[i].unknown = unknown;
-    return w->judged[i].times++ >= HIL_WHATIF_TIMES;
+    w->tested[i].pc = pc;
+    w->tested[i].caller = caller;
+    w->tested[i].unknown = unknown;
+    return w->tested[i].times++ >= HIL_WHATIF_TIMES;
 }
 
-bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
-                        struct hil_difference *difference)
+bool hil_whatif_has_effect(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
+                           struct hil_difference *difference)
 {
     static const uint32_t pattern[] = {0xffffffffu, 0x55555555u, 0xaaaaaaaau};
     struct hil_whatif *w = core->engine.whatif;

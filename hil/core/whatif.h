@@ -37,8 +37,8 @@ struct hil_difference {
 
 /* During a read by the instruction at `pc`: true if the values of the bits `unknown` of the word
  * `value` matter. `difference` then has the details. */
-bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
-                        struct hil_difference *difference);
+bool hil_whatif_has_effect(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
+                           struct hil_difference *difference);
 /* Call after a change of time or state: discards all results so far. */
 void hil_whatif_reset(struct hil_core *core);
 /* Call when the code has changed or the core is destroyed. */

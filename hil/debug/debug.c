@@ -21,10 +21,10 @@
 /* The attached debugger, or NULL. */
 static struct hil_debug *debugger_of(const struct hil_board *board)
 {
-    return board->core.observers.debugger_who;
+    return board->core.observers.debugger_context;
 }
 
-static unsigned depth(const struct hil_board *board)
+static unsigned active_exceptions(const struct hil_board *board)
 {
     unsigned active = 0;
     for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++)
@@ -37,20 +37,21 @@ void hil_debug_detach(struct hil_board *board)
     struct hil_debug *d = debugger_of(board);
     for (unsigned i = 0; d && i < HIL_WATCHPOINTS; i++) {
         if (d->watch[i].size)
-            hil_debug_watch(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size, false);
+            hil_debug_set_watchpoint(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size,
+                                     false);
     }
     board->core.observers.debugger = NULL;
-    board->core.observers.debugger_who = NULL;
+    board->core.observers.debugger_context = NULL;
 }
 
 void hil_debug_hold(struct hil_board *board, enum hil_hold why)
 {
     struct hil_debug *d = debugger_of(board);
     d->hold = why;
-    d->stepping = false;
+    d->is_stepping = false;
 }
 
-bool hil_debug_holds(const struct hil_board *board)
+bool hil_debug_is_holding(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
     return d && d->hold != HIL_HOLD_NONE;
@@ -64,55 +65,55 @@ static void resume(struct hil_board *board)
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
     d->hold = HIL_HOLD_NONE;
     d->watch_hit = false;
-    d->fresh = true;
-    d->fresh_pc = pc;
+    d->is_resumed = true;
+    d->resumed_pc = pc;
 }
 
 void hil_debug_run(struct hil_board *board)
 {
     resume(board);
-    debugger_of(board)->stepping = false;
+    debugger_of(board)->is_stepping = false;
 }
 
 void hil_debug_step(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     resume(board);
-    d->stepping = true;
-    d->stepped = false;
-    d->step_depth = depth(board);
+    d->is_stepping = true;
+    d->has_stepped = false;
+    d->step_depth = active_exceptions(board);
 }
 
-void hil_debug_pass(struct hil_board *board, uint64_t until_ps)
+void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
 {
     struct hil_core *core = &board->core;
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
     const uint32_t stops = core->state.scb.apb1_fz;
     core->target_reached = false;
-    hil_event_run(core);
+    hil_event_handle_due(core);
     uint64_t from_ps = hil_now_ps(core), until = hil_clock_cycle(clock, until_ps);
-    if (core->stopped || core->reset.asked || clock->stopped || until <= clock->now_cycle)
+    if (core->stopped || core->reset.is_requested || clock->is_stopped || until <= clock->now_cycle)
         return;
     if (stops & FZ_TIM2)
-        hil_tim_hold(&board->mcu.tim, HIL_TIM2, until);
+        hil_tim_stop_until(&board->mcu.tim, HIL_TIM2, until);
     if (stops & FZ_TIM4)
-        hil_tim_hold(&board->mcu.tim, HIL_TIM4, until);
+        hil_tim_stop_until(&board->mcu.tim, HIL_TIM4, until);
     if ((stops & FZ_IWDG) && events->at_ps[HIL_EVENT_IWDG] != HIL_NEVER)
         hil_event_set_ps(core, HIL_EVENT_IWDG,
                          events->at_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));
-    hil_scb_hold(core, until - clock->now_cycle);
+    hil_scb_skip_cycles(core, until - clock->now_cycle);
     hil_event_set_ps(core, HIL_EVENT_TARGET, until_ps);
-    while (!core->target_reached && !core->stopped && !core->reset.asked) {
+    while (!core->target_reached && !core->stopped && !core->reset.is_requested) {
         if (events->next_cycle > clock->now_cycle)
             clock->now_cycle = events->next_cycle;
-        hil_event_run(core);
+        hil_event_handle_due(core);
     }
     hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
     core->target_reached = false;
 }
 
-enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set)
+enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t address, bool set)
 {
     struct hil_debug *d = debugger_of(board);
     unsigned i = 0;
@@ -144,12 +145,13 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
         bool kind = w->kind == HIL_WATCH_ACCESS || (w->kind == HIL_WATCH_WRITE) == write;
         if (w->size && kind && address < (uint64_t)w->address + w->size &&
             address + (uint64_t)size > w->address) {
-            hil_cpu_walk_to_access(&board->core);
+            hil_cpu_step_to_access(&board->core);
             d->watch_hit = true;
             d->watch_kind = w->kind;
             d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
-            struct hil_place place = {.pc = board->core.state.cpu.block_address};
-            (void)hil_translator_place(&board->core.engine.translator, (uint32_t)address, &place);
+            struct hil_instruction place = {.pc = board->core.state.cpu.block_address};
+            (void)hil_translator_find_instruction(&board->core.engine.translator, (uint32_t)address,
+                                                  &place);
             d->watch_pc = place.pc;
             return;
         }
@@ -167,8 +169,8 @@ static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kin
     return NULL;
 }
 
-enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address,
-                               uint32_t size, bool set)
+enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch kind,
+                                        uint32_t address, uint32_t size, bool set)
 {
     struct hil_watchpoint *there = find_watch(debugger_of(board), kind, address, size);
     struct hil_watchpoint *place = find_watch(debugger_of(board), kind, 0, 0);
@@ -196,7 +198,7 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
     return MR_OK;
 }
 
-static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size)
+static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint32_t size)
 {
     for (unsigned i = 0; i < d->breakpoints; i++) {
         if (d->breakpoint[i] - address < size)
@@ -209,75 +211,75 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
 static bool is_step_at_code(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
-    return depth(board) <= d->step_depth ||
+    return active_exceptions(board) <= d->step_depth ||
            (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
-static bool is_wanted(const void *who, uint32_t address, uint32_t size)
+static bool is_wanted(const void *context, uint32_t address, uint32_t size)
 {
-    const struct hil_debug *d = who;
-    return breaks_in(d, address, size) || (d->stepping && is_step_at_code(d->board));
+    const struct hil_debug *d = context;
+    return has_breakpoint_in(d, address, size) || (d->is_stepping && is_step_at_code(d->board));
 }
 
-static bool step_is_done(struct hil_board *board)
+static bool is_step_done(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
-    if (!d->stepping || !is_step_at_code(board))
+    if (!d->is_stepping || !is_step_at_code(board))
         return false;
-    if (!d->stepped) {
-        d->stepped = true;
+    if (!d->has_stepped) {
+        d->has_stepped = true;
         return false;
     }
     return true;
 }
 
-static bool stops_before(void *who, uint32_t pc)
+static bool is_stop_before(void *context, uint32_t pc)
 {
-    struct hil_debug *d = who;
+    struct hil_debug *d = context;
     struct hil_board *board = d->board;
-    bool goes_on = d->fresh && d->fresh_pc == pc;
-    d->fresh = false;
+    bool goes_on = d->is_resumed && d->resumed_pc == pc;
+    d->is_resumed = false;
     if (d->watch_hit && !goes_on)
         hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
-    else if (!goes_on && breaks_in(d, pc, 1))
+    else if (!goes_on && has_breakpoint_in(d, pc, 1))
         hil_debug_hold(board, HIL_HOLD_BREAKPOINT);
-    else if (step_is_done(board))
+    else if (is_step_done(board))
         hil_debug_hold(board, HIL_HOLD_STEP);
     return d->hold != HIL_HOLD_NONE;
 }
 
-static bool holds(const void *who)
+static bool is_holding(const void *context)
 {
-    const struct hil_debug *d = who;
+    const struct hil_debug *d = context;
     return d->hold != HIL_HOLD_NONE;
 }
 
-static bool holds_hit(void *who)
+static bool has_hit_watchpoint(void *context)
 {
-    const struct hil_debug *d = who;
+    const struct hil_debug *d = context;
     if (d->watch_hit)
         hil_debug_hold(d->board, HIL_HOLD_WATCHPOINT);
     return d->watch_hit;
 }
 
-static void hold_bkpt(void *who)
+static void handle_bkpt(void *context)
 {
-    const struct hil_debug *d = who;
+    const struct hil_debug *d = context;
     hil_debug_hold(d->board, HIL_HOLD_BKPT);
 }
 
 static const struct hil_debugger_calls calls = {
-    .holds = holds,
-    .holds_hit = holds_hit,
-    .hold_bkpt = hold_bkpt,
-    .wants = is_wanted,
-    .stops_before = stops_before,
+    .is_holding = is_holding,
+    .has_hit_watchpoint = has_hit_watchpoint,
+    .handle_bkpt = handle_bkpt,
+    .has_point_in = is_wanted,
+    .is_stop_before = is_stop_before,
 };
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 {
     *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_ASKED};
-    board->core.observers.debugger_who = debug;
+    board->core.observers.debugger_context = debug;
     board->core.observers.debugger = &calls;
 }
 
@@ -305,9 +307,9 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
 {
     struct hil_cpu *cpu = &board->core.state.cpu;
     if (number == HIL_REG_PC) {
-        if (cpu->walking)
+        if (cpu->is_stepping)
             hil_cpu_leave_block(&board->core);
-        cpu->asleep = false;
+        cpu->is_asleep = false;
         value |= 1u;
     }
     if (number == HIL_REG_XPSR) {
@@ -321,7 +323,7 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
 }
 
 /* State that reading a peripheral register for the debugger must not change. */
-struct bystander {
+struct saved_state {
     struct hil_core core;
     struct hil_state state;
     struct hil_callbacks callbacks;
@@ -342,11 +344,11 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
                                  size_t n, bool write)
 {
     /* static because it is large; there is one debugger at a time */
-    static struct bystander before;
+    static struct saved_state before;
     struct hil_core *core = &board->core;
     if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;
-    before = (struct bystander){*core, board->state, board->lines.callbacks};
+    before = (struct saved_state){*core, board->state, board->lines.callbacks};
     if (!write) {
         board->lines.callbacks = (struct hil_callbacks){0};
         core->trace = NULL;

@@ -50,11 +50,11 @@ struct hil_debug {
     uint32_t watch_address, watch_pc;
     bool watch_hit;
 
-    bool stepping, stepped; /* a step was requested; its instruction has been executed */
-    unsigned step_depth;    /* active exceptions at the start of the step */
-    /* execution continues with the instruction at fresh_pc, without breaking there again */
-    bool fresh;
-    uint32_t fresh_pc;
+    bool is_stepping, has_stepped; /* a step was requested; its instruction has been executed */
+    unsigned step_depth;           /* active exceptions at the start of the step */
+    /* execution continues with the instruction at resumed_pc, without breaking there again */
+    bool is_resumed;
+    uint32_t resumed_pc;
 };
 
 /* Attach and detach a debugger. `debug` belongs to the caller and must stay valid until detaching.
@@ -63,7 +63,7 @@ struct hil_debug {
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug);
 void hil_debug_detach(struct hil_board *board);
 void hil_debug_hold(struct hil_board *board, enum hil_hold why);
-bool hil_debug_holds(const struct hil_board *board);
+bool hil_debug_is_holding(const struct hil_board *board);
 
 /* Let the board continue: run, or step one instruction. */
 void hil_debug_run(struct hil_board *board);
@@ -72,13 +72,13 @@ void hil_debug_step(struct hil_board *board);
 /* Lets time advance to until_ps while the board is held: the core and the peripherals stopped by
  * DBGMCU stand still; everything else runs, and its interrupts wait. Ends early if a reset is
  * requested. */
-void hil_debug_pass(struct hil_board *board, uint64_t until_ps);
+void hil_debug_advance(struct hil_board *board, uint64_t until_ps);
 
 /* Set or remove a breakpoint or watchpoint. MR_OK, also if it is already set or removed; MR_FULL:
  * more than HIL_BREAKPOINTS or HIL_WATCHPOINTS. */
-enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set);
-enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address,
-                               uint32_t size, bool set);
+enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t address, bool set);
+enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch kind,
+                                        uint32_t address, uint32_t size, bool set);
 
 /* Registers, numbered as in the target description in gdb.c. Values have 32 bits, or 64 for
  * D0..D15. */

@@ -50,7 +50,7 @@ static const char target_xml[] =
 
 /* --- packets: `$text#sum`, acknowledged by `+` (GDB manual, E.1) --- */
 
-static int digit(char c)
+static int hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0'
          : c >= 'a' && c <= 'f' ? c - 'a' + 10
@@ -63,8 +63,8 @@ static int digit(char c)
 static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
 {
     size_t n = 0;
-    while (n < room && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
-        bytes[n++] = (uint8_t)(digit(text[0]) << 4 | digit(text[1]));
+    while (n < room && hex_digit(text[0]) >= 0 && hex_digit(text[1]) >= 0) {
+        bytes[n++] = (uint8_t)(hex_digit(text[0]) << 4 | hex_digit(text[1]));
         text += 2;
     }
     return n;
@@ -89,7 +89,7 @@ static void drop_connection(struct hil_gdb_line *line)
         close(line->fd);
     line->fd = -1;
     line->in_size = 0;
-    hil_call(&line->lost);
+    hil_call(&line->on_lost);
 }
 
 static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
@@ -151,7 +151,7 @@ static bool receive(struct hil_gdb_line *line, int timeout_ms)
     return true;
 }
 
-static void drop(struct hil_gdb_line *line, size_t n)
+static void drop_line(struct hil_gdb_line *line, size_t n)
 {
     memmove(line->in, line->in + n, line->in_size - n);
     line->in_size -= n;
@@ -161,12 +161,12 @@ static void drop(struct hil_gdb_line *line, size_t n)
  * or -1 without one. *interrupt: Ctrl-C instead. A packet that cannot be acknowledged does not
  * count: the connection is lost, and the board detached. Exception: after sending kill, gdb
  * disconnects at once. */
-static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
+static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
     while (line->in_size && line->in[0] != '$') {
         *interrupt = line->in[0] == 3;
-        drop(line, 1);
+        drop_line(line, 1);
         if (*interrupt)
             return -1;
     }
@@ -185,9 +185,9 @@ static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
         }
     }
     packet[n] = '\0';
-    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 &&
-                sum == (digit(hash[1]) << 4 | digit(hash[2]));
-    drop(line, (size_t)(hash - line->in) + 3);
+    bool good = hex_digit(hash[1]) >= 0 && hex_digit(hash[2]) >= 0 &&
+                sum == (hex_digit(hash[1]) << 4 | hex_digit(hash[2]));
+    drop_line(line, (size_t)(hash - line->in) + 3);
     if (line->acknowledges)
         send_all(line, good ? "+" : "-", 1);
     return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
@@ -268,8 +268,9 @@ static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *ans
         strcpy(answer, "E01");
         return;
     }
-    enum mr_status status = kind < '2' ? hil_debug_break(gdb->board, address, set)
-                                       : hil_debug_watch(gdb->board, (enum hil_watch)(kind - '0'),
+    enum mr_status status = kind < '2'
+                              ? hil_debug_set_breakpoint(gdb->board, address, set)
+                              : hil_debug_set_watchpoint(gdb->board, (enum hil_watch)(kind - '0'),
                                                          address, size, set);
     strcpy(answer, status == MR_OK ? "OK" : "E1c"); /* ENOSPC */
 }
@@ -302,11 +303,12 @@ static void print_time(const struct hil_board *board, char *text, size_t size)
     snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
              (unsigned long long)(now_ps / HIL_SECOND_PS),
              (unsigned long long)(now_ps % HIL_SECOND_PS / HIL_NS_PS),
-             (unsigned long long)hil_now(&board->core), (unsigned)board->core.state.clock.hclk_hz,
+             (unsigned long long)hil_now_cycle(&board->core),
+             (unsigned)board->core.state.clock.hclk_hz,
              (unsigned long long)hil_board_counters(board)->instructions);
 }
 
-static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
+static void run_monitor_command(struct hil_gdb *gdb, const char *hex, char *answer)
 {
     char command[128] = "", text[256];
     from_hex(hex, (uint8_t *)command, sizeof command - 1);
@@ -327,7 +329,7 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
 
 /* --- packets --- */
 
-static void query(struct hil_gdb *gdb, const char *packet, char *answer)
+static void answer_query(struct hil_gdb *gdb, const char *packet, char *answer)
 {
     if (strncmp(packet, "qSupported", 10) == 0)
         snprintf(answer, HIL_GDB_PACKET,
@@ -346,7 +348,7 @@ static void query(struct hil_gdb *gdb, const char *packet, char *answer)
     else if (strncmp(packet, "qSymbol", 7) == 0)
         strcpy(answer, "OK");
     else if (strncmp(packet, "qRcmd,", 6) == 0)
-        monitor(gdb, packet + 6, answer);
+        run_monitor_command(gdb, packet + 6, answer);
 }
 
 static void report(struct hil_gdb *gdb, enum mr_status status)
@@ -363,13 +365,13 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
                  : d->watch_kind == HIL_WATCH_ACCESS ? "a"
                                                      : "",
                  (unsigned)d->watch_address);
-    gdb->reported = true;
+    gdb->is_hold_reported = true;
     put_packet(&gdb->line, packet);
 }
 
 /* vCont;ACTION[;ACTION...]: with a single thread the first action applies. True: the board
  * continues. */
-static bool vcont(struct hil_gdb *gdb, const char *action)
+static bool continue_by_action(struct hil_gdb *gdb, const char *action)
 {
     if (*action == 'c' || *action == 'C')
         hil_debug_run(gdb->board);
@@ -417,7 +419,7 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
         gdb->killed = true;
         drop_connection(&gdb->line);
         return true;
-    case 'q': query(gdb, packet, answer); break;
+    case 'q': answer_query(gdb, packet, answer); break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
             put_packet(&gdb->line, "OK");
@@ -429,7 +431,7 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
         if (strcmp(packet, "vCont?") == 0) {
             strcpy(answer, "vCont;c;C;s;S");
         } else if (strncmp(packet, "vCont;", 6) == 0) {
-            if (vcont(gdb, packet + 6))
+            if (continue_by_action(gdb, packet + 6))
                 return true;
             strcpy(answer, "E01");
         }
@@ -448,25 +450,26 @@ static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volat
     while (gdb->line.fd >= 0 && !*stop) {
         bool interrupt;
         double since_s = hil_wall_s() - seen_s;
-        if (gdb->runs && status == MR_OK)
-            hil_debug_pass(gdb->board, hil_board_now_ps(gdb->board) + (uint64_t)(since_s * 1e12));
+        if (gdb->is_time_running && status == MR_OK)
+            hil_debug_advance(gdb->board,
+                              hil_board_now_ps(gdb->board) + (uint64_t)(since_s * 1e12));
         seen_s += since_s;
-        int n = take_packet(&gdb->line, packet, &interrupt);
+        int n = next_packet(&gdb->line, packet, &interrupt);
         if (n < 0) {
             if (!interrupt && !receive(&gdb->line, POLL_MS))
                 return;
             continue;
         }
         if (handle_packet(gdb, packet, status)) {
-            gdb->reported = false;
+            gdb->is_hold_reported = false;
             return;
         }
     }
 }
 
-static void detach(void *who)
+static void detach(void *context)
 {
-    struct hil_gdb *gdb = who;
+    struct hil_gdb *gdb = context;
     if (gdb->attached)
         hil_debug_detach(gdb->board);
     gdb->attached = false;
@@ -481,9 +484,9 @@ static void attach(struct hil_gdb *gdb)
     if (!gdb->path[0])
         setsockopt(gdb->line.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
     gdb->line.acknowledges = true;
-    gdb->line.lost = (struct hil_call){detach, gdb};
+    gdb->line.on_lost = (struct hil_call){detach, gdb};
     gdb->attached = true;
-    gdb->reported = true; /* gdb will ask for the stop reason */
+    gdb->is_hold_reported = true; /* gdb will ask for the stop reason */
     gdb->line.in_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
@@ -516,17 +519,17 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
             return true;
         attach(gdb);
     }
-    if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && receive(&gdb->line, 0)) {
+    if (gdb->line.fd >= 0 && !hil_debug_is_holding(gdb->board) && receive(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
         /* while the board runs only Ctrl-C can arrive */
-        take_packet(&gdb->line, packet, &interrupt);
+        next_packet(&gdb->line, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
     }
-    if (gdb->line.fd < 0 || (!hil_debug_holds(gdb->board) && status == MR_OK))
+    if (gdb->line.fd < 0 || (!hil_debug_is_holding(gdb->board) && status == MR_OK))
         return true;
-    if (!gdb->reported) {
+    if (!gdb->is_hold_reported) {
         print_reason(gdb, status);
         report(gdb, status);
     }
@@ -555,7 +558,7 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
                  strerror(errno));
         return MR_IO;
     }
-    snprintf(gdb->place, sizeof gdb->place, "127.0.0.1:%u", ntohs(address.sin_port));
+    snprintf(gdb->address, sizeof gdb->address, "127.0.0.1:%u", ntohs(address.sin_port));
     return MR_OK;
 }
 
@@ -566,7 +569,7 @@ enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, 
         enum mr_status status = hil_socket_listen("--gdb", text + 5, &gdb->listener, error, size);
         if (status == MR_OK)
             snprintf(gdb->path, sizeof gdb->path, "%s", text + 5);
-        snprintf(gdb->place, sizeof gdb->place, "%s", text + 5);
+        snprintf(gdb->address, sizeof gdb->address, "%s", text + 5);
         return status;
     }
     char *end;
@@ -595,7 +598,7 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     snprintf(error, size,
              "--gdb: no debugger connected to %s within %d s; start gdb-multiarch with `target "
              "remote %s`",
-             gdb->place, timeout_ms / 1000, gdb->place);
+             gdb->address, timeout_ms / 1000, gdb->address);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 

@@ -23,20 +23,20 @@ struct hil_gdb_line {
     bool acknowledges;
     char in[2 * HIL_GDB_PACKET];
     size_t in_size;
-    struct hil_call lost; /* called when the connection has ended */
+    struct hil_call on_lost; /* called when the connection has ended */
 };
 
 struct hil_gdb {
     int listener; /* listening socket; -1: none */
     struct hil_gdb_line line;
-    char place[160]; /* address of the listener, for the message */
-    char path[108];  /* path of the socket; empty: a port is used */
+    char address[160]; /* address of the listener, for the message */
+    char path[108];    /* path of the socket; empty: a port is used */
     struct hil_board *board;
     struct hil_debug debug;
     bool attached;
-    bool reported; /* the debugger has been informed that the board is held */
+    bool is_hold_reported; /* the debugger has been informed that the board is held */
     bool killed;
-    bool runs; /* virtual time follows the wall clock while the board is held */
+    bool is_time_running; /* virtual time follows the wall clock while the board is held */
 };
 
 /* Opens the listener. MR_OK; MR_USAGE, MR_IO, with the reason in `error`. */

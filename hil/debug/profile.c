@@ -5,21 +5,22 @@
 
 #include "hil/board/board.h"
 
-#define PLACES ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* one per halfword of flash or SRAM */
+#define HALFWORDS ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* one per halfword of flash or SRAM */
 
 /* The block that begins at a place. */
-struct place {
+struct profile_block {
     uint64_t runs, instructions;
     uint16_t size, slow;
 };
 
 struct hil_profile {
     const struct hil_core *core;
-    uint64_t elsewhere, slow; /* instructions of the boot ROM; divisions and square roots */
-    struct place place[PLACES];
+    uint64_t rom_instructions,
+        slow_instructions; /* instructions of the boot ROM; divisions and square roots */
+    struct profile_block block[HALFWORDS];
 };
 
-bool hil_profile_is_slow(uint16_t a, uint16_t b)
+bool hil_profile_is_slow_instruction(uint16_t a, uint16_t b)
 {
     unsigned coprocessor = b >> 8 & 0xfu;
     bool divide = (a & 0xffb0u) == 0xee80u && !(b & 0x40u);
@@ -38,44 +39,45 @@ static uint16_t slow_in(const struct hil_core *core, uint32_t address, uint32_t 
     unsigned slow = 0;
     for (uint32_t i = 0; code && i + 4 <= size;) {
         bool wide = halfword(code + i) >= 0xe800u;
-        slow += wide && hil_profile_is_slow(halfword(code + i), halfword(code + i + 2));
+        slow += wide && hil_profile_is_slow_instruction(halfword(code + i), halfword(code + i + 2));
         i += wide ? 4 : 2;
     }
     return (uint16_t)slow;
 }
 
-static uint32_t address_of(uint32_t place)
+static uint32_t address_of(uint32_t halfword)
 {
-    return 2u * place < HIL_FLASH_SIZE ? HIL_FLASH_BASE + 2u * place
-                                       : HIL_SRAM_BASE + 2u * place - HIL_FLASH_SIZE;
+    return 2u * halfword < HIL_FLASH_SIZE ? HIL_FLASH_BASE + 2u * halfword
+                                          : HIL_SRAM_BASE + 2u * halfword - HIL_FLASH_SIZE;
 }
 
-static void count(void *who, uint32_t address, uint32_t size, uint32_t instructions)
+static void count_instructions(void *context, uint32_t address, uint32_t size,
+                               uint32_t instructions)
 {
-    struct hil_profile *profile = who;
+    struct hil_profile *profile = context;
     uint32_t in_flash = address - HIL_FLASH_BASE, in_ram = address - HIL_SRAM_BASE;
     if (in_flash >= HIL_FLASH_SIZE && in_ram >= HIL_SRAM_SIZE) {
-        profile->elsewhere += instructions;
+        profile->rom_instructions += instructions;
         return;
     }
-    struct place *place =
-        &profile->place[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
-    if (place->size != size) {
-        place->size = (uint16_t)size;
-        place->slow = slow_in(profile->core, address, size);
+    struct profile_block *block =
+        &profile->block[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
+    if (block->size != size) {
+        block->size = (uint16_t)size;
+        block->slow = slow_in(profile->core, address, size);
     }
-    place->runs++;
-    place->instructions += instructions;
-    profile->slow += place->slow;
+    block->runs++;
+    block->instructions += instructions;
+    profile->slow_instructions += block->slow;
 }
 
-static const struct hil_profiler_calls calls = {.count = count};
+static const struct hil_profiler_calls calls = {.count = count_instructions};
 
 void hil_profile_begin(struct hil_board *board)
 {
     struct hil_profile *profile = hil_allocate(sizeof *profile);
     profile->core = &board->core;
-    board->core.observers.profiler_who = profile;
+    board->core.observers.profiler_context = profile;
     board->core.observers.profiler = &calls;
 }
 
@@ -86,7 +88,7 @@ struct row {
     uint64_t instructions, entries;
 };
 
-static int by_instructions(const void *a, const void *b)
+static int compare_instructions(const void *a, const void *b)
 {
     const struct row *x = a, *y = b;
     if (x->instructions != y->instructions)
@@ -101,13 +103,13 @@ static double percent(uint64_t part, uint64_t whole)
 }
 
 /* Sums the blocks by function, one row each. Returns the number of rows. */
-static size_t collect(const struct hil_profile *profile, const struct mr_symbols *symbols,
-                      struct row *rows)
+static size_t sum_by_function(const struct hil_profile *profile, const struct mr_symbols *symbols,
+                              struct row *rows)
 {
     size_t count = 0;
-    for (uint32_t i = 0; i < PLACES; i++) {
-        const struct place *place = &profile->place[i];
-        if (!place->runs)
+    for (uint32_t i = 0; i < HALFWORDS; i++) {
+        const struct profile_block *block = &profile->block[i];
+        if (!block->runs)
             continue;
         const struct mr_symbol *symbol = mr_symbols_by_address(symbols, address_of(i));
         size_t k = 0;
@@ -115,33 +117,34 @@ static size_t collect(const struct hil_profile *profile, const struct mr_symbols
             k++;
         count += k == count;
         rows[k].symbol = symbol;
-        rows[k].instructions += place->instructions;
-        rows[k].entries += symbol && symbol->address == address_of(i) ? place->runs : 0;
+        rows[k].instructions += block->instructions;
+        rows[k].entries += symbol && symbol->address == address_of(i) ? block->runs : 0;
     }
-    qsort(rows, count, sizeof *rows, by_instructions);
+    qsort(rows, count, sizeof *rows, compare_instructions);
     return count;
 }
 
 enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols *symbols,
                                FILE *file)
 {
-    struct hil_profile *profile = board->core.observers.profiler_who;
-    uint64_t total = profile->elsewhere;
+    struct hil_profile *profile = board->core.observers.profiler_context;
+    uint64_t total = profile->rom_instructions;
     struct row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
-    size_t count = collect(profile, symbols, rows);
+    size_t count = sum_by_function(profile, symbols, rows);
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;
-    fprintf(file,
-            "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
-            "its cycles\n"
-            "%15llu  %6.2f  floating point divide, root\n"
-            "%15llu  %6.2f  in the boot ROM\n\n"
-            "by function (entries: calls, and returns to its first instruction)\n"
-            "   instructions       %%       entries  function\n",
-            (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
-            percent(hil_board_counters(board)->asleep_cycles, hil_now(&board->core)),
-            (unsigned long long)profile->slow, percent(profile->slow, total),
-            (unsigned long long)profile->elsewhere, percent(profile->elsewhere, total));
+    fprintf(
+        file,
+        "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
+        "its cycles\n"
+        "%15llu  %6.2f  floating point divide, root\n"
+        "%15llu  %6.2f  in the boot ROM\n\n"
+        "by function (entries: calls, and returns to its first instruction)\n"
+        "   instructions       %%       entries  function\n",
+        (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
+        percent(hil_board_counters(board)->asleep_cycles, hil_now_cycle(&board->core)),
+        (unsigned long long)profile->slow_instructions, percent(profile->slow_instructions, total),
+        (unsigned long long)profile->rom_instructions, percent(profile->rom_instructions, total));
     for (size_t i = 0; i < count; i++)
         fprintf(file, "%15llu  %6.2f  %12llu  %s\n", (unsigned long long)rows[i].instructions,
                 percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,

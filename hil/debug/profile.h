@@ -16,7 +16,7 @@
 struct hil_board;
 
 /* True if a 32-bit instruction is a VDIV or VSQRT (ARMv7-M A6.4). */
-bool hil_profile_is_slow(uint16_t first, uint16_t second);
+bool hil_profile_is_slow_instruction(uint16_t first, uint16_t second);
 
 void hil_profile_begin(struct hil_board *board);
 /* Ends the profile and writes the counts as text. MR_IO: the output is incomplete. */

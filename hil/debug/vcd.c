@@ -20,7 +20,7 @@
     X(links, can_frame, 1, board->state.mcu.can.phase == HIL_CAN_FRAME)                    \
     X(links, usart1_tx, 1, state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER)        \
     X(links, usart1_rx, 1, state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER)        \
-    X(core, sleeping, 1, state->cpu.asleep)                                                \
+    X(core, sleeping, 1, state->cpu.is_asleep)                                                \
     X(core, exception, 8, hil_cpu_register(&board->core, 16) & 0x1ffu)                          \
     X(core, resets, 16, (uint32_t)state->counters.resets & 0xffffu)                        \
     X(core, hclk_hz, 32, state->clock.hclk_hz)
@@ -148,9 +148,9 @@ static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LAN
     LANES(LANE_VALUE)
 }
 
-static void sample(void *who, uint64_t at)
+static void write_changes(void *context, uint64_t at)
 {
-    struct hil_vcd *vcd = who;
+    struct hil_vcd *vcd = context;
     const struct hil_board *board = vcd->board;
     uint32_t value[FIXED_LANES];
     uint64_t t_ns = hil_clock_ps(&board->core.state.clock, at) / HIL_NS_PS;
@@ -162,16 +162,17 @@ static void sample(void *who, uint64_t at)
                   hil_nvic_is_active(&board->core.state.nvic, vcd->exception[i]), t_ns);
 }
 
-static void on_exception(void *who)
+static void on_exception(void *context)
 {
-    const struct hil_vcd *vcd = who;
-    sample(who, hil_now(&vcd->board->core));
+    const struct hil_vcd *vcd = context;
+    write_changes(context, hil_now_cycle(&vcd->board->core));
 }
 
-static void begin(struct hil_vcd *vcd)
+static void write_initial_values(struct hil_vcd *vcd)
 {
     const struct hil_board *board = vcd->board;
-    sample(vcd, hil_now(&board->core)); /* sets the initial values without writing them */
+    write_changes(vcd,
+                  hil_now_cycle(&board->core)); /* sets the initial values without writing them */
     vcd->begun = true;
     vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);
@@ -181,7 +182,7 @@ static void begin(struct hil_vcd *vcd)
 }
 
 static const struct hil_tracer_calls calls = {
-    .sample = sample,
+    .sample = write_changes,
     .exception = on_exception,
 };
 
@@ -201,15 +202,15 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
     setvbuf(vcd->file, NULL, _IOFBF, FILE_BUFFER);
     write_header(vcd, board, symbols);
     vcd->board = board;
-    board->core.observers.tracer_who = vcd;
+    board->core.observers.tracer_context = vcd;
     board->core.observers.tracer = &calls;
-    begin(vcd);
+    write_initial_values(vcd);
     return MR_OK;
 }
 
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
 {
-    struct hil_vcd *vcd = board->core.observers.tracer_who;
+    struct hil_vcd *vcd = board->core.observers.tracer_context;
     if (!vcd)
         return MR_OK;
     if (vcd->begun)
@@ -223,6 +224,6 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
     free(vcd->path);
     free(vcd);
     board->core.observers.tracer = NULL;
-    board->core.observers.tracer_who = NULL;
+    board->core.observers.tracer_context = NULL;
     return failed ? MR_IO : MR_OK;
 }

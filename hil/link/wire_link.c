@@ -43,7 +43,7 @@ static bool set_raw(int fd, uint32_t baud)
 
 /* Opens and closes it once: an unused pseudo-terminal reports a missing host only after its first
  * close. */
-static bool open_once(int fd)
+static bool open_and_close(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
     if (other < 0)
@@ -72,7 +72,7 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     }
     *fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
     if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) &&
-        open_once(*fd) && symlink(ptsname(*fd), path) == 0)
+        open_and_close(*fd) && symlink(ptsname(*fd), path) == 0)
         return MR_OK;
     snprintf(error, size,
              "--serial: cannot create a pseudo-terminal at %s: %s; give a different path", path,
@@ -164,13 +164,13 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
         link->type = HIL_LINK_PTY;
         link->path = text + 4;
-        link->hung_up = true;
+        link->is_hung_up = true;
         return pty_open(link->path, PTY_BAUD, &link->fd, error, size);
     }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
-        if (hil_is_protected(link->path)) {
+        if (hil_is_protected_file(link->path)) {
             snprintf(error, size,
                      "would overwrite a database or a program: %s; give a different file",
                      link->path);
@@ -232,23 +232,23 @@ void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
 {
     if (link->type == HIL_LINK_NONE)
         return;
-    link->moved = true;
-    if (link->hung_up || (link->drops && link->end - link->start + n > BUFFER_MAX)) {
+    link->has_moved_data = true;
+    if (link->is_hung_up || (link->is_dropping && link->end - link->start + n > BUFFER_MAX)) {
         discard(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
         return;
     }
-    if (link->start && link->end + n > link->room) {
+    if (link->start && link->end + n > link->capacity) {
         memmove(link->buffer, link->buffer + link->start, link->end - link->start);
         link->end -= link->start;
         link->start = 0;
     }
-    if (link->end + n > link->room) {
+    if (link->end + n > link->capacity) {
         size_t room = 2 * (link->end + n) + 65536u;
         uint8_t *grown = realloc(link->buffer, room);
         if (!grown)
             abort();
         link->buffer = grown;
-        link->room = room;
+        link->capacity = room;
     }
     memcpy(link->buffer + link->end, bytes, n);
     link->end += n;
@@ -286,7 +286,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
 
 static void close_host(struct hil_link *link)
 {
-    link->hung_up = true;
+    link->is_hung_up = true;
     discard(link, link->end - link->start);
     link->start = link->end = 0;
 }
@@ -304,7 +304,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
                               char *error, size_t size)
 {
     int64_t moved = hil_wall_ms();
-    while (link->fd >= 0 && link->start < link->end && !link->hung_up) {
+    while (link->fd >= 0 && link->start < link->end && !link->is_hung_up) {
         ssize_t n = write_some(link);
         if (n > 0) {
             link->start += (size_t)n;
@@ -362,10 +362,10 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
 static void receive_pty(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
-    size_t room = hil_usart_room(&board->mcu.usart);
+    size_t room = hil_usart_free_space(&board->mcu.usart);
     uint32_t baud = pty_baud(link->fd);
-    link->hung_up = !pty_in_use(link->fd);
-    if (link->hung_up) {
+    link->is_hung_up = !pty_in_use(link->fd);
+    if (link->is_hung_up) {
         close_host(link);
         return;
     }
@@ -374,10 +374,11 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
         board->options.host_baud = baud;
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
-    if (!link->drops && !link->moved) /* both ends wait: give the host processor time */
+    if (!link->is_dropping &&
+        !link->has_moved_data) /* both ends wait: give the host processor time */
         poll(&look, 1, PTY_POLL_MS);
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
-    link->moved = n > 0;
+    link->has_moved_data = n > 0;
     if (n > 0)
         hil_usart_inject(&board->mcu.usart, bytes, (size_t)n);
 }
@@ -387,7 +388,7 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
     uint8_t bytes[4096];
     if (link->type == HIL_LINK_PTY && link->fd >= 0)
         receive_pty(link, board);
-    if (link->type != HIL_LINK_UNIX || link->fd < 0 || link->hung_up)
+    if (link->type != HIL_LINK_UNIX || link->fd < 0 || link->is_hung_up)
         return;
     for (;;) {
         ssize_t n = recv(link->fd, bytes, sizeof bytes, MSG_DONTWAIT);

@@ -53,7 +53,7 @@ static void update_irq(struct hil_adc_device *dev)
         line |= ((a->sr & SR_EOC) && (a->cr1 & CR1_EOCIE)) ||
                 ((a->sr & SR_OVR) && (a->cr1 & CR1_OVRIE));
     }
-    hil_irq_line(dev->core, HIL_IRQ_ADC, line);
+    hil_irq_set_line(dev->core, HIL_IRQ_ADC, line);
 }
 
 void hil_adc_reset(void *device, unsigned unit)
@@ -69,7 +69,7 @@ void hil_adc_reset(void *device, unsigned unit)
     update_irq(dev);
 }
 
-static unsigned ones_of(uint64_t z)
+static unsigned count_ones(uint64_t z)
 {
     z -= z >> 1 & 0x5555555555555555ull;
     z = (z & 0x3333333333333333ull) + (z >> 2 & 0x3333333333333333ull);
@@ -84,18 +84,19 @@ static double noise_lsb(struct hil_adc *a)
 {
     uint64_t z = mr_splitmix64(&a->noise);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
-    return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
+    return 0.5 * ((double)count_ones(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
 /* Converts with the errors of a real converter; the code is not rounded yet. */
-static double convert_really(struct hil_adc_device *dev, unsigned unit, unsigned k, double volts)
+static double convert_with_errors(struct hil_adc_device *dev, unsigned unit, unsigned k,
+                                  double volts)
 {
     struct hil_adc *a = &dev->state[unit];
     const struct hil_adc_errors *errors = dev->errors;
     int source = a->source[k];
     /* the pin's protection clamps the voltage to the supply */
     double pin_v = fmin(fmax(volts, 0.0), dev->vdda_v);
-    double sampled_v = pin_v + (a->held_v - pin_v) * a->left[k];
+    double sampled_v = pin_v + (a->held_v - pin_v) * a->remaining_share[k];
     double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
     a->held_v = sampled_v;
     if (dev->options->adc_noise)
@@ -108,28 +109,28 @@ static uint16_t round_code(double code)
     return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
 }
 
-static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
+static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     unsigned port = PORT_OF(pins[unit][a->channel[k]]), pin = NUMBER_OF(pins[unit][a->channel[k]]);
     double volts;
     if (dev->record.code)
-        return dev->record.code(dev->record.who, port, pin, at);
+        return dev->record.code(dev->record.context, port, pin, at);
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
     /* a pin used as an output: the converter reads the level that it drives */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(dev->gpio, port, pin) ? dev->vdda_v : 0.0;
     else
-        volts = dev->outside.volts(dev->outside.who, a->source[k], at);
+        volts = dev->outside.volts(dev->outside.context, a->source[k], at);
     if (dev->errors)
-        return round_code(convert_really(dev, unit, k, volts));
+        return round_code(convert_with_errors(dev, unit, k, volts));
     double code = volts / dev->vdda_v * 4096.0 + 0.5;
     if (dev->options->adc_noise)
         code += noise_lsb(a);
     return round_code(code);
 }
 
-static uint64_t end_of(const struct hil_adc *a, unsigned k)
+static uint64_t conversion_end(const struct hil_adc *a, unsigned k)
 {
     return a->start_cycle + (uint64_t)a->end_clock[k] * a->clock_cycles;
 }
@@ -137,11 +138,12 @@ static uint64_t end_of(const struct hil_adc *a, unsigned k)
 static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->running && a->sampled < a->length) {
-        uint64_t instant = end_of(a, a->sampled) - (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
+    while (a->is_running && a->sampled < a->length) {
+        uint64_t instant = conversion_end(a, a->sampled) -
+                           (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
             break;
-        a->code[a->sampled] = convert(dev, unit, a->sampled, instant);
+        a->code[a->sampled] = convert_codes(dev, unit, a->sampled, instant);
         a->sampled++;
     }
 }
@@ -162,23 +164,23 @@ static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
-    a->running = false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
+    a->is_running = false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
     dev->core->state.counters.adc_overruns++;
     hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
 
 /* Passes codes `delivered` to `ended` - 1 to DMA or to DR. */
-static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
+static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->running && a->delivered < ended) {
+    while (a->is_running && a->delivered < ended) {
         struct hil_dma_request request = dma_request(dev, unit);
-        bool wants_dma = (a->cr2 & CR2_DMA) && !a->dma_ended;
-        if (a->dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
+        bool wants_dma = (a->cr2 & CR2_DMA) && !a->has_dma_ended;
+        if (a->is_dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
             stop_on_overrun(dev, unit);
             return;
         }
-        uint32_t room = wants_dma ? hil_dma_until_flag(dev->dma, &request) : 0;
+        uint32_t room = wants_dma ? hil_dma_items_until_flag(dev->dma, &request) : 0;
         if (room) {
             uint32_t n = ended - a->delivered < room ? ended - a->delivered : room;
             uint32_t before = dev->dma->state[1].stream[request.stream].ndtr;
@@ -187,27 +189,27 @@ static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
             a->dr = a->code[a->delivered - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
                 /* last item: no more requests until DMA is switched off and on */
-                a->dma_ended = true;
+                a->has_dma_ended = true;
         } else {
             a->dr = a->code[a->delivered++];
-            a->dr_full = true;
+            a->is_dr_full = true;
             if ((a->cr2 & CR2_EOCS) || a->delivered == a->length)
                 a->sr |= SR_EOC;
         }
     }
 }
 
-static void catch_up(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+static void advance(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     sample_until(dev, unit, at);
     unsigned ended = a->delivered;
-    while (a->running && ended < a->length && end_of(a, ended) <= at)
+    while (a->is_running && ended < a->length && conversion_end(a, ended) <= at)
         ended++;
     if (ended > a->delivered)
-        deliver(dev, unit, ended);
-    if (a->running && a->delivered == a->length) {
-        a->running = false;
+        deliver_codes(dev, unit, ended);
+    if (a->is_running && a->delivered == a->length) {
+        a->is_running = false;
         dev->core->state.counters.adc_scans[unit]++;
     }
     update_irq(dev);
@@ -217,29 +219,30 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     uint64_t next = HIL_NEVER;
-    if (a->running) {
+    if (a->is_running) {
         struct hil_dma_request request = dma_request(dev, unit);
-        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(dev->dma, &request)
-                                                            : 0;
+        uint32_t room = (a->cr2 & CR2_DMA) && !a->has_dma_ended
+                          ? hil_dma_items_until_flag(dev->dma, &request)
+                          : 0;
         uint32_t left = (uint32_t)a->length - a->delivered;
         /* without DMA every conversion may matter (EOCS, overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
-        next = end_of(a, a->delivered + n - 1);
+        next = conversion_end(a, a->delivered + n - 1);
     }
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
 static void handle_event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    catch_up(dev, unit, at);
+    advance(dev, unit, at);
     schedule(dev, unit);
 }
 
-void hil_adc_catch_up(void *device, uint64_t at)
+void hil_adc_advance(void *device, uint64_t at)
 {
     struct hil_adc_device *dev = device;
     for (unsigned unit = 0; unit < 2; unit++) {
-        if (dev->state[unit].running)
+        if (dev->state[unit].is_running)
             handle_event(dev, unit, at);
     }
 }
@@ -261,10 +264,10 @@ static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
 }
 
 /* Checks the rule SAMPLING for an input with this source resistance. */
-static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
-                          unsigned sample_clocks, double clock_hz)
+static void check_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
+                           unsigned sample_clocks, double clock_hz)
 {
-    double most_ohm = hil_adc_most_ohm(sample_clocks, clock_hz);
+    double most_ohm = hil_adc_max_source_ohm(sample_clocks, clock_hz);
     if (ohm <= most_ohm)
         hil_rules_record_pass(rules, HIL_RULE_SAMPLING);
     else
@@ -275,7 +278,7 @@ static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned
 }
 
 /* Plans the sequence from the registers. False: an impossible one. */
-static bool plan(struct hil_adc_device *dev, unsigned unit)
+static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
     struct hil_adc *a = &dev->state[unit];
@@ -298,23 +301,23 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
                           "conversion of P%c%u, a pin missing in this package", 'A' + port, pin);
             return false;
         }
-        a->source[k] = (int8_t)dev->outside.source(dev->outside.who, port, pin);
+        a->source[k] = (int8_t)dev->outside.source(dev->outside.context, port, pin);
         a->end_clock[k] = (uint16_t)clocks;
         if (a->source[k] >= 0 && dev->outside.source_ohm)
-            hold_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
-                          dev->outside.source_ohm(dev->outside.who, a->source[k]),
-                          sample_clocks[smp & 7u],
-                          (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
+            check_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
+                           dev->outside.source_ohm(dev->outside.context, a->source[k]),
+                           sample_clocks[smp & 7u],
+                           (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
         if (dev->errors)
-            a->left[k] = hil_adc_left(dev->errors, a->source[k],
-                                      (double)sample_clocks[smp & 7u] * a->clock_cycles /
-                                          dev->core->state.clock.hclk_hz);
+            a->remaining_share[k] = hil_adc_remaining_share(
+                dev->errors, a->source[k],
+                (double)sample_clocks[smp & 7u] * a->clock_cycles / dev->core->state.clock.hclk_hz);
     }
-    a->planned = true;
+    a->is_planned = true;
     return true;
 }
 
-static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t prescaler = 2u * ((*dev->ccr >> 16 & 3u) + 1u);
@@ -326,16 +329,17 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
         return;
     }
     if (a->clock_cycles != clock_cycles || a->planned_hclk_hz != hclk_hz)
-        a->planned = false;
+        a->is_planned = false;
     a->clock_cycles = clock_cycles;
     a->planned_hclk_hz = hclk_hz;
     a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
     a->sampled = a->delivered = 0;
-    if (!a->planned && !plan(dev, unit))
+    if (!a->is_planned && !plan_sequence(dev, unit))
         return;
-    hil_rules_judge(dev->rules, HIL_RULE_CONVERTER_ON, a->on, hil_stamp_at(dev->core, at));
-    a->on = (struct hil_moment){0};
-    a->running = true;
+    hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switched_on,
+                             hil_moment_at_cycle(dev->core, at));
+    a->switched_on = (struct hil_moment){0};
+    a->is_running = true;
     a->sr |= SR_STRT;
     schedule(dev, unit);
 }
@@ -343,16 +347,16 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 static void try_start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) ||
+    if (!hil_rcc_is_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) ||
         !(a->cr2 & CR2_ADON))
         return;
-    catch_up(dev, unit, at);
-    if (a->running || (a->sr & SR_OVR)) {
+    advance(dev, unit, at);
+    if (a->is_running || (a->sr & SR_OVR)) {
         dev->core->state.counters.adc_triggers_ignored++;
         schedule(dev, unit);
         return;
     }
-    start(dev, unit, at);
+    start_sequence(dev, unit, at);
 }
 
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at)
@@ -371,7 +375,7 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
-    if (hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit))
+    if (hil_rcc_is_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit))
         return true;
     hil_bus_refuse(dev->core, "the clock of this converter is off");
     return false;
@@ -387,10 +391,10 @@ uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset)
     if (!find_unit(dev, offset, &unit))
         return 0;
     struct hil_adc *a = &dev->state[unit];
-    catch_up(dev, unit, hil_now(dev->core));
+    advance(dev, unit, hil_now_cycle(dev->core));
     schedule(dev, unit);
     if ((offset & 0xffu) == DR) {
-        a->dr_full = false;
+        a->is_dr_full = false;
         a->sr &= ~SR_EOC;
         update_irq(dev);
     }
@@ -407,15 +411,15 @@ static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
                        "EXTEN while the trigger is high: the chip may detect this as an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if (value & ~before & CR2_ADON)
-        a->on = hil_stamp(dev->core);
+        a->switched_on = hil_access_moment(dev->core);
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
-        a->dma_ended = false;
-        a->dr_full = false;
+        a->has_dma_ended = false;
+        a->is_dr_full = false;
     }
     if (!(value & CR2_ADON))
-        a->running = false;
+        a->is_running = false;
     if ((value & CR2_SWSTART) && (before & CR2_ADON))
-        try_start(dev, unit, hil_now(dev->core));
+        try_start(dev, unit, hil_now_cycle(dev->core));
 }
 
 void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -424,18 +428,18 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (offset == COMMON_CCR) {
         *dev->ccr = value;
         /* the clock has changed */
-        dev->state[HIL_ADC1].planned = dev->state[HIL_ADC3].planned = false;
+        dev->state[HIL_ADC1].is_planned = dev->state[HIL_ADC3].is_planned = false;
         return;
     }
     if (!find_unit(dev, offset, &unit))
         return;
     struct hil_adc *a = &dev->state[unit];
-    catch_up(dev, unit, hil_now(dev->core));
-    a->planned = false; /* a running sequence continues unchanged */
+    advance(dev, unit, hil_now_cycle(dev->core));
+    a->is_planned = false; /* a running sequence continues unchanged */
     switch (offset & 0xffu) {
     case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))
-            a->dr_full = false;
+            a->is_dr_full = false;
         a->sr &= value;
         break;
     case CR2: cr2_write(dev, unit, value); break;
@@ -479,7 +483,7 @@ static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64
         curve_lsb[code] *= (float)(jump_lsb / most);
 }
 
-static double peak_of(const float curve_lsb[HIL_ADC_CODES], const double bow[2], double by)
+static double find_peak(const float curve_lsb[HIL_ADC_CODES], const double bow[2], double by)
 {
     double peak = 0.0;
     for (unsigned code = 0; code < HIL_ADC_CODES; code += 4u) {
@@ -496,12 +500,12 @@ void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t 
     const double bow[2] = {draw_uniform(random), draw_uniform(random)};
     double low = 0.0, high = 2.0 * peak_lsb / fmax(fabs(bow[0]) + fabs(bow[1]), 0.01) + 10.0;
     draw_carries(curve_lsb, jump_lsb, random);
-    double carries_lsb = peak_of(curve_lsb, bow, 0.0);
+    double carries_lsb = find_peak(curve_lsb, bow, 0.0);
     for (unsigned code = 0; carries_lsb > peak_lsb && code < HIL_ADC_CODES; code++)
         curve_lsb[code] *= (float)(peak_lsb / carries_lsb);
     for (unsigned halvings = 0; halvings < 30u; halvings++) {
         double by = 0.5 * (low + high);
-        if (peak_of(curve_lsb, bow, by) > peak_lsb)
+        if (find_peak(curve_lsb, bow, by) > peak_lsb)
             high = by;
         else
             low = by;
@@ -519,7 +523,7 @@ double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, dou
            (double)errors->inl_lsb[unit][(unsigned)within];
 }
 
-double hil_adc_left(const struct hil_adc_errors *errors, int source, double window_s)
+double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, double window_s)
 {
     double ohm = HIL_ADC_SWITCH_OHM + (source < 0 ? 0.0 : errors->source_ohm[source]);
     double left = exp(-window_s / (ohm * HIL_ADC_SAMPLE_F));
@@ -532,7 +536,7 @@ double hil_adc_left(const struct hil_adc_errors *errors, int source, double wind
 #define SAMPLE_FARAD 4e-12
 #define SWITCH_OHM   6000.0
 
-double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz)
+double hil_adc_max_source_ohm(unsigned sample_clocks, double clock_hz)
 {
     return ((double)sample_clocks - 0.5) / (clock_hz * SAMPLE_FARAD * log(exp2((int)BITS + 2))) -
            SWITCH_OHM;

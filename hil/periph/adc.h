@@ -25,40 +25,43 @@ enum { HIL_ADC1, HIL_ADC3 };
 struct hil_adc {
     HIL_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
     /* the last code has not been read; with DMA or EOCS the next conversion is an overrun */
-    bool dr_full;
-    bool dma_ended; /* DDS is 0 and the DMA transfer has ended */
-    bool running;
-    uint64_t start_cycle;     /* start of the first sampling window */
-    uint32_t clock_cycles;    /* HCLK cycles per ADC clock in this sequence */
-    bool planned;             /* length, channels and end_clock match the registers */
-    uint32_t planned_hclk_hz; /* HCLK for which `left` was computed, with `clock_cycles` */
+    bool is_dr_full;
+    bool has_dma_ended; /* DDS is 0 and the DMA transfer has ended */
+    bool is_running;
+    uint64_t start_cycle;  /* start of the first sampling window */
+    uint32_t clock_cycles; /* HCLK cycles per ADC clock in this sequence */
+    bool is_planned;       /* length, channels and end_clock match the registers */
+    uint32_t
+        planned_hclk_hz; /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
     int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    double left[16]; /* share of a step from the previous conversion that remains: hil_adc_left */
-    double held_v;   /* voltage of the sample capacitor; used only with errors */
-    uint64_t noise;  /* state of the random number generator */
-    uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
-    struct hil_moment on;   /* when it was switched on; used until the first conversion */
+    double remaining_share
+        /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
+        [16];
+    double held_v;                 /* voltage of the sample capacitor; used only with errors */
+    uint64_t noise;                /* state of the random number generator */
+    uint16_t triggers_high;        /* levels of the external triggers, by EXTSEL */
+    struct hil_moment switched_on; /* when it was switched on; used until the first conversion */
 };
 
 /* The circuit connected to the analogue pins. */
 struct hil_analogue {
-    void *who;
+    void *context;
     /* number of the source on a pin; -1: not connected */
-    int (*source)(const void *who, unsigned port, unsigned pin);
+    int (*source)(const void *context, unsigned port, unsigned pin);
     /* voltage, not clipped; 0 V if not connected */
-    double (*volts)(void *who, int source, uint64_t at);
+    double (*volts)(void *context, int source, uint64_t at);
     /* source resistance seen by the converter; NULL: unknown */
-    double (*source_ohm)(const void *who, int source);
+    double (*source_ohm)(const void *context, int source);
 };
 
 /* Recorded codes in place of voltages: returns the code of a pin sampled at a cycle. */
 struct hil_recorded_codes {
-    void *who;
-    uint16_t (*code)(void *who, unsigned port, unsigned pin, uint64_t at); /* NULL: no record */
+    void *context;
+    uint16_t (*code)(void *context, unsigned port, unsigned pin, uint64_t at); /* NULL: no record */
 };
 
 struct hil_adc_device {
@@ -78,7 +81,7 @@ HIL_ON_BUS(adc)
 /* Call at an edge of an external trigger, identified by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
 /* Computes everything that was sampled or finished up to `at`. */
-void hil_adc_catch_up(void *device, uint64_t at);
+void hil_adc_advance(void *device, uint64_t at);
 void hil_adc1_event(void *device, uint64_t at);
 void hil_adc3_event(void *device, uint64_t at);
 
@@ -122,7 +125,7 @@ double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, dou
 
 /* Share of the step from the previous channel that remains after `window_s`; `source` -1: a pin
  * without a source. */
-double hil_adc_left(const struct hil_adc_errors *errors, int source, double window_s);
+double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, double window_s);
 
 /* ---- adc_sampling ---- */
 
@@ -131,6 +134,6 @@ double hil_adc_left(const struct hil_adc_errors *errors, int source, double wind
 
 /* Maximum source resistance for a sampling window of `sample_clocks` ADC clocks. Negative: the
  * window is too short even for 0 Ohm. */
-double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz);
+double hil_adc_max_source_ohm(unsigned sample_clocks, double clock_hz);
 
 #endif

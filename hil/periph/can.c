@@ -87,7 +87,7 @@ static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame 
 static bool is_before(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
-        return c->mailbox[a].order < c->mailbox[b].order;
+        return c->mailbox[a].request_number < c->mailbox[b].request_number;
     struct hil_can_frame fa, fb;
     mailbox_frame(&c->mailbox[a], &fa);
     mailbox_frame(&c->mailbox[b], &fb);
@@ -127,8 +127,8 @@ static void update_irq(struct hil_can_device *dev)
 {
     struct hil_can *c = dev->state;
     bool tx = (c->ier & 1u) && (c->tsr & 0x010101u);
-    hil_irq_line(dev->core, HIL_IRQ_CAN1_TX, tx);
-    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX0, (c->ier & 2u) && c->fifo_count[0]);
+    hil_irq_set_line(dev->core, HIL_IRQ_CAN1_TX, tx);
+    hil_irq_set_line(dev->core, HIL_IRQ_CAN1_RX0, (c->ier & 2u) && c->fifo_count[0]);
 }
 
 static bool is_on_bus(const struct hil_can *c)
@@ -136,7 +136,7 @@ static bool is_on_bus(const struct hil_can *c)
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
 
-static void drop_other(struct hil_can *c)
+static void drop_other_frame(struct hil_can *c)
 {
     c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
     c->queue_count--;
@@ -144,7 +144,7 @@ static void drop_other(struct hil_can *c)
 
 /* State of the bus for the board's transmitter: a wrong bit rate, or pins not switched to CAN,
  * destroys every frame. */
-static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
+static enum hil_can_bus effective_bus(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
     double rate = (double)dev->core->state.clock.hclk_hz / (double)bit_cycles(dev);
@@ -166,7 +166,7 @@ static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, ui
 }
 
 /* True if the other node has a frame to send, after faults of the line were applied to it. */
-static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
+static bool is_other_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
@@ -176,13 +176,13 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
         c->other_waits_ps = 0;
         return true;
     }
-    while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame",
-                                               c->queue[c->queue_head].id))
-        drop_other(c);
-    if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame",
-                                              c->queue[c->queue_head].id))
+    while (c->queue_count && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_DROP, "frame",
+                                                 c->queue[c->queue_head].id))
+        drop_other_frame(c);
+    if (!c->queue_count || !dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_DELAY, "frame",
+                                                c->queue[c->queue_head].id))
         return c->queue_count != 0;
-    c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.who, HIL_CAN_IN);
+    c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.context, HIL_CAN_IN);
     hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
     return false;
 }
@@ -194,12 +194,12 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
     if (c->phase != HIL_CAN_IDLE || !is_on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(dev);
+    enum hil_can_bus bus = effective_bus(dev);
     int mine = silent && !loopback ? -1 : next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
     bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
-                 other_is_ready(dev, at);
+                 is_other_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
         mailbox_frame(&c->mailbox[mine], &frame);
@@ -209,11 +209,11 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
             c->tsr |= 4u << (8u * (unsigned)mine);
         }
         c->sender = HIL_CAN_OTHER_NODE;
-        c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame",
-                                       c->queue[c->queue_head].id);
+        c->is_spoiled = dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_CORRUPT, "frame",
+                                            c->queue[c->queue_head].id);
         enter_phase(dev, HIL_CAN_FRAME, at,
                     hil_can_frame_bits(&c->queue[c->queue_head]).length -
-                        (c->spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
+                        (c->is_spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
         update_irq(dev);
         return;
     }
@@ -228,9 +228,10 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         length = 1u + HIL_CAN_ERROR_BITS; /* the start of frame already reads back wrong */
     c->sender = (int8_t)mine;
     c->abort_current = false;
-    c->spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
-                 dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
-    if (c->spoiled) /* CRC error: error flag and delimiter follow */
+    c->is_spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
+                    dev->wire.has_fault(dev->wire.context, HIL_CAN_OUT, HIL_CORRUPT, "frame",
+                                        frame.id);
+    if (c->is_spoiled) /* CRC error: error flag and delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     enter_phase(dev, HIL_CAN_FRAME, at, length);
 }
@@ -349,7 +350,7 @@ static void fail_transmission(struct hil_can_device *dev, unsigned m, enum hil_c
     struct hil_can *c = dev->state;
     bool passive = c->tec > 127;
     dev->core->state.counters.can_errors++;
-    uint32_t lec = c->spoiled                                 ? LEC_BIT_RECESSIVE
+    uint32_t lec = c->is_spoiled                              ? LEC_BIT_RECESSIVE
                  : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
                                                               : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
@@ -375,7 +376,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
-    if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* the other node sends again */
+    if (c->sender == HIL_CAN_OTHER_NODE && c->is_spoiled) { /* the other node sends again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
@@ -384,10 +385,10 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     }
     if (c->sender == HIL_CAN_OTHER_NODE) {
         frame = c->queue[c->queue_head];
-        c->repeated = !c->repeated &&
-                      dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
-        if (!c->repeated)
-            drop_other(c);
+        c->is_repeated = !c->is_repeated && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN,
+                                                                HIL_REPEAT, "frame", frame.id);
+        if (!c->is_repeated)
+            drop_other_frame(c);
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
@@ -397,8 +398,8 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(dev);
-    if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
+    enum hil_can_bus bus = effective_bus(dev);
+    if (!loopback && (bus != HIL_CAN_CONNECTED || c->is_spoiled)) {
         fail_transmission(dev, m, bus, at);
         return;
     }
@@ -412,7 +413,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
         receive(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
         dev->core->state.counters.can_frames_out++;
-        dev->wire.can_out(dev->wire.who, hil_clock_ps(&dev->core->state.clock, at), &frame);
+        dev->wire.can_out(dev->wire.context, hil_clock_ps(&dev->core->state.clock, at), &frame);
     }
 }
 
@@ -481,7 +482,7 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     }
     c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
     c->queue_count++;
-    try_start(dev, hil_now(dev->core));
+    try_start(dev, hil_now_cycle(dev->core));
     return MR_OK;
 }
 
@@ -517,7 +518,7 @@ static void end_jam(struct hil_can_device *dev, uint64_t at)
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
 {
     enum hil_can_bus before = dev->options->can_bus;
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     dev->options->can_bus = can_bus;
     if (can_bus == HIL_CAN_DOMINANT && before != HIL_CAN_DOMINANT)
         begin_jam(dev, now);
@@ -586,7 +587,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
 
 /* Flags are cleared by writing 1: writing back the value read also clears flags that were set in
  * between. */
-static void hold_flags(struct hil_can_device *dev, uint32_t status)
+static void check_flags(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
         hil_bus_refuse(dev->core,
@@ -596,7 +597,7 @@ static void hold_flags(struct hil_can_device *dev, uint32_t status)
 static void tsr_write(struct hil_can_device *dev, uint32_t value)
 {
     struct hil_can *c = dev->state;
-    hold_flags(dev, value & TSR_STATUS);
+    check_flags(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
         if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
@@ -632,10 +633,10 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     }
     *mailbox_register(c, offset) = value;
     if (offset % 16u == 0 && (value & TIR_TXRQ)) {
-        c->mailbox[m].order = c->orders++;
+        c->mailbox[m].request_number = c->request_count++;
         dev->core->state.counters.can_ends_unseen += c->tsr >> (8u * m) & 1u;
         c->tsr &= ~(0xfu << (8u * m));
-        try_start(dev, hil_now(dev->core));
+        try_start(dev, hil_now_cycle(dev->core));
     }
 }
 
@@ -660,13 +661,13 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     switch (offset) {
     case MCR:
         c->mcr = value;
-        update_mode(dev, hil_now(dev->core));
+        update_mode(dev, hil_now_cycle(dev->core));
         break;
     case MSR: /* ERRI, WKUI, SLAKI are never set */ break;
     case TSR: tsr_write(dev, value); break;
     case RF0R:
     case RF1R:
-        hold_flags(dev, value & RFR_FMP);
+        check_flags(dev, value & RFR_FMP);
         release_fifo(c, (offset - RF0R) / 4u, value);
         break;
     case ESR: /* software can write LEC to detect a later change */ c->esr = value & 0x70u; break;

@@ -27,7 +27,7 @@
 
 struct hil_can_mailbox {
     HIL_WORDS(word, tir, tdtr, tdlr, tdhr);
-    uint32_t order; /* sequence number of its request */
+    uint32_t request_number; /* sequence number of its request */
 };
 
 struct hil_can_received {
@@ -50,7 +50,7 @@ struct hil_can {
     uint32_t tec, rec;
     bool bus_off;
     struct hil_can_mailbox mailbox[3];
-    uint32_t orders; /* number of requests so far */
+    uint32_t request_count; /* number of requests so far */
     struct hil_can_received fifo[2][3];
     uint8_t fifo_count[2];
     HIL_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
@@ -58,8 +58,8 @@ struct hil_can {
 
     uint32_t phase;
     int8_t sender;           /* mailbox 0..2, 3: the other node */
-    bool spoiled;            /* the frame in progress will be destroyed */
-    bool repeated;           /* the other node's frame has been repeated by a fault */
+    bool is_spoiled;         /* the frame in progress will be destroyed */
+    bool is_repeated;        /* the other node's frame has been repeated by a fault */
     uint64_t other_waits_ps; /* the other node does not start a frame before this time */
     bool abort_current;
     uint32_t queue_head, queue_count;

@@ -27,7 +27,7 @@ static unsigned flag_shift(unsigned stream)
     return shift[stream & 3u];
 }
 
-static uint32_t flags(const struct hil_dma *dma, unsigned stream)
+static uint32_t stream_flags(const struct hil_dma *dma, unsigned stream)
 {
     return dma->isr[stream / 4u] >> flag_shift(stream) & FLAG_ALL;
 }
@@ -40,7 +40,7 @@ static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned strea
     uint32_t cr = dma->stream[stream].cr;
     uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TE : 0) | (cr & 8u ? FLAG_HT : 0);
     enabled |= (cr & 16u ? FLAG_TC : 0) | (dma->stream[stream].fcr & 0x80u ? 1u : 0);
-    hil_irq_line(dev->core, irq[unit][stream], (flags(dma, stream) & enabled) != 0);
+    hil_irq_set_line(dev->core, irq[unit][stream], (stream_flags(dma, stream) & enabled) != 0);
 }
 
 static void raise_flag(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t flag)
@@ -93,7 +93,7 @@ static struct hil_dma_stream *stream_of(struct hil_dma_device *dev, const struct
     return &dev->state[r->controller].stream[r->stream];
 }
 
-uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *r)
+uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *r)
 {
     const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
@@ -107,9 +107,9 @@ uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_req
             r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }
-    if (r->from_memory && hil_memory_stalls(dev->core, s->m0ar))
-        dev->state[r->controller].waits_for_flash = true;
-    if (dev->state[r->controller].waits_for_flash)
+    if (r->from_memory && hil_memory_is_stalled(dev->core, s->m0ar))
+        dev->state[r->controller].is_waiting_for_flash = true;
+    if (dev->state[r->controller].is_waiting_for_flash)
         return 0;
     uint32_t to_half = s->reload - s->reload / 2u;
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
@@ -168,7 +168,7 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
 {
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
-    if (!hil_dma_until_flag(dev, &r))
+    if (!hil_dma_items_until_flag(dev, &r))
         return; /* without service the flag stays set and the next capture is an overrun */
     uint32_t value = hil_bus_read(dev->core, s->par, item_bytes(s));
     uint8_t *memory = next_items(dev, &r, 1);
@@ -183,19 +183,19 @@ static void notify_enabled(const struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
         const struct hil_dma_client *client = &dev->client[unit][i];
-        if (client->enabled)
-            client->enabled(client->who);
+        if (client->on_enabled)
+            client->on_enabled(client->context);
     }
 }
 
-void hil_dma_flash_ready(void *device)
+void hil_dma_on_flash_ready(void *device)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = dev->state;
     for (unsigned unit = 2; unit-- > 0;) {
-        if (!dma[unit].waits_for_flash)
+        if (!dma[unit].is_waiting_for_flash)
             continue;
-        dma[unit].waits_for_flash = false;
+        dma[unit].is_waiting_for_flash = false;
         notify_enabled(dev, unit);
     }
 }
@@ -212,12 +212,12 @@ void hil_dma_reset(void *device, unsigned unit)
 }
 
 /* Updates streams to the present before a read: their data are those of the last event. */
-static void catch_up(struct hil_dma_device *dev, unsigned unit)
+static void advance(struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
         const struct hil_dma_client *client = &dev->client[unit][i];
-        if (client->catch_up)
-            client->catch_up(client->who, hil_now(dev->core));
+        if (client->advance)
+            client->advance(client->context, hil_now_cycle(dev->core));
     }
 }
 
@@ -225,20 +225,21 @@ uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
-    catch_up(dev, unit);
+    advance(dev, unit);
     if (offset < STREAMS) /* LIFCR and HIFCR are write-only */
         return offset < LIFCR ? dma->isr[offset / 4u] : 0;
     return dma->stream[(offset - STREAMS) / STREAM_BYTES]
         .word[(offset - STREAMS) % STREAM_BYTES / 4u];
 }
 
-static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
+static void enable_stream(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
-    if (flags(dma, stream) || s->ndtr == 0) { /* as on hardware: it does not start (10.3.17) */
+    if (stream_flags(dma, stream) ||
+        s->ndtr == 0) { /* as on hardware: it does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
-                  (unsigned)flags(dma, stream), (unsigned)s->ndtr);
+                  (unsigned)stream_flags(dma, stream), (unsigned)s->ndtr);
         return;
     }
     s->cr |= CR_EN;
@@ -258,7 +259,7 @@ static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream,
     } else {
         s->cr = value & ~CR_EN;
         if (value & CR_EN)
-            enable(dev, unit, stream);
+            enable_stream(dev, unit, stream);
     }
     update_irq(dev, unit, stream);
 }
@@ -267,7 +268,7 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
-    catch_up(dev, unit);
+    advance(dev, unit);
     if (offset < STREAMS) {
         unsigned high = (offset - LIFCR) / 4u;
         dma->isr[high] &= ~value;

@@ -2,9 +2,9 @@
  *
  * Peripherals that have data or room call hil_dma_write_items or hil_dma_read_items with the number
  * of items moved at that time; the half-transfer and transfer-complete flags are set then. A
- * peripheral that moves several items in one event must not skip a flag: hil_dma_until_flag returns
- * the number of items up to the next flag. DMA has no access to CCM; an attempt is a transfer
- * error. */
+ * peripheral that moves several items in one event must not skip a flag: hil_dma_items_until_flag
+ * returns the number of items up to the next flag. DMA has no access to CCM; an attempt is a
+ * transfer error. */
 #ifndef MATRIG_HIL_DMA_H
 #define MATRIG_HIL_DMA_H
 
@@ -23,7 +23,7 @@ struct hil_dma {
     uint32_t isr[2]; /* LISR, HISR */
     struct hil_dma_stream stream[8];
     /* a read of flash blocks the memory port, and so all streams of the controller */
-    bool waits_for_flash;
+    bool is_waiting_for_flash;
 };
 
 struct hil_dma_request {
@@ -38,9 +38,9 @@ struct hil_dma_request {
  * this cycle; `enabled`: a stream was enabled, for which the peripheral may have been waiting. Both
  * may be NULL. */
 struct hil_dma_client {
-    void *who;
-    void (*catch_up)(void *who, uint64_t at);
-    void (*enabled)(void *who);
+    void *context;
+    void (*advance)(void *context, uint64_t at);
+    void (*on_enabled)(void *context);
 };
 
 #define HIL_DMA_CLIENTS 2u
@@ -57,15 +57,16 @@ void hil_dma_reset(void *device, unsigned unit);
 HIL_ON_BUS(dma)
 
 /* Call when flash can be read again; `device` is a struct hil_dma_device. */
-void hil_dma_flash_ready(void *device);
+void hil_dma_on_flash_ready(void *device);
 
 /* Number of items that the stream can move now, up to and including the item that raises a flag or
  * ends the transfer. 0: the stream does not serve this request (off, different channel or
  * direction). A wrong PAR stops the run. */
-uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *request);
-/* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream
- * of bytes uses the low byte. hil_dma_read_items returns false if the memory is not accessible:
- * transfer error, and nothing is moved. */
+uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev,
+                                  const struct hil_dma_request *request);
+/* Move n items, 1 <= n <= hil_dma_items_until_flag. Values are in the low bits of 16-bit words; a
+ * stream of bytes uses the low byte. hil_dma_read_items returns false if the memory is not
+ * accessible: transfer error, and nothing is moved. */
 void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
                          const uint16_t *values, uint32_t n);
 bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *request,

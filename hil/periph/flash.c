@@ -46,7 +46,7 @@
 #define NO_VPP         3u /* PSIZE x64 */
 
 /* State of an unlocking sequence. */
-enum { STEP_LOCKED, STEP_ONE_KEY, STEP_OPEN, STEP_DEAD };
+enum { STEP_LOCKED, STEP_ONE_KEY, STEP_UNLOCKED, STEP_BLOCKED };
 
 static const uint32_t sector_starts[HIL_FLASH_SECTORS + 1] = {
     0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000,  0x40000,
@@ -97,8 +97,8 @@ static uint64_t biased_bits(unsigned permille, uint64_t *random)
     return bits;
 }
 
-void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
-                    uint64_t *random)
+void hil_cells_interrupt(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+                         uint64_t *random)
 {
     uint64_t changes = 0;
     for (size_t i = 0; i < n; i++) {
@@ -109,7 +109,7 @@ void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned pe
     }
 }
 
-static unsigned level_of(uint32_t options)
+static unsigned protection_level(uint32_t options)
 {
     uint8_t rdp = (uint8_t)(options >> 8);
     return rdp == 0xaa ? 0 : rdp == 0xcc ? 2 : 1;
@@ -127,7 +127,7 @@ static void update_irq(struct hil_flash_device *dev)
     const struct hil_flash *flash = dev->state;
     bool end = (flash->cr & CR_EOPIE) && (flash->sr & SR_EOP);
     bool error = (flash->cr & CR_ERRIE) && (flash->sr & SR_OPERR);
-    hil_irq_line(dev->core, HIL_IRQ_FLASH, end || error);
+    hil_irq_set_line(dev->core, HIL_IRQ_FLASH, end || error);
 }
 
 /* Refuses a request and sets the error flags. */
@@ -141,8 +141,8 @@ static void refuse(struct hil_flash_device *dev, uint32_t error, const char *why
     update_irq(dev);
 }
 
-static void begin(struct hil_flash_device *dev, enum hil_flash_operation operation,
-                  const struct duration *duration)
+static void begin_operation(struct hil_flash_device *dev, enum hil_flash_operation operation,
+                            const struct duration *duration)
 {
     struct hil_flash *flash = dev->state;
     unsigned width = flash->cr >> 8 & 3u;
@@ -153,16 +153,16 @@ static void begin(struct hil_flash_device *dev, enum hil_flash_operation operati
         return;
     }
     flash->operation = operation;
-    dev->core->state.bank.busy = true;
-    dev->core->state.bank.erases = operation > HIL_FLASH_PROGRAM;
+    dev->core->state.bank.is_busy = true;
+    dev->core->state.bank.is_erasing = operation > HIL_FLASH_PROGRAM;
     flash->operations++;
     flash->begin_ps = now_ps;
     flash->end_ps = now_ps + hil_cell_time_ps(dev->options->cell_times, duration->typical_us[width],
                                               duration->maximum_us[width], &flash->random);
     flash->sr |= SR_BSY;
     hil_event_set_ps(dev->core, HIL_EVENT_FLASH, flash->end_ps);
-    hil_call(&dev->began);
-    hil_core_attend(dev->core);
+    hil_call(&dev->on_begin);
+    hil_core_request_check(dev->core);
 }
 
 /* Changes the cells as far as the operation got: all of them after permille 1000. */
@@ -175,17 +175,17 @@ static void change_cells(struct hil_flash_device *dev, unsigned permille)
     case HIL_FLASH_PROGRAM:
         for (unsigned i = 0; i < flash->size; i++)
             wanted[i] = (uint8_t)(cells[i] & flash->value >> (8u * i));
-        hil_cells_tear(cells, wanted, flash->size, permille, &flash->random);
+        hil_cells_interrupt(cells, wanted, flash->size, permille, &flash->random);
         break;
     case HIL_FLASH_ERASE_SECTOR:
     case HIL_FLASH_ERASE_ALL:
-        hil_cells_tear(cells, NULL, flash->size, permille, &flash->random);
+        hil_cells_interrupt(cells, NULL, flash->size, permille, &flash->random);
         break;
     case HIL_FLASH_OPTIONS:
         /* regression to level 0 erases everything */
-        if (level_of(flash->options) == 1 && level_of(flash->value) == 0)
-            hil_cells_tear(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
-                           &flash->random);
+        if (protection_level(flash->options) == 1 && protection_level(flash->value) == 0)
+            hil_cells_interrupt(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
+                                &flash->random);
         flash->options = permille >= 1000 ? flash->value : OPTIONS_ERASED;
         break;
     case HIL_FLASH_IDLE: return;
@@ -200,7 +200,7 @@ static void stop_operation(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
     flash->operation = HIL_FLASH_IDLE;
-    dev->core->state.bank.busy = dev->core->state.bank.erases = false;
+    dev->core->state.bank.is_busy = dev->core->state.bank.is_erasing = false;
     flash->sr &= ~SR_BSY;
     flash->cr &= ~CR_STRT;
     flash->optcr &= ~OPTCR_STRT;
@@ -215,21 +215,21 @@ void hil_flash_event(void *device, uint64_t at)
     change_cells(dev, 1000);
     for (unsigned i = 0; flash->operation > HIL_FLASH_PROGRAM && i < HIL_FLASH_SECTORS; i++) {
         bool erased = sector_starts[i] - flash->address < flash->size;
-        if (erased && (dev->rcc->state->flash_acr & ACR_DCEN) && hil_rules_are_kept(dev->rules))
-            dev->core->state.bank.stale |= (uint16_t)(1u << i);
+        if (erased && (dev->rcc->state->flash_acr & ACR_DCEN) && hil_rules_are_checked(dev->rules))
+            dev->core->state.bank.stale_sectors |= (uint16_t)(1u << i);
     }
     stop_operation(dev);
     if (flash->cr & CR_EOPIE)
         flash->sr |= SR_EOP;
     update_irq(dev);
-    hil_call(&dev->ready);
+    hil_call(&dev->on_ready);
 }
 
 /* Stalls the bus until the present operation has ended. */
 static void wait_for_end(struct hil_flash_device *dev)
 {
     struct hil_clock *clock = &dev->core->state.clock;
-    if (!dev->core->state.bank.busy)
+    if (!dev->core->state.bank.is_busy)
         return;
     uint64_t end = hil_clock_cycle(clock, dev->state->end_ps);
     if (end > clock->now_cycle) {
@@ -250,12 +250,12 @@ static unsigned sector_of(uint32_t offset)
 void hil_flash_load(void *device, uint32_t address)
 {
     struct hil_flash_device *dev = device;
-    struct hil_place place = {.pc = dev->core->state.cpu.block_address};
+    struct hil_instruction place = {.pc = dev->core->state.cpu.block_address};
     wait_for_end(dev);
     unsigned sector = sector_of(address % HIL_FLASH_SIZE);
-    if (!(dev->core->state.bank.stale >> sector & 1u))
+    if (!(dev->core->state.bank.stale_sectors >> sector & 1u))
         return;
-    (void)hil_translator_place(&dev->core->engine.translator, address, &place);
+    (void)hil_translator_find_instruction(&dev->core->engine.translator, address, &place);
     hil_rules_record_violation(dev->rules, HIL_RULE_STALE_CACHE, place.pc, "sector %u at 0x%08x",
                                sector, (unsigned)address);
 }
@@ -265,7 +265,7 @@ void hil_flash_interrupt_operation(struct hil_flash_device *dev)
 {
     const struct hil_flash *flash = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
-    if (!dev->core->state.bank.busy)
+    if (!dev->core->state.bank.is_busy)
         return;
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
                                               : flash->end_ps - flash->begin_ps;
@@ -286,7 +286,7 @@ void hil_flash_create(struct hil_flash_device *dev)
 
 static bool is_booting_rom(const struct hil_flash_device *dev)
 {
-    return dev->options->boot0 && level_of(dev->state->options) != 2;
+    return dev->options->boot0 && protection_level(dev->state->options) != 2;
 }
 
 void hil_flash_reset(struct hil_flash_device *dev)
@@ -298,8 +298,8 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->cr = CR_LOCK;
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
-    dev->core->state.bank.boot_rom = is_booting_rom(dev);
-    dev->core->state.bank.stale = 0;
+    dev->core->state.bank.is_boot_rom_mapped = is_booting_rom(dev);
+    dev->core->state.bank.stale_sectors = 0;
     if ((flash->options & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
                       "unmodelled option bytes 0x%08x: hardware watchdog or write protection",
@@ -322,7 +322,7 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
         flash->address = offset;
         flash->value = value;
         flash->size = size;
-        begin(dev, HIL_FLASH_PROGRAM, &program_time);
+        begin_operation(dev, HIL_FLASH_PROGRAM, &program_time);
     }
 }
 
@@ -353,11 +353,11 @@ static void erase(struct hil_flash_device *dev)
     }
     flash->address = all ? 0 : sector_starts[sector];
     flash->size = all ? HIL_FLASH_SIZE : sector_starts[sector + 1] - sector_starts[sector];
-    begin(dev, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
-          all           ? &erase_all_time
-          : sector < 4  ? &erase_16k_time
-          : sector == 4 ? &erase_64k_time
-                        : &erase_128k_time);
+    begin_operation(dev, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
+                    all           ? &erase_all_time
+                    : sector < 4  ? &erase_16k_time
+                    : sector == 4 ? &erase_64k_time
+                                  : &erase_128k_time);
 }
 
 static void cr_write(struct hil_flash_device *dev, uint32_t value)
@@ -389,7 +389,7 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         flash->option_key_step = STEP_LOCKED;
     if (!(value & OPTCR_STRT))
         return;
-    if (level_of(flash->options) == 2) { /* permanent (3.7.3) */
+    if (protection_level(flash->options) == 2) { /* permanent (3.7.3) */
         refuse(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
         return;
     }
@@ -397,11 +397,11 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         hil_bus_refuse(dev->core, "write protection and hardware watchdog by option bytes");
         return;
     }
-    bool regression = level_of(flash->options) == 1 && level_of(value) == 0;
+    bool regression = protection_level(flash->options) == 1 && protection_level(value) == 0;
     flash->value = value & OPTCR_BITS;
     flash->optcr |= OPTCR_STRT;
     /* The data sheet has no time for option bytes; a 16 KiB sector's is used. */
-    begin(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
+    begin_operation(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 
 /* Checks one key of a sequence. True: the register is unlocked. A wrong key locks it until the next
@@ -409,15 +409,15 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
 static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first,
                    uint32_t second)
 {
-    if (*step == STEP_OPEN || *step == STEP_DEAD)
+    if (*step == STEP_UNLOCKED || *step == STEP_BLOCKED)
         return false;
     if (value == (*step == STEP_LOCKED ? first : second)) {
         ++*step;
-        return *step == STEP_OPEN;
+        return *step == STEP_UNLOCKED;
     }
     hil_trace(dev->core, "flash: wrong key 0x%08x, locked until reset", (unsigned)value);
     dev->core->state.counters.flash_refused++;
-    *step = STEP_DEAD;
+    *step = STEP_BLOCKED;
     return false;
 }
 
@@ -427,8 +427,8 @@ static void acr_write(struct hil_flash_device *dev, uint32_t value)
     if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
         hil_bus_refuse(dev->core, "DCRST while the cache is on: the chip ignores it");
     else if (value & ACR_DCRST)
-        dev->core->state.bank.stale = 0;
-    rcc->latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);
+        dev->core->state.bank.stale_sectors = 0;
+    rcc->is_latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);
     rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
         hil_core_stop(dev->core, MR_HALTED,
@@ -442,7 +442,7 @@ uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)
     const struct hil_flash_device *dev = device;
     (void)unit;
     if (offset == ACR)
-        dev->rcc->state->latency_unread = false;
+        dev->rcc->state->is_latency_unread = false;
     return offset == ACR ? dev->rcc->state->flash_acr : dev->state->word[offset / 4u];
 }
 
@@ -487,13 +487,13 @@ uint32_t hil_syscfg_read(void *device, unsigned unit, uint32_t offset)
 {
     const struct hil_flash_device *dev = device;
     (void)unit, (void)offset;
-    return dev->core->state.bank.boot_rom ? SYSTEM_ROM : 0;
+    return dev->core->state.bank.is_boot_rom_mapped ? SYSTEM_ROM : 0;
 }
 
 void hil_syscfg_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     const struct hil_flash_device *dev = device;
     (void)unit, (void)offset;
-    dev->core->state.bank.boot_rom = (value & SYSTEM_ROM) != 0;
-    hil_map_follow_boot_pin(dev->core);
+    dev->core->state.bank.is_boot_rom_mapped = (value & SYSTEM_ROM) != 0;
+    hil_map_update_boot_memory(dev->core);
 }

@@ -8,7 +8,7 @@
  * with all its streams. On hardware a loop in the instruction cache also continues; here it stalls.
  *
  * Flash and option bytes keep their content through resets and power failures. An operation that is
- * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_tear).
+ * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_interrupt).
  * Interrupted option bytes read as erased: protection level 1, nothing write-protected (RM0090
  * 3.7.1).
  *
@@ -54,8 +54,8 @@ struct hil_flash {
 struct hil_flash_device {
     HIL_NEIGHBOURS;
     struct hil_flash *state;
-    struct hil_call began; /* called when an operation has begun */
-    struct hil_call ready; /* called when the bank can be read again */
+    struct hil_call on_begin; /* called when an operation has begun */
+    struct hil_call on_ready; /* called when the bank can be read again */
 };
 
 void hil_flash_create(struct hil_flash_device *dev);
@@ -92,7 +92,7 @@ uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32
 /* Computes the content after an operation that was to change the n bytes of `cells` to `wanted`
  * (NULL: to 0xff) and was interrupted after `permille` of its time. Each bit that was to change has
  * changed with that probability, independently of the others: at 1000 all bits, at 0 none. */
-void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
-                    uint64_t *random);
+void hil_cells_interrupt(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+                         uint64_t *random);
 
 #endif

@@ -12,17 +12,17 @@
 #define PORT_D     3u
 #define PORT_E     4u
 
-void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at),
-                     void *who)
+void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
+                           void *context)
 {
     if (dev->listeners == HIL_PIN_LISTENERS)
         abort();
-    dev->listener[dev->listeners++] = (struct hil_pin_listener){who, changed};
+    dev->listener[dev->listeners++] = (struct hil_pin_listener){context, changed};
 }
 
-bool hil_gpio_is_high_at_rest(const void *who, unsigned channel, bool *drives)
+bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives)
 {
-    (void)who;
+    (void)context;
     (void)channel;
     *drives = true;
     return true;
@@ -32,10 +32,10 @@ void hil_gpio_reset_port(void *device, unsigned port)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[port];
-    uint16_t driven = p->driven, outside = p->outside;
-    *p = (struct hil_gpio_port){.driven = driven, .outside = outside};
+    uint16_t driven = p->driven_pins, outside = p->outside;
+    *p = (struct hil_gpio_port){.driven_pins = driven, .outside = outside};
     hil_registers_reset(FIRST_PORT + 0x400u * port, 0, p->word, sizeof p->word / 4u);
-    hil_gpio_changed(dev, hil_now(dev->core));
+    hil_gpio_notify(dev, hil_now_cycle(dev->core));
 }
 
 enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
@@ -51,14 +51,15 @@ int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigne
 }
 
 /* The peripheral that the pin's alternate function selects, or NULL. */
-static const struct hil_pin *user_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+static const struct hil_pin *pin_user(const struct hil_gpio_device *dev, unsigned port,
+                                      unsigned pin)
 {
     const struct hil_pin *user = dev->alternate[port][pin];
     return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
 }
 
 /* Level of a pin. `held`: something drives or pulls it. */
-static bool level_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
+static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
 {
     const struct hil_gpio_port *p = &dev->state->port[port];
     enum hil_pin_mode mode = hil_gpio_mode(dev, port, pin);
@@ -69,17 +70,17 @@ static bool level_of(const struct hil_gpio_device *dev, unsigned port, unsigned 
         if (!high || !(p->otyper >> pin & 1u))
             return high;
     } else if (mode == HIL_PIN_ALTERNATE) {
-        const struct hil_pin *user = user_of(dev, port, pin);
+        const struct hil_pin *user = pin_user(dev, port, pin);
         bool drives = false;
-        bool level = user && user->level && user->level(user->who, user->channel, &drives);
+        bool level = user && user->level && user->level(user->context, user->channel, &drives);
         if (drives)
             return level;
     }
-    if (p->driven >> pin & 1u)
+    if (p->driven_pins >> pin & 1u)
         return (p->outside >> pin & 1u) != 0;
     const struct hil_pin *outside = dev->outside[port][pin];
     if (outside) {
-        bool drives, high = outside->level(outside->who, outside->channel, &drives);
+        bool drives, high = outside->level(outside->context, outside->channel, &drives);
         if (drives)
             return high;
     }
@@ -92,32 +93,32 @@ static bool level_of(const struct hil_gpio_device *dev, unsigned port, unsigned 
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     bool held;
-    return level_of(dev, port, pin, &held);
+    return find_level(dev, port, pin, &held);
 }
 
 bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     bool held;
-    (void)level_of(dev, port, pin, &held);
+    (void)find_level(dev, port, pin, &held);
     return held;
 }
 
-void hil_gpio_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up)
+void hil_gpio_add_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up)
 {
     uint16_t *pulled = up ? dev->pulled_up : dev->pulled_down;
     pulled[port] |= (uint16_t)(1u << pin);
 }
 
-void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at)
+void hil_gpio_notify_timer(struct hil_gpio_device *dev, uint64_t at)
 {
     if (dev->timer_listener.changed)
-        dev->timer_listener.changed(dev->timer_listener.who, at);
+        dev->timer_listener.changed(dev->timer_listener.context, at);
 }
 
-void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at)
+void hil_gpio_notify(struct hil_gpio_device *dev, uint64_t at)
 {
     for (unsigned i = 0; i < dev->listeners; i++)
-        dev->listener[i].changed(dev->listener[i].who, at);
+        dev->listener[i].changed(dev->listener[i].context, at);
 }
 
 void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
@@ -126,16 +127,16 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t bit = (uint16_t)(1u << pin);
     bool before = hil_gpio_level(dev, port, pin);
-    p->driven |= bit;
+    p->driven_pins |= bit;
     p->outside = (uint16_t)(level ? p->outside | bit : p->outside & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
     /* Without the alternate function the peripheral sees no edges. */
-    const struct hil_pin *user = after != before ? user_of(dev, port, pin) : NULL;
+    const struct hil_pin *user = after != before ? pin_user(dev, port, pin) : NULL;
     if (user && user->edge)
-        user->edge(user->who, user->channel, after, at);
+        user->edge(user->context, user->channel, after, at);
 }
 
-uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset)
+uint32_t hil_gpio_unchanged_bits(void *device, unsigned unit, uint32_t offset)
 {
     return offset == HIL_GPIO_BSRR ? 0 : hil_gpio_read(device, unit, offset);
 }
@@ -150,17 +151,17 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
         bool held;
         if (hil_gpio_mode(dev, unit, pin) == HIL_PIN_ANALOGUE)
             continue;
-        value |= (uint32_t)level_of(dev, unit, pin, &held) << pin;
+        value |= (uint32_t)find_level(dev, unit, pin, &held) << pin;
         floating |= (uint32_t)!held << pin;
     }
-    if (floating && dev->floats)
-        dev->floats(dev->floats_who, unit, value, floating);
+    if (floating && dev->on_floating_read)
+        dev->on_floating_read(dev->floating_context, unit, value, floating);
     return value;
 }
 
 /* Stops the run if a pin in use is missing from the package. The chip would drive it, but it is not
  * connected. */
-static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
+static bool check_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
 {
     for (unsigned pin = 0; pin < 16; pin++) {
         if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT ||
@@ -177,14 +178,14 @@ void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[unit];
-    if (offset == MODER && !has_pins(dev, unit, value))
+    if (offset == MODER && !check_pins(dev, unit, value))
         return;
     if (offset == HIL_GPIO_BSRR) /* set wins over reset */
         p->odr = ((p->odr & ~(value >> 16)) | value) & 0xffffu;
     else
         p->word[offset / 4u] = value;
-    if (dev->stored)
-        dev->stored(dev->stored_who, unit);
+    if (dev->on_store)
+        dev->on_store(dev->store_context, unit);
     if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
-        hil_gpio_changed(dev, hil_now(dev->core));
+        hil_gpio_notify(dev, hil_now_cycle(dev->core));
 }

@@ -19,8 +19,8 @@
 
 struct hil_gpio_port {
     HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
-    uint16_t driven;  /* pins connected to an outside driver */
-    uint16_t outside; /* level of that driver */
+    uint16_t driven_pins; /* pins connected to an outside driver */
+    uint16_t outside;     /* level of that driver */
 };
 
 struct hil_gpio {
@@ -32,19 +32,19 @@ enum hil_pin_mode { HIL_PIN_INPUT, HIL_PIN_OUTPUT, HIL_PIN_ALTERNATE, HIL_PIN_AN
 /* A peripheral on a pin (alternate function `function`) or an outside part on it. `channel` is
  * passed to its calls. */
 struct hil_pin {
-    void *who;
+    void *context;
     int function;
     unsigned channel;
     /* NULL: the part only reads the pin */
-    bool (*level)(const void *who, unsigned channel, bool *drives);
+    bool (*level)(const void *context, unsigned channel, bool *drives);
     /* an outside driver changed the level; NULL: not needed */
-    void (*edge)(void *who, unsigned channel, bool level, uint64_t at);
+    void (*edge)(void *context, unsigned channel, bool level, uint64_t at);
 };
 
 /* Receiver of the call that a pin may have changed. */
 struct hil_pin_listener {
-    void *who;
-    void (*changed)(void *who, uint64_t at);
+    void *context;
+    void (*changed)(void *context, uint64_t at);
 };
 
 #define HIL_PIN_LISTENERS 8u
@@ -61,17 +61,17 @@ struct hil_gpio_device {
     struct hil_pin_listener timer_listener; /* listener for the pins that TIM4 can drive */
     uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS]; /* by outside resistors */
     /* called when the core reads IDR while these pins float; NULL: no listener */
-    void (*floats)(void *who, unsigned port, uint32_t value, uint32_t pins);
+    void (*on_floating_read)(void *context, unsigned port, uint32_t value, uint32_t pins);
     /* called when the core has stored to a port; NULL: no listener */
-    void (*stored)(void *who, unsigned port);
-    void *stored_who, *floats_who;
+    void (*on_store)(void *context, unsigned port);
+    void *store_context, *floating_context;
 };
 
 /* Adds a listener; aborts if there are more than HIL_PIN_LISTENERS. */
-void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at),
-                     void *who);
+void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
+                           void *context);
 /* Level function for a peripheral whose pin rests high and whose edges are not modelled. */
-bool hil_gpio_is_high_at_rest(const void *who, unsigned channel, bool *drives);
+bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives);
 
 /* Call for the bus; `device` is a struct hil_gpio_device, `unit` a port. */
 void hil_gpio_reset_port(void *device, unsigned unit);
@@ -82,18 +82,18 @@ bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned p
 /* True if a driver, a peripheral, or an internal or outside resistor holds the pin's level. */
 bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* Connects an outside pull-up or pull-down resistor to a pin. */
-void hil_gpio_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up);
+void hil_gpio_add_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up);
 /* Sets the level of an outside driver on a pin. */
 void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
                     uint64_t at);
 /* Call when a cause of pin levels (ODR, mode, output of a timer) changed at cycle `at`: notifies
  * the listeners. */
-void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at);
-/* As hil_gpio_changed, for the pins that TIM4 can drive. */
-void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at);
+void hil_gpio_notify(struct hil_gpio_device *dev, uint64_t at);
+/* As hil_gpio_notify, for the pins that TIM4 can drive. */
+void hil_gpio_notify_timer(struct hil_gpio_device *dev, uint64_t at);
 
 HIL_ON_BUS(gpio)
 /* Bits of a register that a narrow write does not change (hil_peripheral.rest). */
-uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset);
+uint32_t hil_gpio_unchanged_bits(void *device, unsigned unit, uint32_t offset);
 
 #endif

@@ -58,11 +58,11 @@ static bool is_connected(const struct hil_i2c_device *dev)
 
 static bool is_holding_sda(const struct hil_i2c_device *dev)
 {
-    return dev->slave.hold->stuck || dev->slave.hold->hung_clocks;
+    return dev->slave.hold->is_sda_stuck || dev->slave.hold->hung_clocks;
 }
 
-static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at,
-                  unsigned periods)
+static void set_phase(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at,
+                      unsigned periods)
 {
     struct hil_i2c *i2c = dev->state;
     i2c->phase = phase;
@@ -72,15 +72,15 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
         double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
         i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
         dev->slave.hold->stretch_ps = 0;
-        i2c->sr1 |= dev->slave.hold->disturbed ? SR1_BERR : 0;
-        dev->slave.hold->disturbed = false;
+        i2c->sr1 |= dev->slave.hold->has_false_error ? SR1_BERR : 0;
+        dev->slave.hold->has_false_error = false;
     }
 }
 
 static void leave_bus(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    i2c->master = i2c->transmits = i2c->held = false;
+    i2c->master = i2c->is_transmitter = i2c->is_dr_full = false;
     i2c->sr1 &= SR1_ERRORS | SR1_RXNE;
     i2c->phase = HIL_I2C_IDLE;
     i2c->end_cycle = HIL_NEVER;
@@ -102,11 +102,11 @@ static double clock_hz(const struct hil_i2c_device *dev)
     return (double)dev->core->state.clock.hclk_hz / (double)period_cycles(dev);
 }
 
-static void hold_start(struct hil_i2c_device *dev, bool repeated)
+static void check_start(struct hil_i2c_device *dev, bool repeated)
 {
     double hz = clock_hz(dev);
     bool standard = !(dev->state->ccr & CCR_FS);
-    hil_rules_measure(dev->rules, HIL_RULE_SCL_PERIOD, 1e9 / hz, 0.0, 0);
+    hil_rules_check_time(dev->rules, HIL_RULE_SCL_PERIOD, 1e9 / hz, 0.0, 0);
     if (repeated && standard && hz >= RESTART_HZ_LEAST && hz <= RESTART_HZ_MOST)
         hil_rules_record_violation(dev->rules, HIL_RULE_REPEATED_START, 0, "SCL of %.1f kHz",
                                    hz * 1e-3);
@@ -115,19 +115,19 @@ static void hold_start(struct hil_i2c_device *dev, bool repeated)
 }
 
 /* Makes a requested stop or repeated start after a byte. */
-static bool try_turn(struct hil_i2c_device *dev, uint64_t at)
+static bool try_stop_or_restart(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
     if (!is_waiting(i2c, CR1_STOP | CR1_START))
         return false;
     if (!is_waiting(i2c, CR1_STOP))
-        hold_start(dev, true);
-    enter(dev, is_waiting(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
+        check_start(dev, true);
+    set_phase(dev, is_waiting(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
     return true;
 }
 
 /* Makes a requested stop or start at once in states that only software ends. */
-static void take_request(struct hil_i2c_device *dev, uint64_t at)
+static void handle_request(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
     if (!is_waiting(i2c, CR1_PE))
@@ -135,34 +135,34 @@ static void take_request(struct hil_i2c_device *dev, uint64_t at)
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
         i2c->cr1 &= ~CR1_STOP; /* there is no transfer to stop */
-        if (is_waiting(i2c, CR1_START) && !i2c->busy && is_connected(dev)) {
-            hold_start(dev, false);
-            enter(dev, HIL_I2C_STARTING, at, 1);
+        if (is_waiting(i2c, CR1_START) && !i2c->is_busy && is_connected(dev)) {
+            check_start(dev, false);
+            set_phase(dev, HIL_I2C_STARTING, at, 1);
         }
         break;
     case HIL_I2C_STARTED:
         if (is_waiting(i2c, CR1_STOP)) {
             i2c->sr1 &= ~SR1_SB;
-            (void)try_turn(dev, at);
+            (void)try_stop_or_restart(dev, at);
         }
         break;
     case HIL_I2C_SENT:
     case HIL_I2C_FULL:
-    case HIL_I2C_REFUSED: (void)try_turn(dev, at); break;
+    case HIL_I2C_REFUSED: (void)try_stop_or_restart(dev, at); break;
     default: break;
     }
 }
 
 static void begin_byte(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at)
 {
-    enter(dev, phase, at, BYTE_PERIODS);
+    set_phase(dev, phase, at, BYTE_PERIODS);
 }
 
 static void send_next(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
     i2c->shifted = (uint8_t)i2c->dr;
-    i2c->held = false;
+    i2c->is_dr_full = false;
     i2c->sr1 |= SR1_TXE;
     begin_byte(dev, HIL_I2C_SENDING, at);
 }
@@ -171,10 +171,10 @@ static void end_start(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
     i2c->cr1 &= ~CR1_START;
-    i2c->master = i2c->busy = true;
-    i2c->transmits = false;
+    i2c->master = i2c->is_busy = true;
+    i2c->is_transmitter = false;
     i2c->sr1 = (i2c->sr1 & ~(SR1_BTF | SR1_TXE)) | SR1_SB;
-    enter(dev, HIL_I2C_STARTED, 0, 0);
+    set_phase(dev, HIL_I2C_STARTED, 0, 0);
 }
 
 static void end_address(struct hil_i2c_device *dev)
@@ -182,10 +182,10 @@ static void end_address(struct hil_i2c_device *dev)
     struct hil_i2c *i2c = dev->state;
     if (has_lost_arbitration(dev, i2c->shifted))
         return;
-    bool acknowledged = dev->slave.address(dev->slave.who, i2c->shifted);
-    i2c->transmits = !(i2c->shifted & 1u);
+    bool acknowledged = dev->slave.address(dev->slave.context, i2c->shifted);
+    i2c->is_transmitter = !(i2c->shifted & 1u);
     i2c->sr1 |= acknowledged ? SR1_ADDR : SR1_AF;
-    enter(dev, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
+    set_phase(dev, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
 }
 
 static void end_sent(struct hil_i2c_device *dev, uint64_t at)
@@ -193,15 +193,15 @@ static void end_sent(struct hil_i2c_device *dev, uint64_t at)
     struct hil_i2c *i2c = dev->state;
     if (has_lost_arbitration(dev, i2c->shifted))
         return;
-    if (!dev->slave.write(dev->slave.who, i2c->shifted)) {
+    if (!dev->slave.write(dev->slave.context, i2c->shifted)) {
         i2c->sr1 |= SR1_AF;
-        enter(dev, HIL_I2C_REFUSED, 0, 0);
-    } else if (!try_turn(dev, at)) {
-        if (i2c->held) {
+        set_phase(dev, HIL_I2C_REFUSED, 0, 0);
+    } else if (!try_stop_or_restart(dev, at)) {
+        if (i2c->is_dr_full) {
             send_next(dev, at);
         } else {
             i2c->sr1 |= SR1_BTF;
-            enter(dev, HIL_I2C_SENT, 0, 0);
+            set_phase(dev, HIL_I2C_SENT, 0, 0);
         }
     }
 }
@@ -209,22 +209,22 @@ static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 static void end_received(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    uint8_t byte = is_holding_sda(dev) ? 0 : dev->slave.read(dev->slave.who);
+    uint8_t byte = is_holding_sda(dev) ? 0 : dev->slave.read(dev->slave.context);
     bool acknowledges = is_waiting(i2c, CR1_POS) ? i2c->acknowledge : is_waiting(i2c, CR1_ACK);
     i2c->acknowledge = is_waiting(i2c, CR1_ACK);
     if (!acknowledges)
         /* the slave releases SDA; further bytes read as ones */
-        dev->slave.stop(dev->slave.who);
+        dev->slave.stop(dev->slave.context);
     if (i2c->sr1 & SR1_RXNE) {
         i2c->shifted = byte;
         i2c->sr1 |= SR1_BTF;
-        if (!try_turn(dev, at))
-            enter(dev, HIL_I2C_FULL, 0, 0);
+        if (!try_stop_or_restart(dev, at))
+            set_phase(dev, HIL_I2C_FULL, 0, 0);
         return;
     }
     i2c->dr = byte;
     i2c->sr1 |= SR1_RXNE;
-    if (!try_turn(dev, at))
+    if (!try_stop_or_restart(dev, at))
         begin_byte(dev, HIL_I2C_RECEIVING, at);
 }
 
@@ -236,12 +236,12 @@ static void end_stop(struct hil_i2c_device *dev, uint64_t at)
         return;
     }
     uint32_t full = i2c->sr1 & (SR1_BTF | SR1_RXNE);
-    dev->slave.stop(dev->slave.who);
+    dev->slave.stop(dev->slave.context);
     leave_bus(dev);
     i2c->sr1 |= full == (SR1_BTF | SR1_RXNE) ? full : 0; /* both received bytes remain readable */
-    i2c->busy = false;
+    i2c->is_busy = false;
     i2c->cr1 &= ~CR1_STOP;
-    take_request(dev, at);
+    handle_request(dev, at);
 }
 
 void hil_i2c_event(void *device, uint64_t at)
@@ -258,7 +258,7 @@ void hil_i2c_event(void *device, uint64_t at)
     hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }
 
-void hil_i2c_lines_changed(void *device, uint64_t at)
+void hil_i2c_on_lines_changed(void *device, uint64_t at)
 {
     struct hil_i2c_device *dev = device;
     struct hil_i2c *i2c = dev->state;
@@ -271,20 +271,20 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
                    i2c->phase == HIL_I2C_RECEIVING;
     if (condition && sda && !in_byte)
-        dev->slave.stop(dev->slave.who);
+        dev->slave.stop(dev->slave.context);
     if (is_connected(dev)) {
         /* SCL is high in the second half of the period */
         if (condition && in_byte &&
             (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2)
             i2c->sr1 |= SR1_BERR;
         if (!scl || !sda)
-            i2c->busy = true;
+            i2c->is_busy = true;
         else if (condition)
-            i2c->busy = i2c->master;
+            i2c->is_busy = i2c->master;
     }
     i2c->scl = scl;
     i2c->sda = sda;
-    take_request(dev, at);
+    handle_request(dev, at);
     hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }
 
@@ -292,13 +292,13 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
 static void abandon_transfer(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.drives(dev->slave.who)) {
-        uint64_t bit = (hil_now(dev->core) - i2c->begin_cycle) / period_cycles(dev);
-        uint8_t byte = dev->slave.read(dev->slave.who);
+    if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.is_driving(dev->slave.context)) {
+        uint64_t bit = (hil_now_cycle(dev->core) - i2c->begin_cycle) / period_cycles(dev);
+        uint8_t byte = dev->slave.read(dev->slave.context);
         if (bit < 8 && !(byte >> (7u - bit) & 1u))
             dev->slave.hold->hung_clocks = 9u - (unsigned)bit;
     }
-    dev->slave.stop(dev->slave.who);
+    dev->slave.stop(dev->slave.context);
 }
 
 void hil_i2c_reset(void *device, unsigned unit)
@@ -309,14 +309,14 @@ void hil_i2c_reset(void *device, unsigned unit)
     (void)unit;
     abandon_transfer(dev);
     *i2c = (struct hil_i2c){.trise = TRISE_RESET, .end_cycle = HIL_NEVER, .scl = scl, .sda = sda};
-    hil_i2c_lines_changed(dev, hil_now(dev->core));
+    hil_i2c_on_lines_changed(dev, hil_now_cycle(dev->core));
 }
 
 uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_i2c_device *dev = device;
     struct hil_i2c *i2c = dev->state;
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     uint32_t value;
     (void)unit;
     switch (offset) {
@@ -334,14 +334,15 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         return value;
     case SR1: i2c->sr1_was_read = true; return i2c->sr1;
     case SR2:
-        value = (i2c->master ? 1u : 0u) | (i2c->busy ? 2u : 0u) | (i2c->transmits ? 4u : 0u);
+        value = (i2c->master ? 1u : 0u) | (i2c->is_busy ? 2u : 0u) |
+                (i2c->is_transmitter ? 4u : 0u);
         if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
             i2c->sr1 &= ~SR1_ADDR;
             i2c->sr1_was_read = false;
-            if (i2c->transmits) {
+            if (i2c->is_transmitter) {
                 i2c->sr1 |= SR1_TXE;
-                enter(dev, HIL_I2C_SENT, 0, 0);
-                take_request(dev, now);
+                set_phase(dev, HIL_I2C_SENT, 0, 0);
+                handle_request(dev, now);
             } else {
                 i2c->acknowledge = true; /* POS: ACK applies to the byte after this one */
                 begin_byte(dev, HIL_I2C_RECEIVING, now);
@@ -353,7 +354,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
     }
 }
 
-static const char *wrong_settings(const struct hil_i2c_device *dev)
+static const char *check_settings(const struct hil_i2c_device *dev)
 {
     const struct hil_i2c *i2c = dev->state;
     uint32_t pclk1_mhz = dev->core->state.clock.hclk_hz / hil_rcc_divider(dev->rcc, HIL_RCC_APB1) /
@@ -380,7 +381,7 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
                        "CR1 is written while START or STOP waits for the hardware to clear it");
     if (!(value & CR1_PE) && i2c->master)
         hil_bus_refuse(dev->core, "PE is cleared before the end of the communication");
-    const char *wrong = value & CR1_PE ? wrong_settings(dev) : NULL;
+    const char *wrong = value & CR1_PE ? check_settings(dev) : NULL;
     if (wrong)
         hil_bus_refuse(dev->core, wrong);
     i2c->cr1 = value;
@@ -389,13 +390,13 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
         i2c->sr1 = 0;
         i2c->cr1 &= ~CR1_CLEARED_BY_PE;
     }
-    take_request(dev, hil_now(dev->core));
+    handle_request(dev, hil_now_cycle(dev->core));
 }
 
 static void dr_write(struct hil_i2c_device *dev, uint32_t value)
 {
     struct hil_i2c *i2c = dev->state;
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     i2c->dr = (uint8_t)value;
     if (i2c->phase == HIL_I2C_STARTED && i2c->sr1_was_read) {
         if ((value & 0xf8u) == 0xf0u)
@@ -407,7 +408,7 @@ static void dr_write(struct hil_i2c_device *dev, uint32_t value)
         i2c->sr1 &= ~SR1_BTF;
         send_next(dev, now);
     } else if (i2c->phase == HIL_I2C_SENDING) {
-        i2c->held = true;
+        i2c->is_dr_full = true;
         i2c->sr1 &= ~SR1_TXE;
     }
     i2c->sr1_was_read = false;

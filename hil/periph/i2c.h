@@ -36,9 +36,9 @@ enum hil_i2c_phase {
 struct hil_i2c {
     HIL_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
     enum hil_i2c_phase phase;
-    bool master, transmits, busy;
+    bool master, is_transmitter, is_busy;
     bool sr1_was_read; /* first step of the sequences that clear SB, ADDR and BTF */
-    bool held;         /* DR contains a byte to be sent */
+    bool is_dr_full;   /* DR contains a byte to be sent */
     uint8_t shifted;
     bool acknowledge; /* POS: acknowledge of the next byte */
     uint64_t begin_cycle, end_cycle;
@@ -47,22 +47,22 @@ struct hil_i2c {
 
 /* Effects of a slave on the lines, apart from its bytes. */
 struct hil_i2c_hold {
-    bool stuck;           /* SDA is held low permanently */
+    bool is_sda_stuck;    /* SDA is held low permanently */
     unsigned hung_clocks; /* clocks until the slave, interrupted within a byte, releases SDA */
     uint64_t stretch_ps;  /* time for which SCL is held low at the next byte */
-    bool disturbed;       /* I2C1 reports a false bus error in the next byte (ES0182) */
+    bool has_false_error; /* I2C1 reports a false bus error in the next byte (ES0182) */
 };
 
 /* The slave on the bus. */
 struct hil_i2c_slave {
-    void *who;
+    void *context;
     /* a start condition and the byte after it; true: acknowledged */
-    bool (*address)(void *who, uint8_t byte);
-    bool (*write)(void *who, uint8_t byte); /* true: acknowledged */
+    bool (*address)(void *context, uint8_t byte);
+    bool (*write)(void *context, uint8_t byte); /* true: acknowledged */
     /* the next byte; 0xff if the slave is not being read */
-    uint8_t (*read)(void *who);
-    void (*stop)(void *who);
-    bool (*drives)(const void *who); /* the slave is addressed and responds */
+    uint8_t (*read)(void *context);
+    void (*stop)(void *context);
+    bool (*is_driving)(const void *context); /* the slave is addressed and responds */
     struct hil_i2c_hold *hold;
 };
 
@@ -79,6 +79,6 @@ HIL_ON_BUS(i2c)
 void hil_i2c_event(void *device, uint64_t at);
 /* Call when a pin of port B or the slave's effect on it may have changed; `device` is a struct
  * hil_i2c_device. */
-void hil_i2c_lines_changed(void *device, uint64_t at);
+void hil_i2c_on_lines_changed(void *device, uint64_t at);
 
 #endif

@@ -14,7 +14,8 @@
 /* Peripherals: boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
 static const struct part {
     uint32_t base;
-    unsigned alike; /* number of equal units; addresses a kilobyte apart, enable bits adjacent */
+    unsigned
+        unit_count; /* number of equal units; addresses a kilobyte apart, enable bits adjacent */
     unsigned unit;
     size_t device; /* offset in struct hil_mcu */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
@@ -69,7 +70,7 @@ static uint32_t read_system_memory(void *device, uint32_t address)
     default:
         if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: as from the factory */
             return 0xffffffffu;
-        return hil_bus_no_register(mcu->core);
+        return hil_bus_refuse_register(mcu->core);
     }
 }
 
@@ -81,8 +82,8 @@ static void attach_part(struct hil_mcu *mcu, const struct part *part, unsigned n
         .unit = part->unit + n,
         .read = part->read,
         .write = part->write,
-        .narrow = part->narrow,
-        .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL,
+        .allows_narrow_writes = part->narrow,
+        .unchanged_bits = part->write == hil_gpio_write ? hil_gpio_unchanged_bits : NULL,
         .device = device,
     };
     if (part->bus != ALWAYS) {
@@ -101,7 +102,7 @@ static void attach_to_bus(struct hil_mcu *mcu)
         const struct part *part = &parts[i];
         if (part->write == hil_usart_write && part->unit != mcu->options->type->usart)
             continue; /* nothing is connected to the other USART */
-        for (unsigned n = 0; n < part->alike; n++)
+        for (unsigned n = 0; n < part->unit_count; n++)
             attach_part(mcu, part, n);
     }
     mcu->core->bus.system_memory = (struct hil_system_memory){read_system_memory, mcu};
@@ -122,16 +123,16 @@ static void attach_to_events(struct hil_mcu *mcu)
         {HIL_EVENT_ADC3, hil_adc3_event, &mcu->adc},
         {HIL_EVENT_TIM4, hil_tim4_event, &mcu->tim},
         {HIL_EVENT_TIM2, hil_tim2_event, &mcu->tim},
-        {HIL_EVENT_SPI, hil_spi_catch_up, &mcu->spi},
+        {HIL_EVENT_SPI, hil_spi_advance, &mcu->spi},
         {HIL_EVENT_I2C, hil_i2c_event, &mcu->i2c},
         {HIL_EVENT_CAN, hil_can_event, &mcu->can},
         {HIL_EVENT_CAN_OTHER, hil_can_other_event, &mcu->can},
-        {HIL_EVENT_USART_TX, hil_usart_catch_up, &mcu->usart},
+        {HIL_EVENT_USART_TX, hil_usart_advance, &mcu->usart},
         {HIL_EVENT_USART_RX, hil_usart_rx_event, &mcu->usart},
         {HIL_EVENT_IWDG, hil_iwdg_event, &mcu->iwdg},
     };
     for (unsigned i = 0; i < sizeof wires / sizeof wires[0]; i++)
-        hil_event_wire(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
+        hil_event_connect(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
 }
 
 /* Connects pins to alternate functions (data sheet table 9) and to peripherals that watch pins. */
@@ -147,7 +148,7 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_is_high_at_rest, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
-    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+    for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         const struct hil_capture_pin *pin = &hil_capture_pins[i];
         mcu->pin[4 + i] = (struct hil_pin){&mcu->tim, 1, i, NULL, hil_tim2_input_edge};
         gpio->alternate[pin->port][pin->pin] = &mcu->pin[4 + i];
@@ -159,49 +160,49 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
     /* input of the serial link */
     gpio->outside[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
-    hil_gpio_listen(gpio, hil_spi_pins_changed, &mcu->spi);
-    hil_gpio_listen(gpio, hil_i2c_lines_changed, &mcu->i2c);
+    hil_gpio_add_listener(gpio, hil_spi_on_pins_changed, &mcu->spi);
+    hil_gpio_add_listener(gpio, hil_i2c_on_lines_changed, &mcu->i2c);
 }
 
 /* Streams of DMA1 serve SPI2, those of DMA2 the converters and the USART (RM0090 tables 42, 43). */
 static void attach_to_dma(struct hil_mcu *mcu)
 {
-    mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up,
-                                                    hil_spi_dma_enabled};
-    mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, hil_adc_catch_up, NULL};
-    mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_catch_up,
-                                                    hil_usart_dma_enabled};
+    mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_advance,
+                                                    hil_spi_on_dma_enabled};
+    mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, hil_adc_advance, NULL};
+    mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_advance,
+                                                    hil_usart_on_dma_enabled};
 }
 
 void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
                     struct hil_mcu_state *state)
 {
-#define JOIN(part, of)                                                                      \
+#define CONCATENATE(part, of)                                                               \
     (mcu->part.core = core, mcu->part.options = options, mcu->part.rcc = &mcu->rcc,         \
      mcu->part.dma = &mcu->dma, mcu->part.gpio = &mcu->gpio, mcu->part.rules = &mcu->rules, \
      mcu->part.state = of)
     mcu->core = core;
     mcu->options = options;
-    JOIN(rcc, &state->rcc);
-    JOIN(flash, &state->flash);
-    JOIN(gpio, &state->gpio);
-    JOIN(tim, state->tim);
-    JOIN(dma, state->dma);
-    JOIN(adc, state->adc);
-    JOIN(usart, &state->usart);
-    JOIN(spi, &state->spi);
-    JOIN(i2c, &state->i2c);
-    JOIN(can, &state->can);
-    JOIN(iwdg, &state->iwdg);
-    JOIN(tim11, &state->tim11);
-    JOIN(rules, &state->rules);
-#undef JOIN
+    CONCATENATE(rcc, &state->rcc);
+    CONCATENATE(flash, &state->flash);
+    CONCATENATE(gpio, &state->gpio);
+    CONCATENATE(tim, state->tim);
+    CONCATENATE(dma, state->dma);
+    CONCATENATE(adc, state->adc);
+    CONCATENATE(usart, &state->usart);
+    CONCATENATE(spi, &state->spi);
+    CONCATENATE(i2c, &state->i2c);
+    CONCATENATE(can, &state->can);
+    CONCATENATE(iwdg, &state->iwdg);
+    CONCATENATE(tim11, &state->tim11);
+    CONCATENATE(rules, &state->rules);
+#undef CONCATENATE
     mcu->adc.ccr = &state->adc_ccr;
     mcu->tim.adc = &mcu->adc;
-    mcu->gpio.stored = hil_rules_stored;
-    mcu->gpio.floats = hil_rules_floats;
-    mcu->gpio.stored_who = mcu->gpio.floats_who = &mcu->rules;
-    mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, &mcu->dma};
+    mcu->gpio.on_store = hil_rules_on_store;
+    mcu->gpio.on_floating_read = hil_rules_check_floating;
+    mcu->gpio.store_context = mcu->gpio.floating_context = &mcu->rules;
+    mcu->flash.on_ready = (struct hil_call){hil_dma_on_flash_ready, &mcu->dma};
     core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_load};
     attach_to_bus(mcu);
     attach_to_events(mcu);

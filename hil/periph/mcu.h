@@ -56,7 +56,7 @@ struct hil_mcu {
     struct hil_iwdg_device iwdg;
     struct hil_tim11_device tim11;
     struct hil_rules_device rules;
-    struct hil_pin pin[4 + HIL_CAPTURES]; /* alternate functions */
+    struct hil_pin pin[4 + HIL_CAPTURE_CHANNELS]; /* alternate functions */
     struct hil_pin line_in;
 };
 

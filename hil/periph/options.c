@@ -57,7 +57,7 @@ static const struct hil_board_type types[] = {
         .serial_in = P('A', 10),
         .usart = 1,
         .serial_function = 7,
-        .rom_hears = true,
+        .is_rom_on_serial = true,
         .sensor_select = NONE,
     },
     /* Parts on the board: ST's own project of the board (STM32_open_pin_data,
@@ -92,7 +92,7 @@ static const struct hil_board_type types[] = {
         .number = MR_BOARD_NUCLEO446,
         .idcode = 0x10006421u, /* RM0390 33.6.1, revision A */
         .flash_kib = 512,
-        .no_ccm = true,
+        .has_no_ccm = true,
         .clock_bypass = true,
         .supply_v = 3.3,
         .bonded = LQFP144,
@@ -106,7 +106,7 @@ static const struct hil_board_type types[] = {
 };
 #define TYPES (sizeof types / sizeof types[0])
 
-const struct hil_board_type *hil_board_type_of(unsigned number)
+const struct hil_board_type *hil_board_type_by_number(unsigned number)
 {
     for (unsigned i = 0; i < TYPES; i++) {
         if (types[i].number == number)
@@ -115,10 +115,10 @@ const struct hil_board_type *hil_board_type_of(unsigned number)
     return NULL;
 }
 
-const struct hil_board_type *hil_board_type_named(const char *name)
+const struct hil_board_type *hil_board_type_by_name(const char *name)
 {
     int number = mr_board_by_name(name);
-    return number < 0 ? NULL : hil_board_type_of((unsigned)number);
+    return number < 0 ? NULL : hil_board_type_by_number((unsigned)number);
 }
 
 const char *hil_board_type_name(const struct hil_board_type *type)
@@ -143,7 +143,7 @@ bool hil_board_type_has(const struct hil_board_type *type, unsigned port, unsign
 void hil_options_default(struct hil_options *options)
 {
     *options = (struct hil_options){
-        .type = hil_board_type_of(MR_BOARD_ZG),
+        .type = hil_board_type_by_number(MR_BOARD_ZG),
         .seed = 1,
         .hse_hz = 8000000,
         .lsi_hz = 32000,

@@ -27,14 +27,14 @@ struct hil_pin_place {
 /* A resistor outside the chip that defines the level of a pin before the firmware configures it. */
 struct hil_pull {
     struct hil_pin_place at;
-    bool up;
+    bool is_up;
 };
 
 struct hil_board_type {
     unsigned number; /* number as in the header of the image (common/boards.def) */
     uint32_t idcode; /* DBGMCU_IDCODE */
     uint32_t flash_kib;
-    bool no_ccm;                      /* the chip has no CCM */
+    bool has_no_ccm;                  /* the chip has no CCM */
     bool clock_bypass;                /* true: OSC_IN receives a clock; false: there is a crystal */
     double supply_v;                  /* VDDA */
     uint16_t bonded[HIL_BOARD_PORTS]; /* pins of each port that the package has */
@@ -43,14 +43,14 @@ struct hil_board_type {
     struct hil_pull pull[HIL_BOARD_PULLS];
     struct hil_pin_place serial_out, serial_in;
     uint8_t usart, serial_function; /* USART of the serial link, and its alternate function */
-    bool rom_hears;                 /* the boot ROM uses the pins of the serial link */
+    bool is_rom_on_serial;          /* the boot ROM uses the pins of the serial link */
     /* a sensor on the board holds the pin of a channel at 0 V while its select line is low */
     struct hil_pin_place sensor_select, sensor_out;
 };
 
 /* Board type with this number or name (common/boards.def); NULL: not modelled. Static storage. */
-const struct hil_board_type *hil_board_type_of(unsigned number);
-const struct hil_board_type *hil_board_type_named(const char *name);
+const struct hil_board_type *hil_board_type_by_number(unsigned number);
+const struct hil_board_type *hil_board_type_by_name(const char *name);
 const char *hil_board_type_name(const struct hil_board_type *type);
 
 /* Channel on a pin, or -1. */
@@ -95,13 +95,13 @@ struct hil_options {
     /* supply of converters and staircase, 2.7 to 3.6 V; 0: nominal supply of the board */
     double vdda_v;
     /* electronics have random tolerances, from board_seed (hil/rig/electronics.h) */
-    bool board_drawn;
+    bool is_board_drawn;
     uint64_t board_seed;
     const struct hil_figures *figures; /* figures of the tolerances; NULL: those of hil/circuits */
     uint32_t uid[3];                   /* unique device identifier */
-    bool jumper;                       /* the maintenance jumper is fitted */
-    bool bare;                         /* no rig is connected: its lines are open */
-    bool left_on;                      /* start with clocks left on: hil_rcc_leave_on */
+    bool is_jumper_fitted;             /* the maintenance jumper is fitted */
+    bool has_no_rig;                   /* no rig is connected: its lines are open */
+    bool has_clocks_left_on;           /* start with clocks left on: hil_rcc_set_clocks_left_on */
     bool boot0;           /* level of the BOOT0 pin at reset: high starts the boot ROM */
     double temperature_c; /* mat temperature at power on; NaN: no thermometer is fitted */
     double temperature_c_per_h;
@@ -112,7 +112,7 @@ struct hil_options {
     double cpi; /* virtual cycles per instruction, at least 1 */
     /* fault on multiple and double transfers that are not aligned to words; two to three times
      * slower, because every instruction is checked */
-    bool watch_alignment;
+    bool check_alignment;
     FILE *trace; /* NULL, or the file for exceptions and unusual events */
     /* NULL, or the file for injected faults, one line each (hil/rig/faults.h) */
     FILE *log;

@@ -44,17 +44,17 @@ enum { SOURCE_HSI, SOURCE_HSE, SOURCE_PLL };
 void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
 {
     struct hil_rcc *rcc = dev->state;
-    dev->core->state.clock.stopped = false;
+    dev->core->state.clock.is_stopped = false;
     uint32_t flags = (rcc->csr & CSR_FLAGS) | csr_flags;
-    *rcc = (struct hil_rcc){.pwr_cr = 1u << 14, .crystal_failed = rcc->crystal_failed};
+    *rcc = (struct hil_rcc){.pwr_cr = 1u << 14, .has_crystal_failed = rcc->has_crystal_failed};
     hil_registers_reset(BASE, 0, rcc->word, sizeof rcc->word / 4u);
     rcc->csr = flags;
-    hil_nvic_line(dev->core, HIL_EXC_NMI, false);
+    hil_nvic_set_line(dev->core, HIL_EXC_NMI, false);
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
-    hil_hclk_change(dev->core,
-                    (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
+    hil_hclk_set(dev->core,
+                 (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
 }
 
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
@@ -65,7 +65,7 @@ const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bu
                                : &rcc->apb2enr;
 }
 
-bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
+bool hil_rcc_is_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
 {
     return (*hil_rcc_clocks(dev, bus) >> bit & 1u) != 0;
 }
@@ -89,7 +89,7 @@ static uint32_t hpre_divider(uint32_t hpre)
     return (hpre & 8u) ? by[hpre & 7u] : 1u;
 }
 
-static void halt(struct hil_rcc_device *dev, const char *what)
+static void halt_run(struct hil_rcc_device *dev, const char *what)
 {
     hil_core_stop(dev->core, MR_HALTED,
                   "clock setting that the chip does not support: %s (RCC_CR 0x%08x, PLLCFGR "
@@ -105,14 +105,14 @@ static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     uint32_t cfg = dev->state->pllcfgr;
     uint32_t m = cfg & 0x3fu, n = cfg >> 6 & 0x1ffu, p = 2u * ((cfg >> 16 & 3u) + 1u);
     if (m < 2 || n < 50 || n > 432) {
-        halt(dev, "PLL factor M or N not allowed");
+        halt_run(dev, "PLL factor M or N not allowed");
         return HSI_HZ;
     }
     uint64_t vco = (uint64_t)source_hz * n / m;
     if (source_hz / m < 950000u || source_hz / m > 2100000u)
-        halt(dev, "PLL input must be 1 to 2 MHz");
+        halt_run(dev, "PLL input must be 1 to 2 MHz");
     if (vco < 100000000u || vco > 436000000u)
-        halt(dev, "VCO must be 100 to 432 MHz");
+        halt_run(dev, "VCO must be 100 to 432 MHz");
     return (uint32_t)(vco / p);
 }
 
@@ -138,15 +138,15 @@ static void check_clocks(struct hil_rcc_device *dev)
 {
     uint32_t nominal = hclk_hz(dev, true);
     if (nominal > hil_power_limit_hz(dev->state))
-        halt(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
+        halt_run(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
     if (nominal / hil_rcc_divider(dev, HIL_RCC_APB1) > 42000000u)
-        halt(dev, "PCLK1 above 42 MHz");
+        halt_run(dev, "PCLK1 above 42 MHz");
     if (nominal / hil_rcc_divider(dev, HIL_RCC_APB2) > 84000000u)
-        halt(dev, "PCLK2 above 84 MHz");
-    hil_hclk_change(dev->core, hclk_hz(dev, false));
+        halt_run(dev, "PCLK2 above 84 MHz");
+    hil_hclk_set(dev->core, hclk_hz(dev, false));
 }
 
-void hil_rcc_leave_on(struct hil_rcc_device *dev)
+void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
     rcc->cr |= CR_HSEON | CR_HSERDY | CR_PLLON | CR_PLLRDY;
@@ -176,7 +176,7 @@ static bool is_hclk_from_crystal(const struct hil_rcc *rcc)
 }
 
 /* Clock security: HSI takes over before the core misses an edge. */
-static void secure_clock(struct hil_rcc_device *dev)
+static void switch_to_hsi(struct hil_rcc_device *dev)
 {
     struct hil_rcc *rcc = dev->state;
     bool feeds = is_hclk_from_crystal(rcc);
@@ -188,24 +188,24 @@ static void secure_clock(struct hil_rcc_device *dev)
         hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
         check_clocks(dev);
     }
-    hil_nvic_line(dev->core, HIL_EXC_NMI, true);
+    hil_nvic_set_line(dev->core, HIL_EXC_NMI, true);
 }
 
 /* True if HSE runs. A crystal needs the oscillator, an external clock needs the bypass; the reverse
  * is not reliable. RM0090 7.2.1 */
-static bool has_clock(const struct hil_rcc_device *dev)
+static bool is_hse_running(const struct hil_rcc_device *dev)
 {
     bool bypassed = (dev->state->cr & CR_HSEBYP) != 0;
-    return dev->options->hse_hz && !dev->state->crystal_failed &&
+    return dev->options->hse_hz && !dev->state->has_crystal_failed &&
            bypassed == dev->options->type->clock_bypass;
 }
 
-void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
+void hil_rcc_set_crystal(struct hil_rcc_device *dev, bool on)
 {
     struct hil_rcc *rcc = dev->state;
-    rcc->crystal_failed = !on;
+    rcc->has_crystal_failed = !on;
     if (on) {
-        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && has_clock(dev))
+        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && is_hse_running(dev))
             hil_event_set_ps(dev->core, HIL_EVENT_HSE, hil_now_ps(dev->core) + HSE_START_PS);
         return;
     }
@@ -214,11 +214,11 @@ void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
         return;
     rcc->cr &= ~CR_HSERDY;
     if (rcc->cr & CR_CSSON) {
-        secure_clock(dev);
+        switch_to_hsi(dev);
     } else if (is_hclk_from_crystal(rcc)) {
-        dev->core->state.clock.stopped = true;
+        dev->core->state.clock.is_stopped = true;
         hil_trace(dev->core, "no clock");
-        hil_core_attend(dev->core);
+        hil_core_request_check(dev->core);
     }
 }
 
@@ -227,7 +227,7 @@ void hil_rcc_hse_event(void *device, uint64_t at)
     struct hil_rcc_device *dev = device;
     (void)at;
     dev->state->cr |= CR_HSERDY;
-    dev->core->state.clock.stopped = false;
+    dev->core->state.clock.is_stopped = false;
     switch_source(dev);
 }
 
@@ -270,7 +270,7 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
     if (!(after & CR_HSION))
         after &= ~CR_HSIRDY;
     rcc->cr = after;
-    if ((rising & CR_HSEON) && has_clock(dev))
+    if ((rising & CR_HSEON) && is_hse_running(dev))
         hil_event_set_ps(dev->core, HIL_EVENT_HSE, now_ps + HSE_START_PS);
     if (!(after & CR_HSEON)) {
         rcc->cr &= ~CR_HSERDY;
@@ -291,7 +291,7 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
 static void cir_write(struct hil_rcc_device *dev, uint32_t value)
 {
     dev->state->cir &= ~(value >> 16 & CIR_CSSF);
-    hil_nvic_line(dev->core, HIL_EXC_NMI, (dev->state->cir & CIR_CSSF) != 0);
+    hil_nvic_set_line(dev->core, HIL_EXC_NMI, (dev->state->cir & CIR_CSSF) != 0);
 }
 
 /* --- rules of the microcontroller --- */
@@ -314,14 +314,14 @@ static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
 
 /* Checks only within the block that enabled the clock: leaving the block takes a branch, whose
  * cycles are enough. (With APB at a quarter of HCLK they may not be; such cases are missed.) */
-static void stop_at_fresh_access(void *who)
+static void check_new_clock_access(void *context)
 {
-    struct hil_rcc_device *dev = who;
-    const struct hil_rcc_fresh fresh = dev->fresh;
+    struct hil_rcc_device *dev = context;
+    const struct hil_rcc_new_clock fresh = dev->new_clock;
     dev->core->bus.fresh.clocks = NULL;
-    if (fresh.block_cycle != hil_now(dev->core))
+    if (fresh.block_cycle != hil_now_cycle(dev->core))
         return;
-    struct hil_moment access = hil_stamp(dev->core);
+    struct hil_moment access = hil_access_moment(dev->core);
     unsigned between = hil_instructions_between(dev->core, fresh.pc, access.pc);
     if (!between || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
@@ -334,34 +334,35 @@ static void stop_at_fresh_access(void *who)
 }
 
 /* A peripheral answers two AHB cycles after its clock is enabled; on APB 1 + the prescaler. */
-static void note_fresh_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
+static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
-    struct hil_moment at = hil_stamp(dev->core);
-    if (!rising || !hil_rules_are_kept(dev->rules))
+    struct hil_moment at = hil_access_moment(dev->core);
+    if (!rising || !hil_rules_are_checked(dev->rules))
         return;
-    dev->fresh = (struct hil_rcc_fresh){
+    dev->new_clock = (struct hil_rcc_new_clock){
         .pc = at.pc,
-        .block_cycle = hil_now(dev->core),
+        .block_cycle = hil_now_cycle(dev->core),
         .cycles = offset == AHB1ENR ? 2u
                 : offset == APB1ENR ? 1u + hil_rcc_divider(dev, HIL_RCC_APB1)
                                     : 1u + hil_rcc_divider(dev, HIL_RCC_APB2),
     };
-    dev->core->bus.fresh = (struct hil_fresh_clocks){
+    dev->core->bus.fresh = (struct hil_new_clocks){
         .clocks = &dev->state->word[offset / 4u],
         .mask = rising,
-        .accessed = stop_at_fresh_access,
-        .who = dev,
+        .on_access = check_new_clock_access,
+        .context = dev,
     };
 }
 
 /* Checks that HCLK rises only after the new wait states were read back. */
-static void hold_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
+static void check_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
 {
     struct hil_rcc *rcc = dev->state;
-    if (hclk_hz(dev, true) <= before_hz || !hil_rules_are_kept(dev->rules))
+    if (hclk_hz(dev, true) <= before_hz || !hil_rules_are_checked(dev->rules))
         return;
-    if (rcc->latency_unread)
-        hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES, hil_stamp(dev->core).pc,
+    if (rcc->is_latency_unread)
+        hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES,
+                                   hil_access_moment(dev->core).pc,
                                    "from %u to %u Hz, but FLASH_ACR was written and not read back",
                                    (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
     else
@@ -396,7 +397,7 @@ static void csr_write(struct hil_rcc_device *dev, uint32_t value)
         rcc->csr &= ~CSR_FLAGS;
     if (value & CSR_LSION) {
         start_lsi(dev);
-    } else if (!rcc->watchdog_runs) {
+    } else if (!rcc->is_watchdog_running) {
         rcc->csr &= ~(CSR_LSION | CSR_LSIRDY);
         hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
     }
@@ -413,12 +414,12 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
         switch_source(dev);
-        hold_wait_states(dev, before_hz);
+        check_wait_states(dev, before_hz);
         break;
     case AHB1ENR:
     case APB1ENR:
     case APB2ENR:
-        note_fresh_clock(dev, offset, value & ~rcc->word[offset / 4u]);
+        record_new_clock(dev, offset, value & ~rcc->word[offset / 4u]);
         rcc->word[offset / 4u] = value;
         break;
     case CIR: cir_write(dev, value); break;
@@ -456,7 +457,7 @@ uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset)
     const struct hil_rcc *rcc = dev->state;
     (void)unit;
     return offset == 0 ? rcc->pwr_cr
-                       : (uint32_t)(hil_now(dev->core) >= rcc->scale_ready_cycle) << 14;
+                       : (uint32_t)(hil_now_cycle(dev->core) >= rcc->scale_ready_cycle) << 14;
 }
 
 void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -467,7 +468,7 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (offset == 4)
         return; /* registers.def handles this register: only status bits remain */
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
-        rcc->scale_ready_cycle = hil_now(dev->core) +
+        rcc->scale_ready_cycle = hil_now_cycle(dev->core) +
                                  (uint64_t)dev->core->state.clock.hclk_hz / 1000000u * SCALE_US;
     rcc->pwr_cr = value;
 }
@@ -494,13 +495,13 @@ static uint64_t lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycles)
     return lsi_cycles * HIL_SECOND_PS / dev->options->lsi_hz;
 }
 
-static void reload(struct hil_iwdg_device *dev)
+static void reload_counter(struct hil_iwdg_device *dev)
 {
     struct hil_iwdg *w = dev->state;
     /* Divider 4 * 2^PR, at most 256; the counter resets the chip when it passes 0. */
     uint64_t divider = 4u << (w->pr > 6 ? 6 : w->pr);
     uint64_t timeout_ps = lsi_ps(dev, divider * (w->rlr + 1u));
-    if (w->running)
+    if (w->is_running)
         hil_event_set_ps(dev->core, HIL_EVENT_IWDG, hil_now_ps(dev->core) + timeout_ps);
 }
 
@@ -515,31 +516,32 @@ uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset)
     return w->word[offset / 4u];
 }
 
-static bool may_change(struct hil_iwdg_device *dev, bool updating)
+static bool can_change(struct hil_iwdg_device *dev, bool updating)
 {
-    if (!dev->state->unlocked)
+    if (!dev->state->is_unlocked)
         hil_bus_refuse(dev->core, "the register is locked: the chip ignores the write");
     else if (updating)
         hil_bus_refuse(dev->core,
                        "a value is still being transferred (PVU, RVU): the chip ignores the write");
-    return dev->state->unlocked && !updating;
+    return dev->state->is_unlocked && !updating;
 }
 
 static void key_write(struct hil_iwdg_device *dev, uint32_t key)
 {
     struct hil_iwdg *w = dev->state;
-    w->unlocked = key == KEY_UNLOCK;
-    if (key == KEY_START && !w->running) {
-        w->running = true;
-        dev->rcc->state->watchdog_runs = true;
+    w->is_unlocked = key == KEY_UNLOCK;
+    if (key == KEY_START && !w->is_running) {
+        w->is_running = true;
+        dev->rcc->state->is_watchdog_running = true;
         start_lsi(dev->rcc); /* the watchdog starts LSI itself */
     }
     uint64_t now_ps = hil_now_ps(dev->core);
     if (key == KEY_RELOAD && (now_ps < w->until_ps[0] || now_ps < w->until_ps[1]))
-        hil_rules_record_violation(dev->rules, HIL_RULE_WATCHDOG_UPDATE, hil_stamp(dev->core).pc,
-                                   "%s is set", now_ps < w->until_ps[0] ? "PVU" : "RVU");
+        hil_rules_record_violation(dev->rules, HIL_RULE_WATCHDOG_UPDATE,
+                                   hil_access_moment(dev->core).pc, "%s is set",
+                                   now_ps < w->until_ps[0] ? "PVU" : "RVU");
     if (key == KEY_START || key == KEY_RELOAD)
-        reload(dev);
+        reload_counter(dev);
 }
 
 void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -553,7 +555,7 @@ void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value
         return;
     }
     uint64_t *until_ps = &w->until_ps[(offset - PR) / 4u];
-    if (may_change(dev, now < *until_ps)) {
+    if (can_change(dev, now < *until_ps)) {
         w->word[offset / 4u] = value;
         *until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);
     }

@@ -21,9 +21,9 @@ struct hil_rcc {
     uint32_t flash_acr;
     uint32_t pwr_cr;
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */
-    bool crystal_failed;        /* the crystal has stopped; survives resets */
-    bool watchdog_runs;         /* the watchdog runs and keeps the LSI on */
-    bool latency_unread;        /* FLASH_ACR was written and has not been read since */
+    bool has_crystal_failed;    /* the crystal has stopped; survives resets */
+    bool is_watchdog_running;   /* the watchdog runs and keeps the LSI on */
+    bool is_latency_unread;     /* FLASH_ACR was written and has not been read since */
 };
 
 /* Peripheral that a bit of a reset register resets. */
@@ -34,7 +34,7 @@ struct hil_reset_line {
 };
 
 /* Clocks that a store has just switched on; valid in the present run. */
-struct hil_rcc_fresh {
+struct hil_rcc_new_clock {
     uint32_t pc;
     uint64_t block_cycle; /* cycle of the block with the store */
     unsigned cycles;      /* cycles that must pass before an access */
@@ -42,7 +42,7 @@ struct hil_rcc_fresh {
 
 struct hil_rcc_device {
     HIL_NEIGHBOURS;
-    struct hil_rcc_fresh fresh;
+    struct hil_rcc_new_clock new_clock;
     struct hil_rcc *state;
     struct hil_reset_line line[HIL_RCC_BUSES][32];
 };
@@ -52,16 +52,16 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
 /* Sets the state after a jump from a different program without a reset, as left by a debugger or
  * the boot ROM's Go. The system clock is then the PLL at 168 MHz from an 8 MHz crystal, and the
  * clocks of ports and timers are on. */
-void hil_rcc_leave_on(struct hil_rcc_device *dev);
+void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev);
 /* Register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
-bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);
+bool hil_rcc_is_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);
 /* HCLK cycles per cycle of PCLK1 or PCLK2, and per cycle of the timers on APB1 or APB2. */
 uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 /* Stops the crystal or lets it oscillate again. A stop with CSSON set causes an NMI and a switch to
  * the HSI, with the PLL off (RM0090 7.2.7). */
-void hil_rcc_crystal(struct hil_rcc_device *dev, bool on);
+void hil_rcc_set_crystal(struct hil_rcc_device *dev, bool on);
 
 /* Calls for the bus and the event queue; `device` is a struct hil_rcc_device. */
 HIL_ON_BUS(rcc)
@@ -79,7 +79,7 @@ uint32_t hil_power_limit_hz(const struct hil_rcc *rcc);
 
 struct hil_iwdg {
     HIL_WORDS(word, kr, pr, rlr);
-    bool unlocked, running;
+    bool is_unlocked, is_running;
     /* end of SR.PVU and SR.RVU: a value written to PR or RLR takes effect after up to five LSI
      * cycles */
     uint64_t until_ps[2];

@@ -20,7 +20,7 @@ enum kind { LEAST, FAULT };
 static const struct rule {
     const char *name;
     enum kind kind;
-    double least_ns;
+    double min_ns;
     const char *what, *source;
 } rules[] = {
 #define PIN(NAME, port, pin, words)
@@ -39,28 +39,28 @@ static const struct {
 /* Indexed by OSPEEDR. STM32F407 data sheet DS8626, I/O AC characteristics, 2.7 V or more at 50, 50,
  * 40, 30 pF: longest rise or fall, highest frequency. */
 static const struct {
-    double slew_ns, most_mhz;
+    double slew_ns, max_mhz;
 } speeds[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
 
-bool hil_rules_are_kept(const struct hil_rules_device *dev)
+bool hil_rules_are_checked(const struct hil_rules_device *dev)
 {
     return dev->options->rules != HIL_RULES_OFF;
 }
 
-static unsigned speed_of(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+static unsigned pin_speed(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
     return dev->gpio->state->port[port].ospeedr >> (2u * pin) & 3u;
 }
 
 double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
-    return 1e3 / speeds[speed_of(dev, port, pin)].most_mhz;
+    return 1e3 / speeds[pin_speed(dev, port, pin)].max_mhz;
 }
 
 /* Prints the function and address of the instruction that broke a rule. */
 static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
 {
-    const char *name = pc && dev->function ? dev->function(dev->who, pc) : NULL;
+    const char *name = pc && dev->function ? dev->function(dev->context, pc) : NULL;
     if (!pc)
         snprintf(text, size, "the hardware");
     else
@@ -72,7 +72,7 @@ static bool is_only_counted(const struct hil_rules_device *dev, enum hil_rule ru
     return dev->options->rules == HIL_RULES_COUNT || (dev->options->rules_counted >> rule & 1u);
 }
 
-static void stop(struct hil_rules_device *dev, enum hil_rule rule)
+static void stop_run(struct hil_rules_device *dev, enum hil_rule rule)
 {
     const struct hil_tally *tally = &dev->state->tally[rule];
     char from[80], to[80], slew[48] = "";
@@ -83,47 +83,47 @@ static void stop(struct hil_rules_device *dev, enum hil_rule rule)
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
-                  rules[rule].name, rules[rule].what, tally->worst_ns, slew, tally->least_ns, from,
+                  rules[rule].name, rules[rule].what, tally->worst_ns, slew, tally->min_ns, from,
                   to, rules[rule].source);
 }
 
-static void measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
-                    struct hil_moment from, uint32_t to_pc)
+static void record_measurement(struct hil_rules_device *dev, enum hil_rule rule, double ns,
+                               double least_ns, struct hil_moment from, uint32_t to_pc)
 {
     struct hil_tally *tally = &dev->state->tally[rule];
     bool broken = ns < least_ns;
-    tally->broken += broken;
-    if (!tally->judged++ || ns - least_ns < tally->worst_ns - tally->least_ns) {
+    tally->violations += broken;
+    if (!tally->measurements++ || ns - least_ns < tally->worst_ns - tally->min_ns) {
         tally->worst_ns = ns;
-        tally->least_ns = least_ns;
+        tally->min_ns = least_ns;
         tally->slew_ns = from.slew_ns;
         tally->from_pc = from.pc;
         tally->to_pc = to_pc;
     }
     if (broken)
-        stop(dev, rule);
+        stop_run(dev, rule);
 }
 
-void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
-                       uint32_t pc)
+void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, double ns,
+                          double least_ns, uint32_t pc)
 {
-    if (hil_rules_are_kept(dev))
-        measure(dev, rule, ns, least_ns > 0.0 ? least_ns : rules[rule].least_ns,
-                (struct hil_moment){.pc = pc}, pc);
+    if (hil_rules_are_checked(dev))
+        record_measurement(dev, rule, ns, least_ns > 0.0 ? least_ns : rules[rule].min_ns,
+                           (struct hil_moment){.pc = pc}, pc);
 }
 
-void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
-                     struct hil_moment to)
+void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
+                              struct hil_moment from, struct hil_moment to)
 {
-    if (!hil_rules_are_kept(dev) || !from.ps || !to.ps)
+    if (!hil_rules_are_checked(dev) || !from.ps || !to.ps)
         return;
     double ns = to.ps >= from.ps ? (double)(to.ps - from.ps) : -(double)(from.ps - to.ps);
-    measure(dev, rule, ns / NS_PS - from.slew_ns, rules[rule].least_ns, from, to.pc);
+    record_measurement(dev, rule, ns / NS_PS - from.slew_ns, rules[rule].min_ns, from, to.pc);
 }
 
 void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule)
 {
-    dev->state->tally[rule].judged += hil_rules_are_kept(dev);
+    dev->state->tally[rule].measurements += hil_rules_are_checked(dev);
 }
 
 void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule, uint32_t pc,
@@ -132,10 +132,10 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
     struct hil_tally *tally = &dev->state->tally[rule];
     char words[160], place[80];
     va_list arguments;
-    if (!hil_rules_are_kept(dev))
+    if (!hil_rules_are_checked(dev))
         return;
-    tally->judged++;
-    if (!tally->broken++)
+    tally->measurements++;
+    if (!tally->violations++)
         tally->from_pc = tally->to_pc = pc;
     if (is_only_counted(dev, rule))
         return;
@@ -151,28 +151,28 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
 
 /* Follows the thermometer's bus when software moves it. With SCL high, a rising SDA is a stop, a
  * falling one a start. */
-static void follow_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
+static void track_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
 {
     struct hil_rules *state = dev->state;
     if (!state->pin[HIL_RULES_THERMOMETER_CLOCK].high)
         return;
     if (!high)
-        hil_rules_judge(dev, HIL_RULE_BUS_FREE, state->stopped, at);
-    state->stopped = high ? at : (struct hil_moment){0};
+        hil_rules_check_interval(dev, HIL_RULE_BUS_FREE, state->last_stop, at);
+    state->last_stop = high ? at : (struct hil_moment){0};
 }
 
-static void follow_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bool high,
-                        struct hil_moment at)
+static void track_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bool high,
+                       struct hil_moment at)
 {
     struct hil_rules_edges *edges = &dev->state->pin[pin];
     edges->high = high;
     *(high ? &edges->rose : &edges->fell) = at;
     switch (pin) {
     case HIL_RULES_THERMOMETER_CLOCK:
-        hil_rules_judge(dev, high ? HIL_RULE_SCL_LOW : HIL_RULE_SCL_HIGH,
-                        high ? edges->fell : edges->rose, at);
+        hil_rules_check_interval(dev, high ? HIL_RULE_SCL_LOW : HIL_RULE_SCL_HIGH,
+                                 high ? edges->fell : edges->rose, at);
         break;
-    case HIL_RULES_THERMOMETER_DATA: follow_bus(dev, high, at); break;
+    case HIL_RULES_THERMOMETER_DATA: track_bus(dev, high, at); break;
     default: break; /* the chip's model checks this when it knows the command */
     }
 }
@@ -183,7 +183,7 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
 }
 
 /* True if the table has a pin of this port. */
-static bool is_kept(unsigned port)
+static bool is_port_checked(unsigned port)
 {
     bool kept = false;
     for (unsigned i = 0; i < HIL_RULES_PINS; i++)
@@ -191,21 +191,21 @@ static bool is_kept(unsigned port)
     return kept;
 }
 
-void hil_rules_stored(void *device, unsigned port)
+void hil_rules_on_store(void *device, unsigned port)
 {
     struct hil_rules_device *dev = device;
-    if (!hil_rules_are_kept(dev) || !is_kept(port))
+    if (!hil_rules_are_checked(dev) || !is_port_checked(port))
         return;
-    struct hil_moment at = hil_stamp(dev->core);
+    struct hil_moment at = hil_access_moment(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
         bool high = pins[i].port == port && hil_gpio_level(dev->gpio, port, pins[i].pin);
         if (pins[i].port != port || high == dev->state->pin[i].high)
             continue;
-        dev->state->unplaced += !at.ps;
+        dev->state->unlocated_edges += !at.ps;
         at.slew_ns = high && is_open_drain(dev, port, pins[i].pin)
                        ? PULLED_NS
-                       : speeds[speed_of(dev, port, pins[i].pin)].slew_ns;
-        follow_edge(dev, (enum hil_rules_pin)i, high, at);
+                       : speeds[pin_speed(dev, port, pins[i].pin)].slew_ns;
+        track_edge(dev, (enum hil_rules_pin)i, high, at);
     }
 }
 
@@ -214,18 +214,18 @@ void hil_rules_stored(void *device, unsigned port)
 static bool is_relevant(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
                         struct hil_difference *difference)
 {
-    struct hil_moment read = hil_rules_are_kept(dev) ? hil_stamp(dev->core)
-                                                     : (struct hil_moment){0};
-    bits &= hil_bus_bits_read(dev->core);
+    struct hil_moment read = hil_rules_are_checked(dev) ? hil_access_moment(dev->core)
+                                                        : (struct hil_moment){0};
+    bits &= hil_bus_read_mask(dev->core);
     if (!read.ps || !bits)
         return false;
-    if (hil_whatif_matters(dev->core, read.pc, value, bits, difference))
+    if (hil_whatif_has_effect(dev->core, read.pc, value, bits, difference))
         return true;
     hil_rules_record_pass(dev, HIL_RULE_FLOATING);
     return false;
 }
 
-void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits)
+void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint32_t bits)
 {
     struct hil_rules_device *dev = device;
     struct hil_difference difference;
@@ -235,7 +235,8 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits
                                    'A' + (int)port, difference.bit);
 }
 
-void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value, uint32_t bits)
+void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
+                             uint32_t bits)
 {
     struct hil_difference difference;
     if (is_relevant(dev, value, bits, &difference))
@@ -245,7 +246,7 @@ void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t v
 
 void hil_rules_reset(struct hil_rules_device *dev)
 {
-    dev->state->stopped = (struct hil_moment){0};
+    dev->state->last_stop = (struct hil_moment){0};
     for (unsigned i = 0; i < HIL_RULES_PINS; i++)
         dev->state->pin[i] =
             (struct hil_rules_edges){.high = hil_gpio_level(dev->gpio, pins[i].port, pins[i].pin)};
@@ -253,7 +254,7 @@ void hil_rules_reset(struct hil_rules_device *dev)
 
 /* --- names --- */
 
-enum hil_rule hil_rule_named(const char *name, size_t length)
+enum hil_rule hil_rule_by_name(const char *name, size_t length)
 {
     for (unsigned i = 0; i < HIL_RULES; i++) {
         if (strlen(rules[i].name) == length && memcmp(rules[i].name, name, length) == 0)
@@ -262,12 +263,13 @@ enum hil_rule hil_rule_named(const char *name, size_t length)
     return HIL_RULES;
 }
 
-unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times)
+unsigned hil_rules_count_violated(const struct hil_rules_device *dev, uint64_t *times)
 {
     unsigned rules_broken = 0;
     *times = 0;
     for (unsigned i = 0; i < HIL_RULES; i++) {
-        uint64_t broken = is_only_counted(dev, (enum hil_rule)i) ? dev->state->tally[i].broken : 0;
+        uint64_t broken = is_only_counted(dev, (enum hil_rule)i) ? dev->state->tally[i].violations
+                                                                 : 0;
         rules_broken += broken != 0;
         *times += broken;
     }
@@ -283,16 +285,17 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
         char from[80], to[80], times[40] = "";
         print_place(dev, tally->from_pc, from, sizeof from);
         print_place(dev, tally->to_pc, to, sizeof to);
-        if (rules[i].kind == LEAST && tally->judged)
-            snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->least_ns, tally->worst_ns,
+        if (rules[i].kind == LEAST && tally->measurements)
+            snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->min_ns, tally->worst_ns,
                      tally->slew_ns);
-        fprintf(out, "%-18s %9llu %8llu %34s  ", rules[i].name, (unsigned long long)tally->judged,
-                (unsigned long long)tally->broken, times);
-        if (tally->judged && (tally->from_pc || tally->to_pc))
+        fprintf(out, "%-18s %9llu %8llu %34s  ", rules[i].name,
+                (unsigned long long)tally->measurements, (unsigned long long)tally->violations,
+                times);
+        if (tally->measurements && (tally->from_pc || tally->to_pc))
             fprintf(out, "%s, %s; ", from, to);
         fprintf(out, "%s; %s\n", rules[i].what, rules[i].source);
     }
     fprintf(out,
             "edges not judged, because the instruction that wrote the pin was not found: %llu\n",
-            (unsigned long long)dev->state->unplaced);
+            (unsigned long long)dev->state->unlocated_edges);
 }

@@ -38,9 +38,9 @@ enum hil_rules_pin {
 
 /* Measurements of one rule. */
 struct hil_tally {
-    uint64_t judged;
-    uint64_t broken;
-    double least_ns; /* limit of the rule when `worst_ns` was measured */
+    uint64_t measurements;
+    uint64_t violations;
+    double min_ns; /* limit of the rule when `worst_ns` was measured */
     /* measured value closest to the limit or beyond it, after subtraction of slew_ns */
     double worst_ns;
     double slew_ns; /* slew time in that measurement */
@@ -56,8 +56,8 @@ struct hil_rules_edges {
 /* Contains no pointers: a copy is a snapshot. */
 struct hil_rules {
     struct hil_rules_edges pin[HIL_RULES_PINS];
-    uint64_t unplaced;         /* edges whose instruction was not found; they are not checked */
-    struct hil_moment stopped; /* last stop on the thermometer's bus */
+    uint64_t unlocated_edges;    /* edges whose instruction was not found; they are not checked */
+    struct hil_moment last_stop; /* last stop on the thermometer's bus */
     struct hil_tally tally[HIL_RULES];
 };
 
@@ -65,18 +65,18 @@ struct hil_rules_device {
     HIL_NEIGHBOURS;
     struct hil_rules *state;
     /* text for the function at an address; NULL: no names are available */
-    const char *(*function)(void *who, uint32_t pc);
-    void *who;
+    const char *(*function)(void *context, uint32_t pc);
+    void *context;
 };
 
 /* Call when the core has stored to a port: records the edges and checks the rules of pins. `device`
  * is a struct hil_rules_device. */
-void hil_rules_stored(void *device, unsigned port);
+void hil_rules_on_store(void *device, unsigned port);
 /* Call when the core reads IDR while `pins` float: the rule is that their value must not matter. */
-void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t pins);
-/* As hil_rules_floats, for a word that a peripheral received from a pin. */
-void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
-                       uint32_t bits);
+void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint32_t pins);
+/* As hil_rules_check_floating, for a word that a peripheral received from a pin. */
+void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
+                             uint32_t bits);
 /* Call after a reset: edges caused by the reset do not start or end a measurement. */
 void hil_rules_reset(struct hil_rules_device *dev);
 static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rules_device *dev,
@@ -85,14 +85,14 @@ static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rul
     return &dev->state->pin[pin];
 }
 /* True if rules are checked. */
-bool hil_rules_are_kept(const struct hil_rules_device *dev);
+bool hil_rules_are_checked(const struct hil_rules_device *dev);
 /* Checks a LEAST rule for the time between two moments. A moment with ps 0 is unknown and is not
  * checked. */
-void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
-                     struct hil_moment to);
-/* As hil_rules_judge, for a time in nanoseconds; `least_ns` 0: the limit in rules.def. */
-void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
-                       uint32_t pc);
+void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
+                              struct hil_moment from, struct hil_moment to);
+/* As hil_rules_check_interval, for a time in nanoseconds; `least_ns` 0: the limit in rules.def. */
+void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, double ns,
+                          double least_ns, uint32_t pc);
 /* Records that a FAULT rule was met, or violated with a short explanation. */
 void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule);
 __attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil_rules_device *dev,
@@ -102,10 +102,10 @@ __attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil
 double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
 /* Rule with this name, or HIL_RULES. */
-enum hil_rule hil_rule_named(const char *name, size_t length);
+enum hil_rule hil_rule_by_name(const char *name, size_t length);
 /* Number of violated rules among those that are only counted, and the total number of their
  * violations. */
-unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times);
+unsigned hil_rules_count_violated(const struct hil_rules_device *dev, uint64_t *times);
 /* Prints the tallies as a table. */
 void hil_rules_print(const struct hil_rules_device *dev, FILE *out);
 

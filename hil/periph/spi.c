@@ -25,7 +25,7 @@
 #define DATA_REGISTER 0x4000380cu
 #define PORT_B        1u
 #define MISO          14u
-#define GROUP         64u /* bytes that one event may transfer by DMA */
+#define GROUP_BYTES   64u /* bytes that one event may transfer by DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
@@ -49,7 +49,8 @@ static bool is_on(const struct hil_spi *spi)
 
 static uint32_t flags(const struct hil_spi *spi)
 {
-    return spi->sr | (spi->holding ? 0 : SR_TXE) | (spi->holding || spi->shifting ? SR_BSY : 0);
+    return spi->sr | (spi->is_buffer_full ? 0 : SR_TXE) |
+           (spi->is_buffer_full || spi->is_shifting ? SR_BSY : 0);
 }
 
 static bool is_connected(const struct hil_spi_device *dev)
@@ -62,49 +63,50 @@ static bool is_connected(const struct hil_spi_device *dev)
 }
 
 /* Fills the transmit buffer from DMA if enabled. */
-static void refill(struct hil_spi_device *dev)
+static void fill_transmit_buffer(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) &&
-        hil_dma_until_flag(dev->dma, &send_request))
-        spi->holding = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
+    if (is_on(spi) && !spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN) &&
+        hil_dma_items_until_flag(dev->dma, &send_request))
+        spi->is_buffer_full = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
 }
 
 static void shift_byte(struct hil_spi_device *dev, uint64_t at)
 {
     struct hil_spi *spi = dev->state;
-    if (spi->shifting || !spi->holding || !is_on(spi))
+    if (spi->is_shifting || !spi->is_buffer_full || !is_on(spi))
         return;
     spi->shifted = spi->held;
-    spi->holding = false;
-    spi->shifting = true;
+    spi->is_buffer_full = false;
+    spi->is_shifting = true;
     spi->shift_end_cycle = at + byte_cycles(dev);
 }
 
-static void receive(struct hil_spi_device *dev, uint8_t byte)
+static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
 {
     struct hil_spi *spi = dev->state;
-    bool driven = spi->selected && is_connected(dev) && dev->slave.drives(dev->slave.who);
+    bool driven = spi->is_selected && is_connected(dev) &&
+                  dev->slave.is_driving(dev->slave.context);
     if (spi->sr & SR_RXNE) { /* overrun: the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->dr_was_read = false;
         return;
     }
-    if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_until_flag(dev->dma, &receive_request)) {
+    if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_items_until_flag(dev->dma, &receive_request)) {
         uint16_t value = byte;
         hil_dma_write_items(dev->dma, &receive_request, &value, 1);
         return;
     }
     spi->dr = byte;
-    spi->floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO);
+    spi->is_floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO);
     spi->sr |= SR_RXNE;
 }
 
-static void begin(struct hil_spi_device *dev, uint64_t at)
+static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 {
-    refill(dev);
+    fill_transmit_buffer(dev);
     shift_byte(dev, at);
-    refill(dev);
+    fill_transmit_buffer(dev);
 }
 
 /* --- rules of the select line and the clock --- */
@@ -117,42 +119,45 @@ static struct hil_moment first_rise(const struct hil_spi_device *dev, struct hil
 }
 
 /* Checks the clock when a store begins a byte. */
-static void judge_begin(struct hil_spi_device *dev)
+static void check_begin(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    if (!spi->selected || spi->clocked || !hil_rules_are_kept(dev->rules))
+    if (!spi->is_selected || spi->has_clocked || !hil_rules_are_checked(dev->rules))
         return;
-    struct hil_moment begin = hil_stamp(dev->core);
+    struct hil_moment begin = hil_access_moment(dev->core);
     if (!begin.ps)
         return;
-    spi->clocked = true;
-    hil_rules_judge(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell, first_rise(dev, begin));
-    hil_rules_measure(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
-                      hil_rules_period_ns(dev->rules, PORT_B, 13), begin.pc);
+    spi->has_clocked = true;
+    hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
+                             first_rise(dev, begin));
+    hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
+                         hil_rules_period_ns(dev->rules, PORT_B, 13), begin.pc);
 }
 
 /* Checks a fall of the select line while a byte is being sent. */
-static void judge_select(struct hil_spi_device *dev)
+static void check_select(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    spi->clocked = spi->shifting;
-    if (spi->shifting)
-        hil_rules_judge(
+    spi->has_clocked = spi->is_shifting;
+    if (spi->is_shifting)
+        hil_rules_check_interval(
             dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-            first_rise(dev, hil_stamp_at(dev->core, spi->shift_end_cycle - byte_cycles(dev))));
+            first_rise(dev,
+                       hil_moment_at_cycle(dev->core, spi->shift_end_cycle - byte_cycles(dev))));
 }
 
 /* Checks the rise of the select line. At the last clock of a byte the chip has all its bits. If the
  * line rises before that, the chip drops the byte and the rule does not apply. */
-static void judge_deselect(struct hil_spi_device *dev)
+static void check_deselect(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    struct hil_moment last = hil_stamp_at(dev->core, spi->shift_end_cycle - byte_cycles(dev) / 16u);
-    if (spi->clocked && (!spi->shifting || select->rose.ps >= last.ps))
-        hil_rules_judge(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
+    struct hil_moment last = hil_moment_at_cycle(dev->core,
+                                                 spi->shift_end_cycle - byte_cycles(dev) / 16u);
+    if (spi->has_clocked && (!spi->is_shifting || select->rose.ps >= last.ps))
+        hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
 /* Schedules the end of the next byte with a visible effect: a flag of a stream, an interrupt. */
@@ -160,14 +165,14 @@ static void schedule(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
     uint64_t next = HIL_NEVER;
-    if (spi->shifting) {
+    if (spi->is_shifting) {
         uint32_t n = 1;
-        if (spi->holding && (spi->cr2 & CR2_TXDMAEN)) {
-            n = hil_dma_until_flag(dev->dma, &send_request);
-            if (n > GROUP)
-                n = GROUP;
+        if (spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN)) {
+            n = hil_dma_items_until_flag(dev->dma, &send_request);
+            if (n > GROUP_BYTES)
+                n = GROUP_BYTES;
             if (spi->cr2 & CR2_RXDMAEN) {
-                uint32_t in = hil_dma_until_flag(dev->dma, &receive_request);
+                uint32_t in = hil_dma_items_until_flag(dev->dma, &receive_request);
                 n = in < n ? in : n;
             }
         }
@@ -176,50 +181,50 @@ static void schedule(struct hil_spi_device *dev)
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, next);
 }
 
-void hil_spi_catch_up(void *device, uint64_t at)
+void hil_spi_advance(void *device, uint64_t at)
 {
     struct hil_spi_device *dev = device;
     struct hil_spi *spi = dev->state;
-    if (!spi->shifting || spi->shift_end_cycle > at)
+    if (!spi->is_shifting || spi->shift_end_cycle > at)
         return;
     bool connected = is_connected(dev);
-    while (spi->shifting && spi->shift_end_cycle <= at) {
+    while (spi->is_shifting && spi->shift_end_cycle <= at) {
         uint64_t end = spi->shift_end_cycle;
-        receive(dev, connected && spi->selected
-                         ? dev->slave.exchange(dev->slave.who, spi->shifted, end)
-                         : 0xff);
-        spi->shifting = false;
-        begin(dev, end);
+        receive_byte(dev, connected && spi->is_selected
+                              ? dev->slave.exchange(dev->slave.context, spi->shifted, end)
+                              : 0xff);
+        spi->is_shifting = false;
+        begin_byte(dev, end);
     }
     schedule(dev);
 }
 
-void hil_spi_dma_enabled(void *device)
+void hil_spi_on_dma_enabled(void *device)
 {
     struct hil_spi_device *dev = device;
-    bool shifting = dev->state->shifting;
-    begin(dev, hil_now(dev->core));
-    if (!shifting && dev->state->shifting)
-        judge_begin(dev);
+    bool shifting = dev->state->is_shifting;
+    begin_byte(dev, hil_now_cycle(dev->core));
+    if (!shifting && dev->state->is_shifting)
+        check_begin(dev);
     schedule(dev);
 }
 
-void hil_spi_pins_changed(void *device, uint64_t at)
+void hil_spi_on_pins_changed(void *device, uint64_t at)
 {
     struct hil_spi_device *dev = device;
     struct hil_spi *spi = dev->state;
     bool selected = !hil_gpio_level(dev->gpio, PORT_B, 12);
-    if (selected == spi->selected)
+    if (selected == spi->is_selected)
         return;
-    hil_spi_catch_up(dev, at);
-    bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(dev);
-    spi->selected = selected;
+    hil_spi_advance(dev, at);
+    bool in_byte = spi->is_shifting && at > spi->shift_end_cycle - byte_cycles(dev);
+    spi->is_selected = selected;
     if (selected) {
-        judge_select(dev);
-        dev->slave.select(dev->slave.who, at);
+        check_select(dev);
+        dev->slave.select(dev->slave.context, at);
     } else {
-        judge_deselect(dev);
-        dev->slave.deselect(dev->slave.who, at, in_byte);
+        check_deselect(dev);
+        dev->slave.deselect(dev->slave.context, at, in_byte);
     }
 }
 
@@ -227,8 +232,8 @@ void hil_spi_reset(void *device, unsigned unit)
 {
     struct hil_spi_device *dev = device;
     (void)unit;
-    bool selected = dev->state->selected;
-    *dev->state = (struct hil_spi){.selected = selected};
+    bool selected = dev->state->is_selected;
+    *dev->state = (struct hil_spi){.is_selected = selected};
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, HIL_NEVER);
 }
 
@@ -237,15 +242,15 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     struct hil_spi_device *dev = device;
     struct hil_spi *spi = dev->state;
     (void)unit;
-    hil_spi_catch_up(dev, hil_now(dev->core));
+    hil_spi_advance(dev, hil_now_cycle(dev->core));
     uint32_t value = offset == SR ? flags(spi) : spi->word[offset / 4u];
     if (offset == SR) {
         if (spi->dr_was_read)
             spi->sr &= ~SR_OVR;
         spi->dr_was_read = false;
     } else if (offset == DR) {
-        if (spi->floating && (spi->sr & SR_RXNE))
-            hil_rules_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
+        if (spi->is_floating && (spi->sr & SR_RXNE))
+            hil_rules_check_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
         spi->sr &= ~SR_RXNE;
         spi->dr_was_read = true;
     }
@@ -255,7 +260,7 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
 static void cr1_write(struct hil_spi_device *dev, uint32_t value)
 {
     struct hil_spi *spi = dev->state;
-    if ((spi->shifting || spi->holding) && ((value ^ spi->cr1) & CR1_FIXED))
+    if ((spi->is_shifting || spi->is_buffer_full) && ((value ^ spi->cr1) & CR1_FIXED))
         hil_bus_refuse(dev->core, "a change of settings while BSY is set");
     if ((value & CR1_SPE) && !(value & CR1_MSTR))
         hil_bus_refuse(dev->core, "slave mode");
@@ -272,21 +277,21 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_spi_device *dev = device;
     struct hil_spi *spi = dev->state;
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     (void)unit;
-    hil_spi_catch_up(dev, now);
-    bool shifting = spi->shifting;
+    hil_spi_advance(dev, now);
+    bool shifting = spi->is_shifting;
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
     case SR: /* read-only here; CRCERR is never set */ break;
     case DR: /* as on hardware, replaces a byte not yet sent */
         spi->held = (uint8_t)value;
-        spi->holding = true;
+        spi->is_buffer_full = true;
         break;
     default: spi->word[offset / 4u] = value; break;
     }
-    begin(dev, now);
-    if (!shifting && spi->shifting)
-        judge_begin(dev);
+    begin_byte(dev, now);
+    if (!shifting && spi->is_shifting)
+        check_begin(dev);
     schedule(dev);
 }

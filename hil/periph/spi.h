@@ -17,24 +17,25 @@ struct hil_spi {
     /* SR contains only RXNE and OVR; the other bits follow from the state. DR: the received
      * byte. */
     HIL_WORDS(word, cr1, cr2, sr, dr);
-    bool dr_was_read;       /* first step of the sequence that clears OVR */
-    bool holding, shifting; /* the transmit buffer, or the shift register, contains a byte */
+    bool dr_was_read; /* first step of the sequence that clears OVR */
+    bool is_buffer_full,
+        is_shifting; /* the transmit buffer, or the shift register, contains a byte */
     uint8_t held, shifted;
     uint64_t shift_end_cycle;
-    bool selected; /* PB12 was low at the last check */
-    bool clocked;  /* a byte has begun since the selection */
-    bool floating; /* the byte in DR was received while MISO floated */
+    bool is_selected; /* PB12 was low at the last check */
+    bool has_clocked; /* a byte has begun since the selection */
+    bool is_floating; /* the byte in DR was received while MISO floated */
 };
 
 /* The chip connected to the pins. */
 struct hil_spi_slave {
-    void *who;
+    void *context;
     /* Called at the falling edge of chip select, at its rising edge (in_byte: not on a byte
      * boundary), and for each byte exchanged in between. */
-    void (*select)(void *who, uint64_t at);
-    void (*deselect)(void *who, uint64_t at, bool in_byte);
-    uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);
-    bool (*drives)(const void *who); /* the chip drove MISO in the last byte */
+    void (*select)(void *context, uint64_t at);
+    void (*deselect)(void *context, uint64_t at, bool in_byte);
+    uint8_t (*exchange)(void *context, uint8_t in, uint64_t at);
+    bool (*is_driving)(const void *context); /* the chip drove MISO in the last byte */
 };
 
 struct hil_spi_device {
@@ -50,10 +51,10 @@ double hil_spi_period_ns(const struct hil_spi_device *dev);
 void hil_spi_reset(void *device, unsigned unit);
 HIL_ON_BUS(spi)
 /* Updates the transfer up to `at`. */
-void hil_spi_catch_up(void *device, uint64_t at);
+void hil_spi_advance(void *device, uint64_t at);
 /* Call when a stream of DMA1 was enabled, for which SPI2 may have been waiting. */
-void hil_spi_dma_enabled(void *device);
+void hil_spi_on_dma_enabled(void *device);
 /* Call when a pin of port B may have changed. */
-void hil_spi_pins_changed(void *device, uint64_t at);
+void hil_spi_on_pins_changed(void *device, uint64_t at);
 
 #endif

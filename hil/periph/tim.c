@@ -35,7 +35,7 @@
 static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
 static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 
-const struct hil_capture_pin hil_capture_pins[HIL_CAPTURES] = {
+const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS] = {
     {0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
 
 static uint32_t counter_mask(unsigned unit)
@@ -87,7 +87,7 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives)
 static void update_irq(struct hil_tim_device *dev, unsigned unit)
 {
     const struct hil_tim *t = &dev->state[unit];
-    hil_irq_line(dev->core, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
+    hil_irq_set_line(dev->core, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
 }
 
 /* Schedules the next change after `at` that the timer makes by itself. */
@@ -95,7 +95,7 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &dev->state[unit];
     uint64_t next = HIL_NEVER;
-    for (unsigned i = 0; i < HIL_CAPTURES; i++)
+    for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++)
         next = t->capture_cycle[i] < next ? t->capture_cycle[i] : next;
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = tick_cycles(dev, t);
@@ -159,7 +159,7 @@ static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct lev
 {
     struct levels after = output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
-        hil_gpio_timer_changed(dev->gpio, at);
+        hil_gpio_notify_timer(dev->gpio, at);
     for (unsigned i = 0; i < 4; i++) {
         if (after.of[i] != before.of[i])
             trigger_converters(dev, unit, i, after.of[i], at);
@@ -217,10 +217,11 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
         t->cr1 &= ~CR1_CEN;
 }
 
-static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel, uint64_t at)
+static void capture_edge(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel,
+                         uint64_t at)
 {
     /* streams of DMA1, request channel 3 (RM0090 table 42) */
-    static const uint8_t stream[HIL_CAPTURES] = {5, 6, 1, 7};
+    static const uint8_t stream[HIL_CAPTURE_CHANNELS] = {5, 6, 1, 7};
     unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
     if (++t->capture_skipped[channel] < every)
@@ -241,9 +242,9 @@ static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned chan
 static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_tim *t = &dev->state[unit];
-    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+    for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         if (t->capture_cycle[i] <= at)
-            capture(dev, t, i, at);
+            capture_edge(dev, t, i, at);
     }
     if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* otherwise the counter stands still */
         struct levels before = output_levels(t);
@@ -269,10 +270,10 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     schedule(dev, unit, at);
 }
 
-void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
+void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
 {
     struct hil_tim *t = &dev->state[unit];
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     if (!(t->cr1 & CR1_CEN))
         return;
     t->base_count = count_at(dev, t, now);
@@ -332,7 +333,7 @@ void hil_tim_reset(void *device, unsigned unit)
     t->arr = t->arr_now = counter_mask(unit);
     hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
     update_irq(dev, unit);
-    notify_outputs(dev, unit, before, hil_now(dev->core));
+    notify_outputs(dev, unit, before, hil_now_cycle(dev->core));
 }
 
 uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
@@ -340,7 +341,7 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
     if (offset == CNT)
-        return count_at(dev, t, hil_now(dev->core));
+        return count_at(dev, t, hil_now_cycle(dev->core));
     unsigned channel = (offset - CCR1) / 4u;
     if (offset >= CCR1 && !is_output(t, channel)) {
         t->sr &= ~(2u << channel);
@@ -352,7 +353,7 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
 static void cr1_write(struct hil_tim_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_tim *t = &dev->state[unit];
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     uint32_t count = count_at(dev, t, now);
     bool was_on = (t->cr1 & CR1_CEN) != 0;
     t->cr1 = value;
@@ -386,14 +387,14 @@ static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channe
     t->ccr[channel] = value & counter_mask(unit);
     if (!(channel_mode(t, channel) & 8u))
         t->ccr_now[channel] = t->ccr[channel];
-    refresh_references(dev, unit, hil_now(dev->core));
+    refresh_references(dev, unit, hil_now_cycle(dev->core));
 }
 
 /* Checks the rule FLOATING: something must drive or pull a capture input. */
-static void hold_inputs(struct hil_tim_device *dev)
+static void check_inputs(struct hil_tim_device *dev)
 {
     const struct hil_tim *t = &dev->state[HIL_TIM2];
-    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+    for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         const struct hil_capture_pin *pin = &hil_capture_pins[i];
         if (is_output(t, i) || !is_enabled(t, i) ||
             hil_gpio_alternate(dev->gpio, pin->port, pin->pin) != 1)
@@ -401,9 +402,9 @@ static void hold_inputs(struct hil_tim_device *dev)
         if (hil_gpio_is_held(dev->gpio, pin->port, pin->pin))
             hil_rules_record_pass(dev->rules, HIL_RULE_FLOATING);
         else
-            hil_rules_record_violation(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
-                                       "TIM2 captures edges of %s, but nothing drives or pulls it",
-                                       pin->name);
+            hil_rules_record_violation(
+                dev->rules, HIL_RULE_FLOATING, hil_access_moment(dev->core).pc,
+                "TIM2 captures edges of %s, but nothing drives or pulls it", pin->name);
     }
 }
 
@@ -411,7 +412,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     struct levels before = output_levels(t);
     switch (offset) {
     case CR1: cr1_write(dev, unit, value); break;
@@ -445,7 +446,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         if (offset >= CCMR1 && offset <= CCER)
             refresh_references(dev, unit, now);
         if (offset == CCER && unit == HIL_TIM2)
-            hold_inputs(dev);
+            check_inputs(dev);
         break;
     }
     notify_outputs(dev, unit, before, now);
@@ -479,7 +480,7 @@ static uint64_t period_ps(const struct hil_tim11_device *dev)
     return HIL_SECOND_PS * divider * (1u << (t->ccmr1 >> 2 & 3u)) / dev->options->hse_hz;
 }
 
-static uint32_t count11_at(const struct hil_tim11_device *dev, uint64_t at_ps)
+static uint32_t tim11_count_at(const struct hil_tim11_device *dev, uint64_t at_ps)
 {
     const struct hil_tim11 *t = dev->state;
     uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB2);
@@ -490,7 +491,7 @@ static uint32_t count11_at(const struct hil_tim11_device *dev, uint64_t at_ps)
 }
 
 /* Adds the captures up to now. */
-static void catch_up(struct hil_tim11_device *dev)
+static void advance(struct hil_tim11_device *dev)
 {
     struct hil_tim11 *t = dev->state;
     uint64_t period = period_ps(dev), now = hil_now_ps(dev->core);
@@ -503,17 +504,18 @@ static void catch_up(struct hil_tim11_device *dev)
         t->sr |= SR11_CC1OF;
     t->sr |= SR11_CC1IF;
     t->captures = captures;
-    t->ccr1 = count11_at(dev, t->began_ps + captures * period);
+    t->ccr1 = tim11_count_at(dev, t->began_ps + captures * period);
 }
 
 uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_tim11_device *dev = device;
     (void)unit;
-    catch_up(dev);
+    advance(dev);
     if (offset == CCR1)
         dev->state->sr &= ~SR11_CC1IF;
-    return offset == CNT ? count11_at(dev, hil_now_ps(dev->core)) : dev->state->word[offset / 4u];
+    return offset == CNT ? tim11_count_at(dev, hil_now_ps(dev->core))
+                         : dev->state->word[offset / 4u];
 }
 
 void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -521,7 +523,7 @@ void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     struct hil_tim11_device *dev = device;
     struct hil_tim11 *t = dev->state;
     (void)unit;
-    catch_up(dev);
+    advance(dev);
     if (offset == SR) /* flags are cleared by writing 0 */
         t->sr &= value;
     else

@@ -15,8 +15,8 @@
 #include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
-#define HIL_TIMERS   2u
-#define HIL_CAPTURES 4u
+#define HIL_TIMERS           2u
+#define HIL_CAPTURE_CHANNELS 4u
 enum { HIL_TIM2, HIL_TIM4 };
 
 /* Pins of TIM2's capture channels; alternate function 1. */
@@ -24,7 +24,7 @@ struct hil_capture_pin {
     unsigned port, pin;
     const char *name;
 };
-extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURES];
+extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS];
 
 struct hil_tim {
     /* registers as written */
@@ -35,9 +35,10 @@ struct hil_tim {
     uint32_t base_count;
     bool reference[4]; /* OCxREF */
     /* cycle at which an edge passes the filter, or HIL_NEVER */
-    uint64_t capture_cycle[HIL_CAPTURES];
-    bool capture_level[HIL_CAPTURES];
-    uint8_t capture_skipped[HIL_CAPTURES]; /* edges since the last capture, for the prescaler */
+    uint64_t capture_cycle[HIL_CAPTURE_CHANNELS];
+    bool capture_level[HIL_CAPTURE_CHANNELS];
+    uint8_t
+        capture_skipped[HIL_CAPTURE_CHANNELS]; /* edges since the last capture, for the prescaler */
 };
 
 struct hil_tim_device {
@@ -58,7 +59,7 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 /* Call when TI1 to TI4 of TIM2 (channel 0 to 3) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
 /* Stops a timer until until_cycle, because the core is halted (DBGMCU). */
-void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
+void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
 /* HCLK cycles from an edge of an input to its capture, with the present settings of the input. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel);
 

@@ -9,53 +9,53 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
-#define SR         0x00u
-#define DR         0x04u
-#define CR1        0x0cu
-#define SR_PE      1u
-#define SR_FE      2u
-#define SR_NF      4u
-#define SR_ORE     8u
-#define SR_IDLE    16u
-#define SR_RXNE    32u
-#define SR_TC      64u
-#define SR_TXE     128u
-#define CR1_RE     4u
-#define CR1_TE     8u
-#define CR1_UE     (1u << 13)
-#define CR1_OVER8  (1u << 15)
-#define CR1_PEIE   (1u << 8)
-#define CR1_PS     (1u << 9)
-#define CR1_PCE    (1u << 10)
-#define CR1_M      (1u << 12)
-#define CR3_EIE    1u
-#define CR3_DMAR   64u
-#define CR3_ONEBIT 0x800u
-#define CR3_DMAT   128u
-#define GARBLED    0u /* received byte if the settings of the two ends differ */
+#define SR           0x00u
+#define DR           0x04u
+#define CR1          0x0cu
+#define SR_PE        1u
+#define SR_FE        2u
+#define SR_NF        4u
+#define SR_ORE       8u
+#define SR_IDLE      16u
+#define SR_RXNE      32u
+#define SR_TC        64u
+#define SR_TXE       128u
+#define CR1_RE       4u
+#define CR1_TE       8u
+#define CR1_UE       (1u << 13)
+#define CR1_OVER8    (1u << 15)
+#define CR1_PEIE     (1u << 8)
+#define CR1_PS       (1u << 9)
+#define CR1_PCE      (1u << 10)
+#define CR1_M        (1u << 12)
+#define CR3_EIE      1u
+#define CR3_DMAR     64u
+#define CR3_ONEBIT   0x800u
+#define CR3_DMAT     128u
+#define GARBLED_BYTE 0u /* received byte if the settings of the two ends differ */
 
 /* USART1 and USART6: RM0090 table 1 (addresses), 43 (requests), 61 (interrupts). */
-static const struct numbers {
+static const struct unit_numbers {
     uint32_t data_register;
     enum hil_irq irq;
     uint8_t request;        /* channel of DMA2's streams */
     uint8_t receive_stream; /* DMA receives on this stream or on 2 */
 } usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
 
-static const struct numbers *numbers(const struct hil_usart_device *dev)
+static const struct unit_numbers *unit_numbers(const struct hil_usart_device *dev)
 {
     return dev->options->type->usart == 6 ? &usart6 : &usart1;
 }
 
 static struct hil_dma_request send_request(const struct hil_usart_device *dev)
 {
-    const struct numbers *own = numbers(dev);
+    const struct unit_numbers *own = unit_numbers(dev);
     return (struct hil_dma_request){1, 7, own->request, own->data_register, true};
 }
 
 static struct hil_dma_request receive_request(const struct hil_usart_device *dev)
 {
-    const struct numbers *own = numbers(dev);
+    const struct unit_numbers *own = unit_numbers(dev);
     uint32_t cr = dev->dma->state[1].stream[own->receive_stream].cr;
     unsigned stream = (cr & 1u) && (cr >> 25 & 7u) == own->request ? own->receive_stream : 2;
     return (struct hil_dma_request){1, stream, own->request, own->data_register, false};
@@ -127,7 +127,7 @@ static bool is_sending(const struct hil_usart *u)
 
 static uint32_t flags(const struct hil_usart *u)
 {
-    return u->sr | (u->holding ? 0 : SR_TXE);
+    return u->sr | (u->is_dr_full ? 0 : SR_TXE);
 }
 
 static void update_irq(struct hil_usart_device *dev)
@@ -139,10 +139,10 @@ static void update_irq(struct hil_usart_device *dev)
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
     line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
-    hil_irq_line(dev->core, numbers(dev)->irq, (u->cr1 & CR1_UE) && line != 0);
+    hil_irq_set_line(dev->core, unit_numbers(dev)->irq, (u->cr1 & CR1_UE) && line != 0);
 }
 
-static void flush(struct hil_usart_device *dev, uint64_t at)
+static void drop_bytes(struct hil_usart_device *dev, uint64_t at)
 {
     struct hil_usart *u = dev->state;
     if (!u->out_count)
@@ -151,55 +151,55 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
     uint64_t at_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (connected && is_line_matching(dev)) {
         dev->core->state.counters.serial_bytes_out += u->out_count;
-        dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
+        dev->wire.serial_out(dev->wire.context, at_ps, u->out, u->out_count);
     } else {
         dev->core->state.counters.serial_wrong_rate += u->out_count;
-        memset(u->out, GARBLED, u->out_count);
+        memset(u->out, GARBLED_BYTE, u->out_count);
         if (connected)
-            dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
+            dev->wire.serial_out(dev->wire.context, at_ps, u->out, u->out_count);
     }
     u->out_count = 0;
 }
 
 /* Fills DR from DMA if enabled. */
-static void refill(struct hil_usart_device *dev)
+static void fill_dr(struct hil_usart_device *dev)
 {
     struct hil_usart *u = dev->state;
     struct hil_dma_request request = send_request(dev);
-    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(dev->dma, &request))
-        u->holding = hil_dma_read_items(dev->dma, &request, &u->held, 1);
+    if (!u->is_dr_full && (u->cr3 & CR3_DMAT) && hil_dma_items_until_flag(dev->dma, &request))
+        u->is_dr_full = hil_dma_read_items(dev->dma, &request, &u->held, 1);
 }
 
 /* Moves DR to the shift register at cycle `at` if that is free. */
 static void shift_byte(struct hil_usart_device *dev, uint64_t at)
 {
     struct hil_usart *u = dev->state;
-    if (u->shifting || !u->holding)
+    if (u->is_shifting || !u->is_dr_full)
         return;
     u->shifted = u->held;
-    u->holding = false;
-    u->shifting = true;
+    u->is_dr_full = false;
+    u->is_shifting = true;
     u->shift_end_cycle = at + frame_bits(dev) * bit_cycles(dev);
 }
 
-static void begin(struct hil_usart_device *dev, uint64_t at)
+static void begin_byte(struct hil_usart_device *dev, uint64_t at)
 {
     if (!is_sending(dev->state))
         return;
-    refill(dev);
+    fill_dr(dev);
     shift_byte(dev, at);
-    refill(dev);
+    fill_dr(dev);
 }
 
 static void schedule(struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
     uint64_t next = HIL_NEVER;
-    if (u->shifting) {
+    if (u->is_shifting) {
         uint32_t n = 0;
         struct hil_dma_request request = send_request(dev);
-        if (u->holding && (u->cr3 & CR3_DMAT))
-            n = hil_dma_until_flag(dev->dma, &request);
+        if (u->is_dr_full && (u->cr3 & CR3_DMAT))
+            n = hil_dma_items_until_flag(dev->dma, &request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
         /* Item n from now reaches DR after n - 1 more bytes, following the present one. */
@@ -209,35 +209,35 @@ static void schedule(struct hil_usart_device *dev)
     hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, next);
 }
 
-void hil_usart_catch_up(void *device, uint64_t at)
+void hil_usart_advance(void *device, uint64_t at)
 {
     struct hil_usart_device *dev = device;
     struct hil_usart *u = dev->state;
     uint64_t last = at;
     bool moved = false;
-    while (u->shifting && u->shift_end_cycle <= at) {
+    while (u->is_shifting && u->shift_end_cycle <= at) {
         last = u->shift_end_cycle;
         u->out[u->out_count++] = u->shifted;
         if (u->out_count == sizeof u->out)
-            flush(dev, last);
-        u->shifting = false;
+            drop_bytes(dev, last);
+        u->is_shifting = false;
         moved = true;
         shift_byte(dev, last);
-        refill(dev);
-        if (!u->shifting)
+        fill_dr(dev);
+        if (!u->is_shifting)
             u->sr |= SR_TC;
     }
     if (!moved)
         return;
-    flush(dev, last);
+    drop_bytes(dev, last);
     update_irq(dev);
     schedule(dev);
 }
 
-void hil_usart_dma_enabled(void *device)
+void hil_usart_on_dma_enabled(void *device)
 {
     struct hil_usart_device *dev = device;
-    begin(dev, hil_now(dev->core));
+    begin_byte(dev, hil_now_cycle(dev->core));
     update_irq(dev);
     schedule(dev);
 }
@@ -258,7 +258,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
     u->sr |= SR_RXNE | errors;
     dev->core->state.counters.serial_bytes_in++;
     struct hil_dma_request request = receive_request(dev);
-    if ((u->cr3 & CR3_DMAR) && hil_dma_until_flag(dev->dma, &request)) {
+    if ((u->cr3 & CR3_DMAR) && hil_dma_items_until_flag(dev->dma, &request)) {
         u->sr &= ~SR_RXNE;
         hil_dma_write_items(dev->dma, &request, &value, 1);
     }
@@ -272,7 +272,7 @@ static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
         !is_connected(dev, dev->options->type->serial_in) || !u->brr)
         return;
     if (!is_line_matching(dev)) {
-        receive_frame(dev, GARBLED, errors | SR_FE);
+        receive_frame(dev, GARBLED_BYTE, errors | SR_FE);
         return;
     }
     uint32_t parity_bit = parity_of(u) == HIL_PARITY_NONE
@@ -301,13 +301,13 @@ static void receive_from_line(struct hil_usart_device *dev, uint8_t byte)
 {
     struct hil_usart *u = dev->state;
     uint32_t errors = 0;
-    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
         return;
-    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
-        byte = (uint8_t)(byte ^ 1u << dev->wire.random(dev->wire.who, 8));
-    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
+        byte = (uint8_t)(byte ^ 1u << dev->wire.random(dev->wire.context, 8));
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
         errors |= SR_FE;
-    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) &&
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) &&
         !(u->cr3 & CR3_ONEBIT))
         errors |= SR_NF;
     receive(dev, byte, errors);
@@ -320,24 +320,24 @@ void hil_usart_rx_event(void *device, uint64_t at)
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
-        if (!u->delayed &&
-            dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
-            u->delayed = true;
+        if (!u->is_delayed &&
+            dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+            u->is_delayed = true;
             hil_event_set_ps(dev->core, HIL_EVENT_USART_RX,
-                             now_ps + dev->wire.delay_ps(dev->wire.who, HIL_SERIAL_IN));
+                             now_ps + dev->wire.delay_ps(dev->wire.context, HIL_SERIAL_IN));
             return;
         }
-        u->delayed = false;
-        if (!dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
+        u->is_delayed = false;
+        if (!dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
             u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
             u->queue_count--;
         }
         if (now_ps >= u->listens_since_ps + host_frame_ps(dev))
             receive_from_line(dev, byte);
-        u->idle_follows = u->queue_count == 0;
+        u->is_idle_next = u->queue_count == 0;
         hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + host_frame_ps(dev));
-    } else if (u->idle_follows) {
-        u->idle_follows = false;
+    } else if (u->is_idle_next) {
+        u->is_idle_next = false;
         if ((u->cr1 & (CR1_UE | CR1_RE)) == (CR1_UE | CR1_RE))
             u->sr |= SR_IDLE;
     }
@@ -355,13 +355,13 @@ enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *byt
     }
     dev->core->state.counters.serial_in_dropped += n - taken;
     if (quiet && taken) {
-        u->idle_follows = false;
+        u->is_idle_next = false;
         hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, hil_now_ps(dev->core) + host_frame_ps(dev));
     }
     return taken == n ? MR_OK : MR_FULL;
 }
 
-size_t hil_usart_room(const struct hil_usart_device *dev)
+size_t hil_usart_free_space(const struct hil_usart_device *dev)
 {
     return HIL_USART_QUEUE - dev->state->queue_count;
 }
@@ -373,7 +373,7 @@ void hil_usart_reset(void *device, unsigned unit)
     struct hil_usart *u = dev->state;
     u->sr = SR_TC;
     u->brr = u->cr1 = u->cr2 = u->cr3 = 0;
-    u->sr_was_read = u->holding = u->shifting = false;
+    u->sr_was_read = u->is_dr_full = u->is_shifting = false;
     u->out_count = 0;
     hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, HIL_NEVER);
     update_irq(dev);
@@ -384,7 +384,7 @@ uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
     struct hil_usart_device *dev = device;
     struct hil_usart *u = dev->state;
     (void)unit;
-    hil_usart_catch_up(dev, hil_now(dev->core));
+    hil_usart_advance(dev, hil_now_cycle(dev->core));
     if (offset == SR) {
         u->sr_was_read = true;
         return flags(u);
@@ -403,9 +403,9 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
 {
     struct hil_usart_device *dev = device;
     struct hil_usart *u = dev->state;
-    uint64_t now = hil_now(dev->core);
+    uint64_t now = hil_now_cycle(dev->core);
     (void)unit;
-    hil_usart_catch_up(dev, now);
+    hil_usart_advance(dev, now);
     switch (offset) {
     case SR: /* RXNE and TC are cleared by writing 0 */ u->sr &= value | ~(SR_RXNE | SR_TC); break;
     case DR:
@@ -414,7 +414,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
         u->sr_was_read = false;
         if (is_sending(u)) {
             u->held = (uint8_t)value;
-            u->holding = true;
+            u->is_dr_full = true;
         }
         break;
     case CR1:
@@ -426,7 +426,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
         break;
     default: u->word[offset / 4u] = value; break;
     }
-    begin(dev, now);
+    begin_byte(dev, now);
     update_irq(dev);
     schedule(dev);
 }

@@ -24,7 +24,7 @@ struct hil_usart {
     HIL_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
     bool sr_was_read; /* first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
-    bool holding, shifting; /* DR, or the shift register, contains a byte to be sent */
+    bool is_dr_full, is_shifting; /* DR, or the shift register, contains a byte to be sent */
     uint8_t held, shifted;
     uint64_t shift_end_cycle;
     uint8_t out[HIL_USART_GROUP + 2];
@@ -32,8 +32,8 @@ struct hil_usart {
     /* receiving */
     uint64_t listens_since_ps; /* a frame that began earlier is not received */
     uint32_t queue_head, queue_count;
-    bool delayed;      /* the delay of the next byte is over */
-    bool idle_follows; /* the next event is the idle line after the last byte */
+    bool is_delayed;   /* the delay of the next byte is over */
+    bool is_idle_next; /* the next event is the idle line after the last byte */
     uint8_t queue[HIL_USART_QUEUE];
 };
 
@@ -47,17 +47,17 @@ struct hil_usart_device {
  * MR_OK; MR_FULL: more than HIL_USART_QUEUE bytes are waiting, and the rest is dropped. */
 enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *bytes, size_t n);
 /* Number of bytes that hil_usart_inject accepts now. */
-size_t hil_usart_room(const struct hil_usart_device *dev);
+size_t hil_usart_free_space(const struct hil_usart_device *dev);
 
 /* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
 void hil_usart_reset(void *device, unsigned unit);
 HIL_ON_BUS(usart)
 void hil_usart_rx_event(void *device, uint64_t at);
 /* Updates transmission up to `at`. */
-void hil_usart_catch_up(void *device, uint64_t at);
+void hil_usart_advance(void *device, uint64_t at);
 /* Present level of the line into PA10. */
 bool hil_usart_line_in(const void *device, unsigned channel, bool *drives);
 /* Call when a stream of DMA2 was enabled, for which USART1 may have been waiting. */
-void hil_usart_dma_enabled(void *device);
+void hil_usart_on_dma_enabled(void *device);
 
 #endif

@@ -44,19 +44,19 @@ enum hil_line_fault {
 };
 
 struct hil_wire {
-    void *who;
+    void *context;
     /* True if the next unit (frame or byte) on this line has this fault; the fault is then counted
      * down and reported. `what` names the unit. */
-    bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what,
-                    uint32_t number);
+    bool (*has_fault)(void *context, enum hil_line line, enum hil_line_fault kind, const char *what,
+                      uint32_t number);
     /* Delay of the last unit with the fault HIL_DELAY. */
-    uint64_t (*delay_ps)(const void *who, enum hil_line line);
+    uint64_t (*delay_ps)(const void *context, enum hil_line line);
     /* Random number, 0 <= value < bound, from the sequence of the faults. */
-    uint32_t (*random)(void *who, uint32_t bound);
+    uint32_t (*random)(void *context, uint32_t bound);
     /* Called with data that the board has sent; their last bit ended at t_ps. The function may
      * change the bytes. */
-    void (*can_out)(void *who, uint64_t t_ps, const struct hil_can_frame *frame);
-    void (*serial_out)(void *who, uint64_t t_ps, uint8_t *bytes, size_t n);
+    void (*can_out)(void *context, uint64_t t_ps, const struct hil_can_frame *frame);
+    void (*serial_out)(void *context, uint64_t t_ps, uint8_t *bytes, size_t n);
 };
 
 #endif

@@ -26,7 +26,7 @@ unsigned hil_step_codes(unsigned position)
     return 64u + 8u * (7u * (position - 1u) % 24u);
 }
 
-void hil_figures_reference(struct hil_figures *figures)
+void hil_figures_set_reference(struct hil_figures *figures)
 {
 #define FIGURE(name, value, unit, block, text) .name = value,
     *figures = (struct hil_figures){
@@ -35,24 +35,24 @@ void hil_figures_reference(struct hil_figures *figures)
 }
 
 /* Uniform between -most and most. */
-static double evenly(uint64_t *random, double most)
+static double draw_uniform(uint64_t *random, double most)
 {
     return most * (2.0 * mr_splitmix64_uniform(random) - 1.0);
 }
 
 /* Normal distribution by Box and Muller; the second value is not used. */
-static double normal(uint64_t *random, double sd)
+static double draw_normal(uint64_t *random, double sd)
 {
     double u = 1.0 - mr_splitmix64_uniform(random), v = mr_splitmix64_uniform(random);
     return sd * sqrt(-2.0 * log(u)) * cos(TWO_PI * v);
 }
 
-static uint64_t ps_of_us(double us)
+static uint64_t us_to_ps(double us)
 {
     return (uint64_t)(us * (double)HIL_US_PS);
 }
 
-double hil_electronics_trimmed(double natural_lb, double range_lb, double left_lb)
+double hil_electronics_trimmed_zero_lb(double natural_lb, double range_lb, double left_lb)
 {
     double beyond = fabs(natural_lb) - range_lb;
     return left_lb + (beyond > 0.0 ? copysign(beyond, natural_lb) : 0.0);
@@ -65,13 +65,13 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
         .vdda_v = options->vdda_v > 0.0 ? options->vdda_v : options->type->supply_v,
         .reference = 1.0,
         .reference_read = 1.0,
-        .warmer_k = known ? options->temperature_c - ROOM_C : 0.0,
-        .warmer_k_per_s = known ? options->temperature_c_per_h / S_PER_H : 0.0,
+        .temperature_rise_k = known ? options->temperature_c - ROOM_C : 0.0,
+        .temperature_rise_k_per_s = known ? options->temperature_c_per_h / S_PER_H : 0.0,
         .transducer_tau_s = 4e-6,
         .staircase_zero = 1.0,
         .staircase_tau_s = 20e-6,
         .pulse_ps = HIL_PULSE_PS,
-        .lamp_told = true,
+        .is_lamp_detected = true,
     };
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
         e->transducer_gain[i] = 1.0;
@@ -85,39 +85,41 @@ static void draw_transducers(struct hil_electronics *e, const struct hil_figures
                              uint64_t *random)
 {
     /* common to all transducers of a board */
-    double drive = 1.0 + normal(random, f->transducer_excitation_sd_rel);
-    double mid_v = f->transducer_mid_v - MID_V + normal(random, f->transducer_mid_supply_sd_v);
+    double drive = 1.0 + draw_normal(random, f->transducer_excitation_sd_rel);
+    double mid_v = f->transducer_mid_v - MID_V + draw_normal(random, f->transducer_mid_supply_sd_v);
     e->transducer_tau_s = f->transducer_settle_us * 1e-6;
     e->transducer_gain_k = f->transducer_cell_ppm_k * 1e-6;
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++) {
-        e->transducer_gain[i] = drive * (1.0 + normal(random, f->transducer_gain_sd_rel)) *
-                                (1.0 + evenly(random, CELL_GAIN_REL));
-        e->transducer_zero_in[i] = evenly(random, CELL_ZERO_IN);
-        e->transducer_mid_v[i] = mid_v + normal(random, f->transducer_mid_sd_v);
+        e->transducer_gain[i] = drive * (1.0 + draw_normal(random, f->transducer_gain_sd_rel)) *
+                                (1.0 + draw_uniform(random, CELL_GAIN_REL));
+        e->transducer_zero_in[i] = draw_uniform(random, CELL_ZERO_IN);
+        e->transducer_mid_v[i] = mid_v + draw_normal(random, f->transducer_mid_sd_v);
     }
 }
 
 static void draw_gages(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
-    double excitation = (1.0 + normal(random, f->gage_excitation_sd_rel)) * f->gage_v_per_lb /
+    double excitation = (1.0 + draw_normal(random, f->gage_excitation_sd_rel)) * f->gage_v_per_lb /
                         GAGE_V_PER_LB;
     e->gage_lag_s = 1.0 / (TWO_PI * f->gage_corner_hz);
     for (unsigned i = 0; i < HIL_RUN_GAGES; i++) {
-        e->gage_gain[i] = excitation * (1.0 + normal(random, f->gage_gain_sd_rel)) *
-                          (1.0 + evenly(random, GAGE_FACTOR_REL));
-        e->gage_natural_lb[i] = normal(random, f->gage_zero_sd_lb);
-        e->gage_zero_lb[i] = hil_electronics_trimmed(e->gage_natural_lb[i], f->gage_trim_range_lb,
-                                                     normal(random, f->gage_trim_left_lb));
-        e->gage_drift_lb_k[i] = normal(random, f->gage_drift_lb_k);
-        e->gage_shunt[i] = f->gage_shunt_lb / SHUNT_LB + normal(random, f->gage_shunt_error_rel);
+        e->gage_gain[i] = excitation * (1.0 + draw_normal(random, f->gage_gain_sd_rel)) *
+                          (1.0 + draw_uniform(random, GAGE_FACTOR_REL));
+        e->gage_untrimmed_lb[i] = draw_normal(random, f->gage_zero_sd_lb);
+        e->gage_zero_lb[i] =
+            hil_electronics_trimmed_zero_lb(e->gage_untrimmed_lb[i], f->gage_trim_range_lb,
+                                            draw_normal(random, f->gage_trim_left_lb));
+        e->gage_drift_lb_k[i] = draw_normal(random, f->gage_drift_lb_k);
+        e->gage_shunt[i] = f->gage_shunt_lb / SHUNT_LB +
+                           draw_normal(random, f->gage_shunt_error_rel);
     }
 }
 
 static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
-    e->reference = 1.0 + evenly(random, f->reference_error_rel);
-    e->reference_read = 1.0 + normal(random, f->reference_read_sd_rel);
-    e->reference_drift = evenly(random, f->reference_drift_ppm_k * 1e-6);
+    e->reference = 1.0 + draw_uniform(random, f->reference_error_rel);
+    e->reference_read = 1.0 + draw_normal(random, f->reference_read_sd_rel);
+    e->reference_drift = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
     draw_transducers(e, f, random);
     draw_gages(e, f, random);
 }
@@ -129,11 +131,12 @@ static void draw_staircase(struct hil_electronics *e, const struct hil_figures *
     double part[HIL_RUN_SWITCHES], rest = CODES - STAIRCASE_ZERO_CODES, all = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         rest -= e->step_codes[i];
-        part[i] = e->step_codes[i] * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
+        part[i] = e->step_codes[i] * (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
         all += part[i];
     }
-    double zero = STAIRCASE_ZERO_CODES * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
-    all += zero + rest * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
+    double zero = STAIRCASE_ZERO_CODES *
+                  (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
+    all += zero + rest * (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         e->step_codes[i] = part[i] * CODES / all;
     e->staircase_zero = zero * CODES / all / STAIRCASE_ZERO_CODES;
@@ -144,16 +147,17 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f,
 {
     double width_us = f->one_shot_least_us +
                       mr_splitmix64_uniform(random) * (f->one_shot_most_us - f->one_shot_least_us);
-    e->pulse_ps = ps_of_us(width_us);
-    e->lamp_sense_ps = ps_of_us(fmax(f->lamp_sense_us, f->lamp_clear_us));
-    double threshold_a = f->lamp_sense_threshold_a + normal(random, f->lamp_sense_threshold_sd_a);
-    e->lamp_told = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
+    e->pulse_ps = us_to_ps(width_us);
+    e->lamp_sense_ps = us_to_ps(fmax(f->lamp_sense_us, f->lamp_clear_us));
+    double threshold_a = f->lamp_sense_threshold_a +
+                         draw_normal(random, f->lamp_sense_threshold_sd_a);
+    e->is_lamp_detected = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
     /* between half the maximum and the maximum, because relays differ */
     e->relay_operate_ps =
-        ps_of_us(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+        us_to_ps(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
     e->relay_release_ps =
-        ps_of_us(1e3 * f->relay_release_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
-    e->relay_bounce_ps = ps_of_us(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
+        us_to_ps(1e3 * f->relay_release_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+    e->relay_bounce_ps = us_to_ps(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
 }
 
 static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,
@@ -164,8 +168,8 @@ static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures
         double peak = f->adc_inl_typical_lsb +
                       (f->adc_inl_most_lsb - f->adc_inl_typical_lsb) * u * u * u;
         hil_adc_draw_inl(adc->inl_lsb[unit], peak, random);
-        adc->offset_lsb[unit] = normal(random, f->adc_offset_lsb);
-        adc->gain_lsb[unit] = normal(random, f->adc_gain_lsb);
+        adc->offset_lsb[unit] = draw_normal(random, f->adc_offset_lsb);
+        adc->gain_lsb[unit] = draw_normal(random, f->adc_gain_lsb);
     }
 }
 
@@ -192,25 +196,25 @@ static void set_sources(struct hil_adc_errors *adc, const struct hil_figures *f)
     }
 }
 
-void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
-                          const struct hil_figures *figures)
+void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
+                         const struct hil_figures *figures)
 {
     struct hil_figures reference;
     uint64_t random = options->board_seed * 0x9e6c63d0876a9a99ull + 0x5851f42d4c957f2dull;
-    hil_figures_reference(&reference);
+    hil_figures_set_reference(&reference);
     const struct hil_figures *f = figures ? figures : &reference;
     make_ideal(electronics, options);
     set_sources(&electronics->adc, f);
-    if (!options->board_drawn)
+    if (!options->is_board_drawn)
         return;
-    electronics->drawn = true;
+    electronics->is_drawn = true;
     draw_sensors(electronics, f, &random);
     draw_staircase(electronics, f, &random);
     draw_outputs(electronics, f, &random);
     draw_converters(&electronics->adc, f, &random);
 }
 
-void hil_electronics_identity(uint64_t seed, uint32_t uid[3])
+void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3])
 {
     uint64_t random = seed * 0xd1342543de82ef95ull + 0x2545f4914f6cdd1dull;
     uint8_t lot[4];

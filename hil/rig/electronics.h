@@ -32,19 +32,19 @@ struct hil_figures {
 
 struct hil_electronics {
     double vdda_v;
-    double reference;       /* in units of 2.500 V, at 20 C */
-    double reference_read;  /* fraction of the reference that reaches its own channel */
-    double reference_drift; /* relative, per C */
-    double warmer_k;        /* temperature above 20 C at power on */
-    double warmer_k_per_s;
+    double reference;          /* in units of 2.500 V, at 20 C */
+    double reference_read;     /* fraction of the reference that reaches its own channel */
+    double reference_drift;    /* relative, per C */
+    double temperature_rise_k; /* temperature above 20 C at power on */
+    double temperature_rise_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];
     double transducer_mid_v[HIL_RUN_TRANSDUCERS]; /* offset from the nominal mid voltage */
     double transducer_gain_k;                     /* rise of the transducer gain, relative, per C */
     double transducer_tau_s;
     double gage_gain[HIL_RUN_GAGES];
-    double gage_natural_lb[HIL_RUN_GAGES]; /* zero before the balance trim */
-    double gage_zero_lb[HIL_RUN_GAGES];    /* zero after the balance trim, at 20 C */
+    double gage_untrimmed_lb[HIL_RUN_GAGES]; /* zero before the balance trim */
+    double gage_zero_lb[HIL_RUN_GAGES];      /* zero after the balance trim, at 20 C */
     double gage_drift_lb_k[HIL_RUN_GAGES];
     double gage_shunt[HIL_RUN_GAGES]; /* in units of HIL_RIG_SHUNT_LB */
     double gage_lag_s;                /* time constant of the anti-aliasing filter */
@@ -54,26 +54,26 @@ struct hil_electronics {
     uint64_t pulse_ps; /* pulse of the one-shot */
     /* the following delays are from a pin change to the lamp's read-back and to the contacts of the
      * shunt relay */
-    bool lamp_told; /* the current of the hot lamp is above the threshold of the read-back */
+    bool is_lamp_detected; /* the current of the hot lamp is above the threshold of the read-back */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
-    bool drawn; /* false: only the source resistances in `adc` are valid */
+    bool is_drawn; /* false: only the source resistances in `adc` are valid */
     struct hil_adc_errors adc;
 };
 
 /* Sets the values of figures.def. */
-void hil_figures_reference(struct hil_figures *figures);
+void hil_figures_set_reference(struct hil_figures *figures);
 
 /* Sets the electronics for the options: ideal, or drawn from `figures` (NULL: those of the
  * reference design). */
-void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
-                          const struct hil_figures *figures);
+void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
+                         const struct hil_figures *figures);
 
 /* Unique identifier of the chip on the board with this seed: position on the wafer, wafer and lot
  * (RM0090 39.1). The lot marks the chip as emulated (common/emulated.h). */
-void hil_electronics_identity(uint64_t seed, uint32_t uid[3]);
+void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3]);
 
 /* Zero of a bridge after the balance trim, which has a range of +-`range_lb`: `left_lb` remains,
  * plus any offset beyond the range. */
-double hil_electronics_trimmed(double natural_lb, double range_lb, double left_lb);
+double hil_electronics_trimmed_zero_lb(double natural_lb, double range_lb, double left_lb);
 
 #endif

@@ -77,13 +77,13 @@ static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fau
 {
     struct hil_lines_device *dev = device;
     struct hil_line_effect *effect = &dev->state->effect[line][kind];
-    if (!effect->left)
+    if (!effect->units_left)
         return false;
     if (effect->probability < 1.0 &&
         (double)random_below(dev, 1u << 30) >= effect->probability * 0x1p30)
         return false;
-    if (effect->left != HIL_FAULT_ALL)
-        effect->left--;
+    if (effect->units_left != HIL_FAULT_ALL)
+        effect->units_left--;
     fault_report(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s",
                  line_names[line], what, (unsigned)number, kind_names[kind]);
     return true;
@@ -99,7 +99,7 @@ static void deliver_frame(struct hil_lines_device *dev, uint64_t t_ps,
                           const struct hil_can_frame *frame)
 {
     if (dev->callbacks.on_can_frame)
-        dev->callbacks.on_can_frame(dev->callbacks.ctx, t_ps, frame);
+        dev->callbacks.on_can_frame(dev->callbacks.context, t_ps, frame);
 }
 
 static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *frame)
@@ -108,10 +108,10 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
     struct hil_lines *lines = dev->state;
     hil_call(&dev->frame_sent);
     if (dev->pin_callbacks.on_can_frame)
-        dev->pin_callbacks.on_can_frame(dev->pin_callbacks.ctx, t_ps, frame);
+        dev->pin_callbacks.on_can_frame(dev->pin_callbacks.context, t_ps, frame);
     if (apply_line_fault(dev, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
         return;
-    if (lines->held_count < HIL_FAULT_HELD &&
+    if (lines->held_count < HIL_FAULT_HELD_FRAMES_MAX &&
         apply_line_fault(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
         memcpy(lines->held_frame[lines->held_count], frame, sizeof *frame);
         lines->held_ps[lines->held_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
@@ -126,7 +126,7 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
 static void send_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes, size_t n)
 {
     if (n && dev->callbacks.on_serial_bytes)
-        dev->callbacks.on_serial_bytes(dev->callbacks.ctx, t_ps, bytes, n);
+        dev->callbacks.on_serial_bytes(dev->callbacks.context, t_ps, bytes, n);
 }
 
 static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
@@ -141,7 +141,7 @@ static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uin
                           size_t n)
 {
     struct hil_lines *lines = dev->state;
-    if (lines->bytes_count + n > HIL_FAULT_BYTES)
+    if (lines->bytes_count + n > HIL_FAULT_HELD_BYTES_MAX)
         release_bytes(dev, t_ps);
     if (lines->bytes_due_ps == HIL_NEVER) {
         send_bytes(dev, t_ps, bytes, n);
@@ -159,9 +159,9 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     size_t from = 0; /* first byte not delivered yet */
     bool any = false;
     if (dev->pin_callbacks.on_serial_bytes)
-        dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.ctx, t_ps, bytes, n);
+        dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.context, t_ps, bytes, n);
     for (unsigned kind = 0; kind < HIL_FRAMING; kind++)
-        any |= lines->effect[HIL_SERIAL_OUT][kind].left != 0;
+        any |= lines->effect[HIL_SERIAL_OUT][kind].units_left != 0;
     for (size_t i = 0; any && i < n; i++) {
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_DROP, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
@@ -218,7 +218,7 @@ void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
 {
     lines_seed(dev, seed);
     dev->state->bytes_due_ps = HIL_NEVER;
-    hil_event_wire(dev->core, HIL_EVENT_LATE, on_late, dev);
+    hil_event_connect(dev->core, HIL_EVENT_LATE, on_late, dev);
 }
 
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev)
@@ -237,11 +237,11 @@ void hil_supply_cut(struct hil_supply_device *dev)
     core->state.counters.power_cuts++;
     hil_trace(core, "power cut");
     hil_flash_interrupt_operation(dev->flash);
-    hil_w25q_power_lost(dev->nor);
-    hil_tmp112_power(dev->thermometer);
-    core->reset.power_lost = core->reset.asked = true;
+    hil_w25q_power_off(dev->nor);
+    hil_tmp112_power_on(dev->thermometer);
+    core->reset.has_lost_power = core->reset.is_requested = true;
     core->reset.flags = HIL_CSR_POWER_ON;
-    hil_core_attend(core);
+    hil_core_request_check(core);
 }
 
 static void supply_off(struct hil_supply_device *dev, uint64_t duration_ps)
@@ -284,23 +284,23 @@ static void on_return(void *device, uint64_t at)
 {
     struct hil_supply_device *dev = device;
     (void)at;
-    dev->state->held_in_reset = false;
-    hil_w25q_power_back(dev->nor);
+    dev->state->is_held_in_reset = false;
+    hil_w25q_power_on(dev->nor);
     hil_trace(dev->core, "reset released");
 }
 
-void hil_supply_hold(struct hil_supply_device *dev)
+void hil_supply_hold_reset(struct hil_supply_device *dev)
 {
     struct hil_reset *reset = &dev->core->reset;
-    dev->state->held_in_reset = reset->hold_ps > hil_now_ps(dev->core);
-    if (dev->state->held_in_reset)
+    dev->state->is_held_in_reset = reset->hold_ps > hil_now_ps(dev->core);
+    if (dev->state->is_held_in_reset)
         hil_event_set_ps(dev->core, HIL_EVENT_POWER, reset->hold_ps);
     reset->hold_ps = 0;
 }
 
 void hil_supply_create(struct hil_supply_device *dev)
 {
-    hil_event_wire(dev->core, HIL_EVENT_POWER, on_return, dev);
+    hil_event_connect(dev->core, HIL_EVENT_POWER, on_return, dev);
 }
 
 /* ---- faults ---- */
@@ -377,7 +377,7 @@ void hil_faults_can_sent(void *device)
 
 /* --- actions --- */
 
-static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
+static void flip_bit(struct hil_faults_device *dev, const struct hil_fault *fault)
 {
     uint32_t address = fault->address + fault->bit / 8u;
     uint8_t byte = 0;
@@ -387,61 +387,63 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
     (void)hil_cpu_poke(dev->core, address, &byte, 1);
 }
 
-static void fail_nor(struct hil_nor_orders *nor, const struct hil_fault *fault)
+static void fail_nor(struct hil_nor_requests *nor, const struct hil_fault *fault)
 {
     switch ((enum hil_nor_fault)fault->choice) {
-    case HIL_NOR_FILL: nor->fill_requested = true; break;
-    case HIL_NOR_DEAD: nor->dead = true; break;
-    case HIL_NOR_MEND: *nor = (struct hil_nor_orders){0}; break;
-    case HIL_NOR_STUCK: nor->stuck = true; break;
-    case HIL_NOR_FAIL_PROGRAM: nor->fail_program = fault->count; break;
-    case HIL_NOR_FAIL_ERASE: nor->fail_erase = fault->count; break;
-    case HIL_NOR_HANG: nor->hang = fault->count; break;
+    case HIL_NOR_FILL: nor->is_fill_requested = true; break;
+    case HIL_NOR_DEAD: nor->is_dead = true; break;
+    case HIL_NOR_MEND: *nor = (struct hil_nor_requests){0}; break;
+    case HIL_NOR_STUCK: nor->is_stuck = true; break;
+    case HIL_NOR_FAIL_PROGRAM: nor->program_failures = fault->count; break;
+    case HIL_NOR_FAIL_ERASE: nor->erase_failures = fault->count; break;
+    case HIL_NOR_HANG: nor->hang_count = fault->count; break;
     }
 }
 
 static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fault)
 {
     switch ((enum hil_thermometer_fault)fault->choice) {
-    case HIL_THERMOMETER_DEAD: chip->dead = true; break;
-    case HIL_THERMOMETER_STUCK: chip->hold.stuck = true; break;
+    case HIL_THERMOMETER_DEAD: chip->is_dead = true; break;
+    case HIL_THERMOMETER_STUCK: chip->hold.is_sda_stuck = true; break;
     case HIL_THERMOMETER_HANG: chip->hold.hung_clocks = 9; break;
-    case HIL_THERMOMETER_BERR: chip->hold.disturbed = true; break;
+    case HIL_THERMOMETER_BERR: chip->hold.has_false_error = true; break;
     case HIL_THERMOMETER_STRETCH: chip->hold.stretch_ps = fault->duration_ps; break;
     case HIL_THERMOMETER_MEND:
-        chip->dead = chip->hold.stuck = false;
+        chip->is_dead = chip->hold.is_sda_stuck = false;
         chip->hold.hung_clocks = 0;
         break;
     }
 }
 
-static void act(struct hil_faults_device *dev, const struct hil_fault *f)
+static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f)
 {
     fault_report(dev->core, dev->options->log, f->file_line, "%s", f->text);
     switch (f->action) {
     case HIL_FAULT_POWER_CUT: supply_off(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
-    case HIL_FAULT_CRYSTAL: hil_rcc_crystal(dev->rcc, f->choice); break;
-    case HIL_FAULT_FLIP: flip(dev, f); break;
-    case HIL_FAULT_STICK: (void)hil_stuck_add(dev->core, f->address, f->bit, f->choice); break;
+    case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->choice); break;
+    case HIL_FAULT_FLIP: flip_bit(dev, f); break;
+    case HIL_FAULT_STICK: (void)hil_stuck_bit_add(dev->core, f->address, f->bit, f->choice); break;
     case HIL_FAULT_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
     case HIL_FAULT_LINE:
         dev->lines->state->effect[f->line][f->choice] =
             (struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line};
         break;
     case HIL_FAULT_CHANNEL:
-        hil_rig_fail(dev->rig, f->index, (enum hil_channel_fault)f->choice);
+        hil_rig_set_fault(dev->rig, f->index, (enum hil_channel_fault)f->choice);
         break;
-    case HIL_FAULT_SKIP: hil_rig_skip(dev->rig, f->index); break;
-    case HIL_FAULT_BOUNCE: hil_rig_bounce(dev->rig, f->index, f->count, f->duration_ps); break;
+    case HIL_FAULT_SKIP: hil_rig_skip_switch(dev->rig, f->index); break;
+    case HIL_FAULT_BOUNCE:
+        hil_rig_bounce_switch(dev->rig, f->index, f->count, f->duration_ps);
+        break;
     case HIL_FAULT_CAMERA: hil_camera_skip(dev->camera, f->count); break;
     case HIL_FAULT_NOR: fail_nor(dev->nor, f); break;
-    case HIL_FAULT_DRIFT: hil_rig_drift(dev->rig, f->index, f->gain, f->offset_lb); break;
+    case HIL_FAULT_DRIFT: hil_rig_set_drift(dev->rig, f->index, f->gain, f->offset_lb); break;
     case HIL_FAULT_THERMOMETER:
         fail_thermometer(dev->thermometer, f);
-        hil_i2c_lines_changed(dev->i2c, hil_now(dev->core));
+        hil_i2c_on_lines_changed(dev->i2c, hil_now_cycle(dev->core));
         break;
-    case HIL_FAULT_LAMP: hil_rig_lamp(dev->rig, (enum hil_lamp)f->choice); break;
+    case HIL_FAULT_LAMP: hil_rig_set_lamp(dev->rig, (enum hil_lamp)f->choice); break;
     }
 }
 
@@ -455,7 +457,7 @@ static void on_due(void *device, uint64_t at)
             continue;
         faults->due_ps[i] = HIL_NEVER;
         faults->over[i] = true;
-        act(dev, &faults->fault[i]);
+        apply_fault(dev, &faults->fault[i]);
     }
     schedule(dev);
 }
@@ -472,7 +474,7 @@ static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fau
     return status;
 }
 
-static uint64_t counted(const struct hil_faults_device *dev, enum hil_trigger trigger)
+static uint64_t is_counted(const struct hil_faults_device *dev, enum hil_trigger trigger)
 {
     const struct hil_faults *faults = dev->state;
     return trigger == HIL_AT_FRAME ? dev->core->state.counters.can_frames_out
@@ -503,7 +505,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
                     ? "in this run the gear does not pass that station between two switches"
                     : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
-    } else if (fault->n <= counted(dev, fault->trigger)) {
+    } else if (fault->n <= is_counted(dev, fault->trigger)) {
         return refuse(dev, fault, MR_USAGE,
                       fault->n ? "that count has already passed" : "counting begins at 1");
     }
@@ -523,7 +525,7 @@ enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
     return status;
 }
 
-void hil_faults_report_rest(const struct hil_faults_device *dev)
+void hil_faults_report_pending(const struct hil_faults_device *dev)
 {
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->log; i++) {
@@ -537,7 +539,7 @@ void hil_faults_create(struct hil_faults_device *dev)
 {
     for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
         dev->state->due_ps[i] = HIL_NEVER;
-    hil_event_wire(dev->core, HIL_EVENT_FAULT, on_due, dev);
+    hil_event_connect(dev->core, HIL_EVENT_FAULT, on_due, dev);
 }
 
 /* ---- text form ---- */
@@ -547,9 +549,9 @@ void hil_faults_create(struct hil_faults_device *dev)
 
 #define refuse_text(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
 
-/* A number in a line: its name, its member and its range. ORDER: counted from 1; PS: a time, with
+/* A number in a line: its name, its member and its range. ORDINAL: counted from 1; PS: a time, with
  * its factor to picoseconds. */
-enum kind { WHOLE, WHOLE64, REAL, ORDER, PS, PLACE };
+enum kind { INTEGER32, INTEGER64, REAL, ORDINAL, PS, ADDRESS };
 
 static const struct slot {
     const char *name;
@@ -560,20 +562,20 @@ static const struct slot {
 #define AT(member) offsetof(struct hil_fault, member)
     {"S", PS, AT(t_ps), 0.0, 1e6, 1e12},
     {"FT", REAL, AT(station_ft), -1000.0, 10000.0, 0.0},
-    {"N", WHOLE64, AT(n), 1.0, UINT32_MAX, 0.0},
+    {"N", INTEGER64, AT(n), 1.0, UINT32_MAX, 0.0},
     {"DELAY_US", PS, AT(delay_ps), 1e-6, 1e12, 1e6},
     {"MS", PS, AT(duration_ps), 1e-9, 1e9, 1e9},
     {"US", PS, AT(duration_ps), 1e-6, 1e12, 1e6},
     {"APART_US", PS, AT(duration_ps), 2.0, 1e12, 1e6},
     {"VOLTS", REAL, AT(volts), 0.0, 3.6, 0.0},
-    {"PLACE", PLACE, AT(address), 0.0, 0.0, 0.0},
-    {"BIT", WHOLE, AT(bit), 0.0, 31.0, 0.0},
-    {"COUNT", WHOLE, AT(count), 1.0, UINT32_MAX - 1.0, 0.0},
-    {"TIMES", WHOLE, AT(count), 1.0, 255.0, 0.0},
+    {"PLACE", ADDRESS, AT(address), 0.0, 0.0, 0.0},
+    {"BIT", INTEGER32, AT(bit), 0.0, 31.0, 0.0},
+    {"COUNT", INTEGER32, AT(count), 1.0, UINT32_MAX - 1.0, 0.0},
+    {"TIMES", INTEGER32, AT(count), 1.0, 255.0, 0.0},
     {"P", REAL, AT(probability), 1e-9, 1.0, 0.0},
-    {"TRANSDUCER", ORDER, AT(index), 1.0, HIL_RUN_TRANSDUCERS, 0.0},
-    {"GAGE", ORDER, AT(index), 1.0, HIL_RUN_GAGES, 0.0},
-    {"SWITCH", ORDER, AT(index), 1.0, HIL_RUN_SWITCHES, 0.0},
+    {"TRANSDUCER", ORDINAL, AT(index), 1.0, HIL_RUN_TRANSDUCERS, 0.0},
+    {"GAGE", ORDINAL, AT(index), 1.0, HIL_RUN_GAGES, 0.0},
+    {"SWITCH", ORDINAL, AT(index), 1.0, HIL_RUN_SWITCHES, 0.0},
     {"GAIN", REAL, AT(gain), 1e-3, 10.0, 0.0},
     {"LB", REAL, AT(offset_lb), -1000.0, 1000.0, 0.0},
 #undef AT
@@ -585,7 +587,7 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
                                        "nor N [+ DELAY_US]"};
 
 /* Patterns of a line, with the fault they begin with. Of words between |, the index of the one
- * given is added to `choice`; a number of kind ORDER is added to `index`. */
+ * given is added to `choice`; a number of kind ORDINAL is added to `index`. */
 #define CHANNEL "mend|stick|high|low|open"
 #define LINE(at)                                                                           \
     {                                                                                      \
@@ -638,7 +640,7 @@ static const char *word_at(const struct reader *r, unsigned i)
     return i < r->words ? r->word[i] : "end of line";
 }
 
-static const struct slot *slot_named(const char *name, size_t length)
+static const struct slot *slot_by_name(const char *name, size_t length)
 {
     for (size_t i = 0; i < sizeof slots / sizeof slots[0]; i++) {
         if (strlen(slots[i].name) == length && strncmp(slots[i].name, name, length) == 0)
@@ -648,7 +650,7 @@ static const struct slot *slot_named(const char *name, size_t length)
 }
 
 /* Accepts 0x20001234, SYMBOL or SYMBOL+OFFSET. */
-static bool take_place(struct reader *r, const char *word, uint32_t *address)
+static bool match_address(struct reader *r, const char *word, uint32_t *address)
 {
     char name[LINE_MAX_BYTES], *end;
     unsigned long offset = 0;
@@ -674,12 +676,12 @@ static bool take_place(struct reader *r, const char *word, uint32_t *address)
     return true;
 }
 
-static bool take_number(struct reader *r, const struct slot *slot, struct hil_fault *f)
+static bool match_number(struct reader *r, const struct slot *slot, struct hil_fault *f)
 {
     const char *text = word_at(r, r->next), *end;
     char *at = (char *)f + slot->at;
-    if (slot->kind == PLACE)
-        return take_place(r, text, (uint32_t *)(void *)at);
+    if (slot->kind == ADDRESS)
+        return match_address(r, text, (uint32_t *)(void *)at);
     bool all = strcmp(slot->name, "COUNT") == 0 && strcmp(text, "all") == 0;
     double value = all ? slot->low : mr_decimal_read(text, &end);
     if (!all && (end == text || *end || !(value >= slot->low && value <= slot->high)))
@@ -687,18 +689,18 @@ static bool take_number(struct reader *r, const struct slot *slot, struct hil_fa
     if (slot->kind != REAL && slot->kind != PS && value != floor(value))
         return false;
     switch (slot->kind) {
-    case WHOLE: *(uint32_t *)(void *)at = all ? HIL_FAULT_ALL : (uint32_t)value; break;
-    case WHOLE64: *(uint64_t *)(void *)at = (uint64_t)value; break;
+    case INTEGER32: *(uint32_t *)(void *)at = all ? HIL_FAULT_ALL : (uint32_t)value; break;
+    case INTEGER64: *(uint64_t *)(void *)at = (uint64_t)value; break;
     case REAL: *(double *)(void *)at = value; break;
-    case ORDER: *(uint32_t *)(void *)at += (uint32_t)value - 1u; break;
+    case ORDINAL: *(uint32_t *)(void *)at += (uint32_t)value - 1u; break;
     case PS: *(uint64_t *)(void *)at = (uint64_t)(value * slot->ps + 0.5); break;
-    case PLACE: break;
+    case ADDRESS: break;
     }
     return true;
 }
 
 /* Matches one of the words between | and adds its index to `choice`. */
-static bool take_word(const char *wanted, const char *word, unsigned *choice)
+static bool match_word(const char *wanted, const char *word, unsigned *choice)
 {
     size_t length = strlen(word);
     for (unsigned i = 0;; i++, wanted++) {
@@ -715,7 +717,7 @@ static bool take_word(const char *wanted, const char *word, unsigned *choice)
 
 /* Matches the words from r->next on against a pattern. False: no match, and r->next is
  * unchanged. */
-static bool take(struct reader *r, const char *pattern, struct hil_fault *f)
+static bool match_pattern(struct reader *r, const char *pattern, struct hil_fault *f)
 {
     char copy[128], *save;
     unsigned began = r->next;
@@ -728,8 +730,8 @@ static bool take(struct reader *r, const char *pattern, struct hil_fault *f)
             want = number;
             r->next++;
         }
-        const struct slot *slot = slot_named(want, strlen(want));
-        if (slot ? take_number(r, slot, f) : take_word(want, word_at(r, r->next), &f->choice)) {
+        const struct slot *slot = slot_by_name(want, strlen(want));
+        if (slot ? match_number(r, slot, f) : match_word(want, word_at(r, r->next), &f->choice)) {
             r->next++;
             continue;
         }
@@ -747,9 +749,9 @@ static void put_pattern(char *out, size_t size, const char *pattern)
     used += (size_t)snprintf(out + used, size - used, "%s", used ? ", or " : "");
     while (*pattern && used + 1 < size) {
         size_t n = strcspn(pattern, " ]");
-        const struct slot *slot = slot_named(pattern, n);
+        const struct slot *slot = slot_by_name(pattern, n);
         used += (size_t)snprintf(out + used, size - used, "%.*s", (int)n, pattern);
-        if (slot && slot->kind != PLACE && used < size)
+        if (slot && slot->kind != ADDRESS && used < size)
             used += (size_t)snprintf(out + used, size - used, "(%.4g to %.4g)", slot->low,
                                      slot->high);
         pattern += n;
@@ -785,7 +787,7 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
 {
     struct hil_fault when = {0};
     unsigned trigger = 0;
-    while (trigger < 5 && !take(r, triggers[trigger], &when))
+    while (trigger < 5 && !match_pattern(r, triggers[trigger], &when))
         trigger++;
     if (trigger == 5)
         return refuse_text(r, MR_MALFORMED,
@@ -795,7 +797,7 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
     unsigned first = r->next;
     for (size_t i = 0; i < ACTIONS && !r->no_symbol; i++) {
         *fault = actions[i].fault;
-        if (!take(r, actions[i].pattern, fault))
+        if (!match_pattern(r, actions[i].pattern, fault))
             continue;
         if (r->next < r->words)
             return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", word_at(r, r->next));

@@ -21,7 +21,7 @@ struct hil_can_device;
 struct hil_core;
 struct hil_flash_device;
 struct hil_i2c_device;
-struct hil_nor_orders;
+struct hil_nor_requests;
 struct hil_rcc_device;
 struct hil_tmp112;
 struct hil_tmp112_device;
@@ -29,20 +29,20 @@ struct hil_w25q_device;
 
 /* ---- the two links, from the board's pins to the host's end, and their faults ---- */
 
-#define HIL_FAULT_HELD  16u    /* maximum delayed frames; further frames are not delayed */
-#define HIL_FAULT_BYTES 16384u /* maximum delayed bytes; further bytes are not delayed */
-#define HIL_FAULT_ALL   UINT32_MAX
+#define HIL_FAULT_HELD_FRAMES_MAX 16u /* maximum delayed frames; further frames are not delayed */
+#define HIL_FAULT_HELD_BYTES_MAX  16384u /* maximum delayed bytes; further bytes are not delayed */
+#define HIL_FAULT_ALL             UINT32_MAX
 
 struct hil_callbacks {
-    void *ctx;
+    void *context;
     /* Called with a frame from the board; its last bit (end of frame) ended at t_ps. */
-    void (*on_can_frame)(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame);
+    void (*on_can_frame)(void *context, uint64_t t_ps, const struct hil_can_frame *frame);
     /* Called with n bytes from the board; the stop bit of the last byte ended at t_ps. */
-    void (*on_serial_bytes)(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n);
+    void (*on_serial_bytes)(void *context, uint64_t t_ps, const uint8_t *bytes, size_t n);
 };
 
 struct hil_line_effect {
-    uint32_t left; /* number still to be affected; HIL_FAULT_ALL: no limit */
+    uint32_t units_left; /* number still to be affected; HIL_FAULT_ALL: no limit */
     double probability;
     uint64_t duration_ps;
     unsigned file_line;
@@ -52,11 +52,11 @@ struct hil_lines {
     uint64_t random;
     struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
     uint32_t held_count; /* delayed CAN frames to the host */
-    uint64_t held_ps[HIL_FAULT_HELD];
-    uint8_t held_frame[HIL_FAULT_HELD][24];
+    uint64_t held_ps[HIL_FAULT_HELD_FRAMES_MAX];
+    uint8_t held_frame[HIL_FAULT_HELD_FRAMES_MAX][24];
     uint32_t bytes_count; /* delayed serial bytes to the host */
     uint64_t bytes_due_ps;
-    uint8_t bytes[HIL_FAULT_BYTES];
+    uint8_t bytes[HIL_FAULT_HELD_BYTES_MAX];
 };
 
 struct hil_lines_device {
@@ -77,7 +77,7 @@ struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
 #define HIL_CSR_POWER_ON 0x0e000000u /* flags of RCC_CSR at power on: POR, pin, brown-out */
 
 struct hil_supply {
-    bool held_in_reset; /* the supply is missing or too low */
+    bool is_held_in_reset; /* the supply is missing or too low */
 };
 
 struct hil_supply_device {
@@ -95,7 +95,7 @@ void hil_supply_create(struct hil_supply_device *dev);
  * on the links continue. May be called while the board runs or between runs. */
 void hil_supply_cut(struct hil_supply_device *dev);
 /* Call after a reset of the chip: holds it in reset while the supply is missing. */
-void hil_supply_hold(struct hil_supply_device *dev);
+void hil_supply_hold_reset(struct hil_supply_device *dev);
 
 /* ---- faults ---- */
 
@@ -192,7 +192,7 @@ struct hil_faults_device {
     struct hil_rcc_device *rcc;
     struct hil_can_device *can;
     struct hil_i2c_device *i2c;
-    struct hil_nor_orders *nor;
+    struct hil_nor_requests *nor;
     struct hil_tmp112 *thermometer;
 };
 
@@ -206,7 +206,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
                                   const struct hil_fault_script *script);
 /* Call at the end of a run: reports each fault that did not occur in a line to hil_options.log. */
-void hil_faults_report_rest(const struct hil_faults_device *dev);
+void hil_faults_report_pending(const struct hil_faults_device *dev);
 
 /* Call when a counted event has occurred; `device` is a struct hil_faults_device. */
 void hil_faults_flash_operation(void *device);

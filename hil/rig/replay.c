@@ -18,7 +18,7 @@
 #define COMMAND_TICKS     37800u
 #define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 /* the one-shot falls 1 us after the capture, because the next edge may be close */
-#define PULSE_TICKS       84u
+#define EDGE_PULSE_TICKS  84u
 #define TRAIN_PULSE_TICKS 8400u /* 100 us */
 #define SERIAL_COMMANDS   2u    /* the application handles this many from each link per block */
 #define MARGIN_S          1.0   /* from power on to the first scan, and to send the last data */
@@ -29,7 +29,7 @@ static uint64_t tick_cycles(const struct hil_replay_device *dev)
            (dev->tim->state[HIL_TIM2].psc_now + 1u);
 }
 
-static uint64_t cycle_of(const struct hil_replay_device *dev, uint64_t tick)
+static uint64_t tick_cycle(const struct hil_replay_device *dev, uint64_t tick)
 {
     return dev->state->zero_cycle + tick * tick_cycles(dev);
 }
@@ -45,16 +45,16 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
     const struct hil_replay_state *state = dev->state;
-    if (state->pulse) {
-        uint64_t tick = replay->edge_tick[state->next_edge - 1], low = tick + PULSE_TICKS;
+    if (state->is_pulse_high) {
+        uint64_t tick = replay->edge_tick[state->next_edge - 1], low = tick + EDGE_PULSE_TICKS;
         if (state->next_edge < replay->edge_count &&
             (tick + replay->edge_tick[state->next_edge]) / 2u < low)
             low = (tick + replay->edge_tick[state->next_edge]) / 2u;
-        return cycle_of(dev, low);
+        return tick_cycle(dev, low);
     }
     if (state->next_edge == replay->edge_count)
         return HIL_NEVER;
-    return cycle_of(dev, replay->edge_tick[state->next_edge]);
+    return tick_cycle(dev, replay->edge_tick[state->next_edge]);
 }
 
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
@@ -62,7 +62,7 @@ static uint64_t train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
     uint64_t tick = hil_train_next(&dev->replay->train[i], &dev->state->train[i],
                                    TRAIN_PULSE_TICKS);
-    return tick == HIL_RUN_NEVER ? HIL_NEVER : cycle_of(dev, tick);
+    return tick == HIL_RUN_NEVER ? HIL_NEVER : tick_cycle(dev, tick);
 }
 
 static void schedule(struct hil_replay_device *dev)
@@ -74,7 +74,7 @@ static void schedule(struct hil_replay_device *dev)
         next = train < next ? train : next;
     }
     if (state->next_command < dev->replay->command_count) {
-        uint64_t command = cycle_of(dev, command_tick(dev->replay, state->next_command));
+        uint64_t command = tick_cycle(dev, command_tick(dev->replay, state->next_command));
         next = command < next ? command : next;
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_REPLAY, next);
@@ -83,7 +83,7 @@ static void schedule(struct hil_replay_device *dev)
 static void apply_command(struct hil_replay_device *dev, const struct mr_command *message,
                           bool serial)
 {
-    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
+    if (hil_command_send(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL,
                       "replayed command %u: too many commands are waiting for the board",
                       (unsigned)message->tag);
@@ -91,12 +91,12 @@ static void apply_command(struct hil_replay_device *dev, const struct mr_command
 
 /* Called at the first conversion after TIM2's start: all ticks of the record count from that
  * start. */
-static void begin(struct hil_replay_device *dev)
+static void begin_replay(struct hil_replay_device *dev)
 {
     const struct hil_tim *tim2 = &dev->tim->state[HIL_TIM2];
     struct hil_replay_state *state = dev->state;
     *state = (struct hil_replay_state){
-        .started = true,
+        .is_started = true,
         .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(dev),
         .resets = dev->core->state.counters.resets,
     };
@@ -121,14 +121,14 @@ static void apply_block(struct hil_replay_device *dev)
 static void move_pin(struct hil_replay_device *dev, uint64_t at)
 {
     struct hil_replay_state *state = dev->state;
-    if (state->pulse) {
-        state->pulse = false;
+    if (state->is_pulse_high) {
+        state->is_pulse_high = false;
     } else {
-        state->pulse = true;
+        state->is_pulse_high = true;
         state->next_edge++;
         dev->core->state.counters.switches_opened++;
     }
-    hil_gpio_drive(dev->gpio, 0, 15, state->pulse, at);
+    hil_gpio_drive(dev->gpio, 0, 15, state->is_pulse_high, at);
 }
 
 static void move_train(struct hil_replay_device *dev, unsigned i, uint64_t at)
@@ -136,14 +136,14 @@ static void move_train(struct hil_replay_device *dev, unsigned i, uint64_t at)
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_CAPTURE + i];
     struct hil_train_state *state = &dev->state->train[i];
     hil_train_move(state);
-    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->high, at);
+    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
 
 static void on_event(void *device, uint64_t at)
 {
     struct hil_replay_device *dev = device;
     struct hil_replay_state *state = dev->state;
-    if (!dev->replay || !state->started || state->resets != dev->core->state.counters.resets)
+    if (!dev->replay || !state->is_started || state->resets != dev->core->state.counters.resets)
         return; /* after a reset the record starts again with the first scan */
     if (pin_cycle(dev) <= at)
         move_pin(dev, at);
@@ -152,7 +152,7 @@ static void on_event(void *device, uint64_t at)
             move_train(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
-        cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
+        tick_cycle(dev, command_tick(dev->replay, state->next_command)) <= at)
         apply_block(dev);
     schedule(dev);
 }
@@ -167,8 +167,8 @@ static const struct mr_block *block_at(const struct hil_replay *replay, uint64_t
 }
 
 /* Position of a pin in its converter's scan. False: the record has no data for the pin. */
-static bool channel_of(const struct hil_rig_device *rig, unsigned port, unsigned pin,
-                       bool *transducer, unsigned *channel)
+static bool find_channel(const struct hil_rig_device *rig, unsigned port, unsigned pin,
+                         bool *transducer, unsigned *channel)
 {
     int of_all = hil_rig_channel(rig, port, pin);
     *transducer = of_all < (int)MR_TRANSDUCERS;
@@ -177,7 +177,7 @@ static bool channel_of(const struct hil_rig_device *rig, unsigned port, unsigned
 }
 
 /* Code of a pin sampled at cycle `at`. */
-static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
+static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t at)
 {
     struct hil_replay_device *dev = device;
     const struct hil_replay *replay = dev->replay;
@@ -185,15 +185,16 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
     bool transducer;
     unsigned channel, unused;
     if (!(dev->tim->state[HIL_TIM2].cr1 & 1u) ||
-        !channel_of(dev->rig, port, pin, &transducer, &channel))
+        !find_channel(dev->rig, port, pin, &transducer, &channel))
         return 0;
-    if (!state->started || state->resets != dev->core->state.counters.resets)
-        begin(dev);
+    if (!state->is_started || state->resets != dev->core->state.counters.resets)
+        begin_replay(dev);
     uint64_t tick = (at - state->zero_cycle) / tick_cycles(dev);
     uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
     const struct mr_block *block = block_at(replay, since / MR_TICKS_PER_BLOCK);
     if (block != dev->codes_block) {
-        hil_codes_of(block, &dev->codes, &unused); /* cannot fail: checked when the file was read */
+        hil_codes_from_block(block, &dev->codes,
+                             &unused); /* cannot fail: checked when the file was read */
         dev->codes_block = block;
     }
     unsigned scan = (unsigned)(since % MR_TICKS_PER_BLOCK / SCAN_TICKS);
@@ -207,14 +208,14 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
 
 void hil_replay_create(struct hil_replay_device *dev)
 {
-    hil_event_wire(dev->core, HIL_EVENT_REPLAY, on_event, dev);
+    hil_event_connect(dev->core, HIL_EVENT_REPLAY, on_event, dev);
 }
 
 void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *replay)
 {
     dev->replay = replay;
     dev->codes_block = NULL;
-    dev->adc->record = (struct hil_recorded_codes){dev, replay ? code_of : NULL};
+    dev->adc->record = (struct hil_recorded_codes){dev, replay ? sample_code : NULL};
 }
 
 double hil_replay_duration_s(const struct hil_replay *replay)
@@ -249,7 +250,7 @@ static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay
             return refuse(r, "block %u cannot begin at tick %u", (unsigned)block.index,
                           (unsigned)block.tick);
     }
-    if (!hil_codes_of(&block, &codes, &channel))
+    if (!hil_codes_from_block(&block, &codes, &channel))
         return refuse(r, "block %u, channel %u: no codes match this sum and these counts",
                       (unsigned)block.index, channel);
     replay->blocks = hil_record_grow(replay->blocks, replay->block_count, sizeof block);
@@ -311,7 +312,7 @@ static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay,
         return MR_OK;
     }
     if (sscanf(line, "crystal %1u%n", &crystal, &end) == 1 && !line[end] && crystal <= 1) {
-        replay->crystal = crystal;
+        replay->has_crystal = crystal;
         return MR_OK;
     }
     return refuse(r, "unknown line `%.20s`", line);
@@ -322,7 +323,7 @@ enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char
 {
     struct hil_record r = {.at = {path, 0, error, size}};
     const char *line;
-    *replay = (struct hil_replay){.crystal = true};
+    *replay = (struct hil_replay){.has_crystal = true};
     enum mr_status status = hil_record_open(&r, "matrig-replay");
     while (status == MR_OK && (line = hil_record_line(&r)) != NULL)
         status = read_line(&r, replay, line);
@@ -349,14 +350,14 @@ void hil_replay_free(struct hil_replay *replay)
 #define CODE_MAX 4095u
 
 struct range {
-    uint16_t least, most;
+    uint16_t min, max;
 };
 
 static const struct range low_codes = {0, MR_CODE_LOW};
 static const struct range middle_codes = {MR_CODE_LOW + 1u, MR_CODE_HIGH - 1u};
 static const struct range high_codes = {MR_CODE_HIGH, CODE_MAX};
 
-static struct range range_of(unsigned i, unsigned low, unsigned high)
+static struct range code_range(unsigned i, unsigned low, unsigned high)
 {
     return i < low ? low_codes : i < low + high ? high_codes : middle_codes;
 }
@@ -368,8 +369,8 @@ static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned hig
     if (low + high > count)
         return false;
     for (unsigned i = 0; i < count; i++) {
-        least += range_of(i, low, high).least;
-        most += range_of(i, low, high).most;
+        least += code_range(i, low, high).min;
+        most += code_range(i, low, high).max;
     }
     return sum >= least && sum <= most;
 }
@@ -380,13 +381,13 @@ static void spread_sum(unsigned sum, unsigned count, unsigned low, unsigned high
 {
     unsigned rest = sum;
     for (unsigned i = 0; i < count; i++) {
-        codes[i] = range_of(i, low, high).least;
+        codes[i] = code_range(i, low, high).min;
         rest -= codes[i];
     }
     while (rest) {
         for (unsigned i = 0; i < count && rest; i++) {
             unsigned share = (rest + (count - i) - 1u) / (count - i);
-            unsigned room = (unsigned)(range_of(i, low, high).most - codes[i]);
+            unsigned room = (unsigned)(code_range(i, low, high).max - codes[i]);
             unsigned more = share < room ? share : room;
             codes[i] = (uint16_t)(codes[i] + more);
             rest -= more;
@@ -413,7 +414,7 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
     return false;
 }
 
-bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel)
+bool hil_codes_from_block(const struct mr_block *block, struct hil_codes *codes, unsigned *channel)
 {
     *codes = (struct hil_codes){0};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {

@@ -32,7 +32,7 @@ struct hil_codes {
 
 /* Computes codes with the sums and counts of the block; absent channels get zeroes. False: there
  * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
-bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
+bool hil_codes_from_block(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
 
 #define HIL_REPLAY_TRAINS  3u /* film frames, brake, wheel */
 #define HIL_REPLAY_CAPTURE 1u /* capture channel of the first train (hil_capture_pins) */
@@ -47,11 +47,11 @@ struct hil_tim_device;
 struct hil_usart_device;
 
 struct hil_replay_state {
-    bool started;        /* TIM2 is running */
+    bool is_started;     /* TIM2 is running */
     uint64_t zero_cycle; /* cycle at which TIM2 was 0 */
     uint64_t resets;     /* resets of the chip before TIM2 started */
     uint32_t next_edge, next_command;
-    bool pulse; /* PA15 is high */
+    bool is_pulse_high; /* PA15 is high */
     struct hil_train_state train[HIL_REPLAY_TRAINS];
     uint16_t sequence; /* sequence number of the next serial frame */
 };
@@ -92,7 +92,7 @@ struct hil_replay_command {
 struct hil_replay {
     bool has_uid;
     uint32_t uid[3];
-    bool crystal;
+    bool has_crystal;
     struct mr_block *blocks;
     size_t block_count; /* at least 1 */
     uint64_t *edge_tick;

@@ -74,7 +74,7 @@ void hil_rig_start(struct hil_rig_device *dev)
 static double contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
     double taus = (t_s - (double)contact->since_ps * 1e-12) / tau_s;
-    double target = contact->open;
+    double target = contact->is_open;
     if (taus > SETTLED_TAUS)
         return target;
     return taus > 0.0 ? target + (contact->level - target) * exp(-taus) : contact->level;
@@ -85,11 +85,11 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
 {
     struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
-    hil_adc_catch_up(dev->adc, at); /* earlier samples must use the old state */
+    hil_adc_advance(dev->adc, at); /* earlier samples must use the old state */
     double tau_s = dev->electronics->staircase_tau_s;
-    contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12, tau_s) : 0.0;
-    contact->moved = true;
-    contact->open = open;
+    contact->level = contact->has_moved ? contact_level(contact, (double)t_ps * 1e-12, tau_s) : 0.0;
+    contact->has_moved = true;
+    contact->is_open = open;
     contact->since_ps = t_ps;
     hil_trace(dev->core, "switch %u %s", i + 1u, open ? "opens" : "closes");
     if (!open)
@@ -99,11 +99,11 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
 
-static void start_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
+static void move_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     struct hil_contact *contact = &dev->state->contact[i];
     uint64_t t_ps = contact->next_ps;
-    bool opens = !contact->open;
+    bool opens = !contact->is_open;
     move_contact(dev, i, opens, t_ps, at);
     if (opens)
         contact->bounces--;
@@ -115,16 +115,16 @@ static void move_train(struct hil_rig_device *dev, unsigned i, uint64_t at)
     const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_CAPTURE + i];
     struct hil_train_state *state = &dev->state->train[i];
     hil_train_move(state);
-    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->high, at);
+    hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
 
 static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
-    if (on == rig->shunted)
+    if (on == rig->is_shunted)
         return;
-    hil_adc_catch_up(dev->adc, at);
-    rig->shunted = on;
+    hil_adc_advance(dev->adc, at);
+    rig->is_shunted = on;
     hil_trace(dev->core, "shunts %s", on ? "on" : "off");
 }
 
@@ -134,7 +134,7 @@ static void move_relay(struct hil_rig_device *dev, uint64_t at)
     struct hil_rig *rig = dev->state;
     uint64_t apart_ps = dev->electronics->relay_bounce_ps / (2u * RELAY_BOUNCES);
     rig->shunt_moves--;
-    set_shunts(dev, rig->shunt_wanted != rig->shunt_moves % 2u, at);
+    set_shunts(dev, rig->is_shunt_requested != rig->shunt_moves % 2u, at);
     rig->shunt_next_ps = rig->shunt_moves ? rig->shunt_next_ps + apart_ps : HIL_NEVER;
 }
 
@@ -155,14 +155,14 @@ static void on_event(void *device, uint64_t at)
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
-            start_bounce(dev, i, at);
+            move_bounce(dev, i, at);
     }
     while (dev->run && rig->opened < rig->order_count &&
            dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
         unsigned i = rig->order[rig->opened++];
         struct hil_contact *contact = &rig->contact[i];
         uint64_t opens = dev->run->switch_open_ps[i];
-        if (contact->skipped)
+        if (contact->is_skipped)
             continue;
         move_contact(dev, i, true, opens, at);
         contact->next_ps = contact->bounces ? opens + contact->period_ps / 2u : HIL_NEVER;
@@ -170,24 +170,25 @@ static void on_event(void *device, uint64_t at)
     schedule(dev);
 }
 
-static bool level(const struct hil_rig_device *dev, struct hil_pin_place place)
+static bool pin_level(const struct hil_rig_device *dev, struct hil_pin_place place)
 {
     return hil_gpio_level(dev->gpio, place.port, place.pin);
 }
 
-bool hil_rig_lamp_draws(const struct hil_rig_device *dev)
+bool hil_rig_has_lamp_current(const struct hil_rig_device *dev)
 {
     enum hil_lamp lamp = (enum hil_lamp)dev->state->lamp;
-    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !level(dev, dev->type->warning));
+    return lamp == HIL_LAMP_SHORTED ||
+           (lamp == HIL_LAMP_GOOD && !pin_level(dev, dev->type->warning));
 }
 
-void hil_rig_skip(struct hil_rig_device *dev, unsigned position)
+void hil_rig_skip_switch(struct hil_rig_device *dev, unsigned position)
 {
-    dev->state->contact[position].skipped = true;
+    dev->state->contact[position].is_skipped = true;
 }
 
-void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
-                    uint64_t period_ps)
+void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32_t times,
+                           uint64_t period_ps)
 {
     struct hil_contact *contact = &dev->state->contact[position];
     contact->bounces = (uint8_t)times;
@@ -197,24 +198,24 @@ void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t time
 
 /* Remaining part of a step after `taus` time constants. Cached, because every scan uses the same
  * few times. */
-static double rest_after(struct hil_rig_device *dev, uint64_t cycles, double taus)
+static double remaining_share(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
     struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
-    if (known->rest <= 0.0 || known->taus != taus)
+    if (known->remaining_share <= 0.0 || known->taus != taus)
         *known = (struct hil_settling){taus, exp(-taus)};
-    return known->rest;
+    return known->remaining_share;
 }
 
 /* Amplitude of the excitation at the transducers, -1 to 1. */
-static double amplitude(struct hil_rig_device *dev, uint64_t at)
+static double excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
     double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz /
                   dev->electronics->transducer_tau_s;
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
-    return rig->excitation +
-           (rig->from - rig->excitation) * rest_after(dev, at - rig->since_cycle, taus);
+    return rig->excitation + (rig->from_amplitude - rig->excitation) *
+                                 remaining_share(dev, at - rig->since_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
@@ -230,15 +231,15 @@ void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
     rig->since_ps = now_ps;
 }
 
-void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at)
+void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
     int8_t wanted = (int8_t)(pd12 - pd13);
     if (wanted == rig->excitation)
         return;
-    hil_adc_catch_up(dev->adc, at); /* earlier samples must use the old polarity */
+    hil_adc_advance(dev->adc, at); /* earlier samples must use the old polarity */
     hil_rig_count_excitation(dev, at);
-    rig->from = amplitude(dev, at);
+    rig->from_amplitude = excitation_amplitude(dev, at);
     rig->excitation = wanted;
     rig->since_cycle = at;
     rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
@@ -249,9 +250,9 @@ static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
     struct hil_rig *rig = dev->state;
-    if (on == rig->shunt_wanted)
+    if (on == rig->is_shunt_requested)
         return;
-    rig->shunt_wanted = on;
+    rig->is_shunt_requested = on;
     rig->shunt_next_ps = HIL_NEVER;
     uint64_t delay_ps = on ? e->relay_operate_ps : e->relay_release_ps;
     if (delay_ps) {
@@ -263,21 +264,21 @@ static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
     }
 }
 
-void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb)
+void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb)
 {
-    hil_adc_catch_up(dev->adc, hil_now(dev->core));
+    hil_adc_advance(dev->adc, hil_now_cycle(dev->core));
     dev->state->gain_drift[gage] = gain - 1.0;
     dev->state->offset_lb[gage] = offset_lb;
 }
 
 /* Temperature above that at which the electronics were adjusted. */
-static double warmer_k(const struct hil_rig_device *dev, uint64_t at)
+static double temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
-    if (e->warmer_k_per_s == 0.0)
-        return e->warmer_k;
+    if (e->temperature_rise_k_per_s == 0.0)
+        return e->temperature_rise_k;
     double t_s = (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12;
-    return e->warmer_k + e->warmer_k_per_s * t_s;
+    return e->temperature_rise_k + e->temperature_rise_k_per_s * t_s;
 }
 
 static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double tension_lb,
@@ -285,7 +286,7 @@ static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double
 {
     const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
-    double shunt_lb = rig->shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt[gage] : 0.0;
+    double shunt_lb = rig->is_shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt[gage] : 0.0;
     double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + shunt_lb) * e->gage_gain[gage] +
                 rig->offset_lb[gage] + e->gage_zero_lb[gage] + e->gage_drift_lb_k[gage] * warmer;
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
@@ -299,7 +300,7 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
     const struct hil_rig *rig = dev->state;
     double codes = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        if (rig->contact[i].moved)
+        if (rig->contact[i].has_moved)
             codes += e->step_codes[i] * contact_level(&rig->contact[i], t_s, e->staircase_tau_s);
     }
     return (HIL_STAIRCASE_ZERO_V * e->staircase_zero + codes * HIL_NOMINAL_VDDA_V / 4096.0) *
@@ -307,7 +308,7 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
 }
 
 /* The reference voltage relative to its nominal value. */
-static double reference(const struct hil_rig_device *dev, double warmer)
+static double reference_ratio(const struct hil_rig_device *dev, double warmer)
 {
     return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);
 }
@@ -324,7 +325,7 @@ static bool is_gage(unsigned channel)
 }
 
 /* Input of a channel's sensor in inches or pounds; for the staircase in volts. */
-static double quantity(const struct hil_rig_device *dev, unsigned channel, double t_s)
+static double sensor_input(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
         return staircase_volts(dev, t_s);
@@ -336,52 +337,53 @@ static double quantity(const struct hil_rig_device *dev, unsigned channel, doubl
 
 /* Without a run nothing moves, so the time of the conversion is not computed: it would cost more
  * than all the rest. */
-static double quantity_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
+static double sensor_input_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
     double t_s = dev->run ? (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12 : 0.0;
-    return quantity(dev, channel, t_s);
+    return sensor_input(dev, channel, t_s);
 }
 
-void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
+void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
 {
-    hil_adc_catch_up(dev->adc, hil_now(dev->core));
+    hil_adc_advance(dev->adc, hil_now_cycle(dev->core));
     dev->state->channel_fault[channel] = (uint8_t)fault;
-    dev->state->held[channel] = quantity(dev, channel, (double)hil_now_ps(dev->core) * 1e-12);
+    dev->state->stuck_value[channel] = sensor_input(dev, channel,
+                                                    (double)hil_now_ps(dev->core) * 1e-12);
 }
 
 /* True if an on-board sensor chip is selected and drives this channel's pin. */
-static bool sensor_holds(const struct hil_rig_device *dev, unsigned channel)
+static bool is_held_by_sensor(const struct hil_rig_device *dev, unsigned channel)
 {
     const struct hil_board_type *type = dev->type;
     return type->sensor_select.port != HIL_NO_PORT &&
            hil_same_pin(type->sensor_out, type->channel[channel].port,
                         type->channel[channel].pin) &&
-           !level(dev, type->sensor_select);
+           !pin_level(dev, type->sensor_select);
 }
 
 double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    if (channel < 0 || sensor_holds(dev, (unsigned)channel))
+    if (channel < 0 || is_held_by_sensor(dev, (unsigned)channel))
         return 0.0;
     enum hil_channel_fault fault = (enum hil_channel_fault)dev->state->channel_fault[channel];
     if (fault > HIL_CHANNEL_STUCK)
         return fault == HIL_CHANNEL_HIGH ? dev->electronics->vdda_v : 0.0;
-    double value = fault == HIL_CHANNEL_STUCK ? dev->state->held[channel]
-                                              : quantity_at(dev, (unsigned)channel, at);
+    double value = fault == HIL_CHANNEL_STUCK ? dev->state->stuck_value[channel]
+                                              : sensor_input_at(dev, (unsigned)channel, at);
     if (channel == (int)CHANNEL_STAIRCASE)
         return value;
     const struct hil_electronics *e = dev->electronics;
-    double warmer = warmer_k(dev, at), volts = REFERENCE_V * e->reference_read;
+    double warmer = temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read;
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         volts = TRANSDUCER_MID_V + e->transducer_mid_v[channel] +
-                amplitude(dev, at) *
+                excitation_amplitude(dev, at) *
                     (TRANSDUCER_ZERO_V +
                      TRANSDUCER_V_PER_IN * (value + e->transducer_zero_in[channel])) *
                     (e->transducer_gain[channel] + e->transducer_gain_k * warmer);
     else if (is_gage((unsigned)channel))
         volts = gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
-    return volts * reference(dev, warmer);
+    return volts * reference_ratio(dev, warmer);
 }
 
 /* --- connections --- */
@@ -389,14 +391,14 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 static void update_excitation(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    hil_rig_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12),
-                       hil_gpio_level(dev->gpio, PORT_D, 13), at);
+    hil_rig_set_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12),
+                           hil_gpio_level(dev->gpio, PORT_D, 13), at);
 }
 
 static void update_shunts(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    switch_shunts(dev, level(dev, dev->type->shunts), at);
+    switch_shunts(dev, pin_level(dev, dev->type->shunts), at);
 }
 
 static void update_lamp(void *device, uint64_t at)
@@ -404,17 +406,17 @@ static void update_lamp(void *device, uint64_t at)
     struct hil_rig_device *dev = device;
     if (!dev->electronics->lamp_sense_ps)
         return;
-    bool on = hil_rig_lamp_draws(dev);
-    if (on == dev->state->lamp_on)
+    bool on = hil_rig_has_lamp_current(dev);
+    if (on == dev->state->is_lamp_on)
         return;
-    dev->state->lamp_on = on;
+    dev->state->is_lamp_on = on;
     dev->state->lamp_since_ps = hil_clock_ps(&dev->core->state.clock, at);
 }
 
-void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
+void hil_rig_set_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
 {
     dev->state->lamp = (uint8_t)lamp;
-    update_lamp(dev, hil_now(dev->core));
+    update_lamp(dev, hil_now_cycle(dev->core));
 }
 
 /* Low while the lamp draws more than the threshold of its amplifier, after a delay. */
@@ -422,13 +424,13 @@ static bool lamp_sense(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_rig_device *dev = device;
     const struct hil_electronics *e = dev->electronics;
-    bool on = hil_rig_lamp_draws(dev);
+    bool on = hil_rig_has_lamp_current(dev);
     (void)channel;
-    *drives = !dev->bare;
-    if (on == dev->state->lamp_on &&
+    *drives = !dev->has_no_rig;
+    if (on == dev->state->is_lamp_on &&
         hil_now_ps(dev->core) < dev->state->lamp_since_ps + e->lamp_sense_ps)
         on = !on; /* the delay has not passed */
-    return !(on && e->lamp_told);
+    return !(on && e->is_lamp_detected);
 }
 
 /* Source resistance of a channel at the converter. */
@@ -443,23 +445,23 @@ void hil_rig_create(struct hil_rig_device *dev)
     struct hil_gpio_device *gpio = dev->gpio;
     dev->state->pulse_end_ps = HIL_NEVER;
     dev->state->shunt_next_ps = HIL_NEVER;
-    dev->lamp = (struct hil_pin){.who = dev, .function = -1, .level = lamp_sense};
+    dev->lamp = (struct hil_pin){.context = dev, .function = -1, .level = lamp_sense};
     gpio->outside[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
     gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
-    hil_gpio_listen(gpio, update_excitation, dev);
-    hil_gpio_listen(gpio, update_shunts, dev);
-    hil_gpio_listen(gpio, update_lamp, dev);
-    dev->adc->outside = (struct hil_analogue){.who = dev,
+    hil_gpio_add_listener(gpio, update_excitation, dev);
+    hil_gpio_add_listener(gpio, update_shunts, dev);
+    hil_gpio_add_listener(gpio, update_lamp, dev);
+    dev->adc->outside = (struct hil_analogue){.context = dev,
                                               .source = hil_rig_channel,
                                               .volts = hil_rig_channel_volts,
                                               .source_ohm = source_ohm};
-    hil_event_wire(dev->core, HIL_EVENT_RIG, on_event, dev);
+    hil_event_connect(dev->core, HIL_EVENT_RIG, on_event, dev);
 }
 
 /* ---- scripted commands ---- */
 
-enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
-                              uint16_t *sequence, const struct mr_command *message, bool serial)
+enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_device *usart,
+                                uint16_t *sequence, const struct mr_command *message, bool serial)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_command_put(message, payload);
@@ -491,12 +493,12 @@ void hil_script_start(struct hil_script_device *dev)
 
 static void apply_command(struct hil_script_device *dev, const struct hil_run_command *command)
 {
-    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message,
-                       command->serial) != MR_OK)
+    if (hil_command_send(dev->can, dev->usart, &dev->state->sequence, &command->message,
+                         command->by_serial) != MR_OK)
         hil_core_stop(
             dev->core, MR_FULL,
             "scripted command %u of the run file: too many commands are waiting for the %s",
-            (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
+            (unsigned)command->message.tag, command->by_serial ? "serial line" : "CAN bus");
 }
 
 static void on_command(void *device, uint64_t at)
@@ -512,7 +514,7 @@ static void on_command(void *device, uint64_t at)
 
 void hil_script_create(struct hil_script_device *dev)
 {
-    hil_event_wire(dev->core, HIL_EVENT_SCRIPT, on_command, dev);
+    hil_event_connect(dev->core, HIL_EVENT_SCRIPT, on_command, dev);
 }
 
 /* ---- the film camera ---- */
@@ -536,8 +538,8 @@ static void plan_frame(struct hil_camera_device *dev)
 static void camera_schedule(struct hil_camera_device *dev)
 {
     const struct hil_camera *camera = dev->state;
-    uint64_t next = camera->running ? camera->frame_ps : HIL_NEVER;
-    if (camera->pulse && camera->low_ps < next)
+    uint64_t next = camera->is_running ? camera->frame_ps : HIL_NEVER;
+    if (camera->is_pulse_high && camera->low_ps < next)
         next = camera->low_ps;
     hil_event_set_ps(dev->core, HIL_EVENT_CAMERA, next);
 }
@@ -547,13 +549,13 @@ static void update_trigger(void *device, uint64_t at)
     struct hil_camera_device *dev = device;
     struct hil_camera *camera = dev->state;
     bool level = hil_gpio_level(dev->gpio, PORT_E, TRIGGER_PIN);
-    bool rises = level && !camera->trigger;
-    camera->trigger = level;
-    if (!rises || camera->running || !(dev->options->camera_hz > 0.0))
+    bool rises = level && !camera->is_trigger_high;
+    camera->is_trigger_high = level;
+    if (!rises || camera->is_running || !(dev->options->camera_hz > 0.0))
         return;
-    *camera = (struct hil_camera){.trigger = true,
-                                  .running = true,
-                                  .skip = camera->skip,
+    *camera = (struct hil_camera){.is_trigger_high = true,
+                                  .is_running = true,
+                                  .frames_to_skip = camera->frames_to_skip,
                                   .start_ps = hil_clock_ps(&dev->core->state.clock, at),
                                   .random = dev->options->seed};
     hil_trace(dev->core, "the camera starts");
@@ -561,20 +563,20 @@ static void update_trigger(void *device, uint64_t at)
     camera_schedule(dev);
 }
 
-static void on_film(void *device, uint64_t at)
+static void on_camera(void *device, uint64_t at)
 {
     struct hil_camera_device *dev = device;
     struct hil_camera *camera = dev->state;
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (camera->pulse && camera->low_ps <= now_ps) {
-        camera->pulse = false;
+    if (camera->is_pulse_high && camera->low_ps <= now_ps) {
+        camera->is_pulse_high = false;
         hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, false, at);
     }
-    if (camera->running && camera->frame_ps <= now_ps) {
-        if (camera->skip) {
-            camera->skip--;
+    if (camera->is_running && camera->frame_ps <= now_ps) {
+        if (camera->frames_to_skip) {
+            camera->frames_to_skip--;
         } else {
-            camera->pulse = true;
+            camera->is_pulse_high = true;
             camera->low_ps = camera->frame_ps + HIL_TRAIN_PULSE_PS;
             dev->core->state.counters.film_frames++;
             hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, true, at);
@@ -587,11 +589,11 @@ static void on_film(void *device, uint64_t at)
 
 void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
 {
-    dev->state->skip = frames;
+    dev->state->frames_to_skip = frames;
 }
 
 void hil_camera_create(struct hil_camera_device *dev)
 {
-    hil_gpio_listen(dev->gpio, update_trigger, dev);
-    hil_event_wire(dev->core, HIL_EVENT_CAMERA, on_film, dev);
+    hil_gpio_add_listener(dev->gpio, update_trigger, dev);
+    hil_event_connect(dev->core, HIL_EVENT_CAMERA, on_camera, dev);
 }

@@ -47,7 +47,7 @@ struct hil_usart_device;
 /* A contact. The staircase follows its last movement, beginning at `level` (0 closed, 1 open) at
  * since_ps. */
 struct hil_contact {
-    bool moved, open, skipped;
+    bool has_moved, is_open, is_skipped;
     uint8_t bounces; /* remaining openings */
     double level;
     uint64_t since_ps;
@@ -60,7 +60,7 @@ struct hil_contact {
 #define HIL_SETTLINGS       32u
 #define HIL_SETTLING_CYCLES 512u
 struct hil_settling {
-    double taus, rest;
+    double taus, remaining_share;
 };
 
 enum hil_channel_fault {
@@ -76,14 +76,14 @@ struct hil_rig {
     struct hil_contact contact[24];
     struct hil_train_state train[HIL_RUN_TRAINS]; /* pulses of the run on PB10 and PB11 */
     uint8_t channel_fault[HIL_BOARD_CHANNELS];    /* enum hil_channel_fault */
-    double held[HIL_BOARD_CHANNELS];  /* value of a stuck channel: inches, pounds, volts */
-    double gain_drift[HIL_RUN_GAGES]; /* gain minus 1 */
+    double stuck_value[HIL_BOARD_CHANNELS]; /* value of a stuck channel: inches, pounds, volts */
+    double gain_drift[HIL_RUN_GAGES];       /* gain minus 1 */
     double offset_lb[HIL_RUN_GAGES];
-    bool shunted;
-    bool shunt_wanted;      /* level of PE1 */
-    uint8_t shunt_moves;    /* remaining movements of the relay's contacts */
-    uint64_t shunt_next_ps; /* time of the next movement; HIL_NEVER: none */
-    bool lamp_on;           /* state that the lamp's read-back follows */
+    bool is_shunted;
+    bool is_shunt_requested; /* level of PE1 */
+    uint8_t shunt_moves;     /* remaining movements of the relay's contacts */
+    uint64_t shunt_next_ps;  /* time of the next movement; HIL_NEVER: none */
+    bool is_lamp_on;         /* state that the lamp's read-back follows */
     uint64_t lamp_since_ps;
     uint8_t order[24];     /* switches (0..23) in the order in which they open */
     uint8_t order_count;   /* number of switches that open in the run */
@@ -91,7 +91,7 @@ struct hil_rig {
     uint64_t pulse_end_ps; /* HIL_NEVER: the one-shot is low */
     uint8_t lamp;          /* enum hil_lamp */
     int8_t excitation;     /* polarity of the excitation: +1, -1, 0 */
-    double from;           /* amplitude at the last change */
+    double from_amplitude; /* amplitude at the last change */
     uint64_t since_cycle;  /* time of the last change */
     uint64_t since_ps;
 };
@@ -103,7 +103,7 @@ struct hil_rig_device {
     struct hil_adc_device *adc;
     const struct hil_board_type *type;
     const struct hil_electronics *electronics;
-    bool bare;                 /* the rig is not connected */
+    bool has_no_rig;           /* the rig is not connected */
     const struct hil_run *run; /* NULL: nothing moves */
     struct hil_pin lamp;
     struct hil_settling settling[HIL_SETTLINGS]; /* derived; recomputed when needed */
@@ -115,19 +115,19 @@ void hil_rig_create(struct hil_rig_device *dev);
 /* Reads the order of the switches from the run and schedules the first one. */
 void hil_rig_start(struct hil_rig_device *dev);
 /* Call when the excitation pins change: they have these levels from cycle `at` on. */
-void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
+void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
 /* Adds the time since the last change to the counters of the excitation. */
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at);
-/* Faults (hil/rig/faults.h). hil_rig_fail sets the fault of a channel; hil_rig_skip and
- * hil_rig_bounce apply to a switch that has not opened yet. */
-void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault);
+/* Faults (hil/rig/faults.h). hil_rig_set_fault sets the fault of a channel; hil_rig_skip_switch and
+ * hil_rig_bounce_switch apply to a switch that has not opened yet. */
+void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault);
 /* Sets the drift of a bridge or its amplifier. Gages count from 0; without drift, gain is 1 and
  * offset_lb is 0. */
-void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
-void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp);
-void hil_rig_skip(struct hil_rig_device *dev, unsigned position);
-void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
-                    uint64_t period_ps);
+void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
+void hil_rig_set_lamp(struct hil_rig_device *dev, enum hil_lamp lamp);
+void hil_rig_skip_switch(struct hil_rig_device *dev, unsigned position);
+void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32_t times,
+                           uint64_t period_ps);
 /* Channel of the rig on a pin, 0..23, or -1; `device` is a struct hil_rig_device. */
 int hil_rig_channel(const void *device, unsigned port, unsigned pin);
 /* Voltage of a channel at cycle `at`, not clipped; 0 V for channel -1. `device` is a struct
@@ -135,7 +135,7 @@ int hil_rig_channel(const void *device, unsigned port, unsigned pin);
 double hil_rig_channel_volts(void *device, int channel, uint64_t at);
 /* True if the warning lamp draws current. PE0 low, or not driven (the rig has a pull resistor),
  * turns the lamp on. PE3 is low while the lamp draws current. */
-bool hil_rig_lamp_draws(const struct hil_rig_device *dev);
+bool hil_rig_has_lamp_current(const struct hil_rig_device *dev);
 
 /* Scripted commands of a run file. They arrive at the board at their virtual time as a CAN frame or
  * as bytes on the serial line, exactly as from the host. */
@@ -155,8 +155,8 @@ struct hil_script_device {
 
 /* Sends a command to the board on one of its links, as a host would. `sequence`: number of the next
  * frame on serial. MR_OK; otherwise too many commands are waiting, and this one is lost. */
-enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
-                              uint16_t *sequence, const struct mr_command *message, bool serial);
+enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_device *usart,
+                                uint16_t *sequence, const struct mr_command *message, bool serial);
 
 void hil_script_create(struct hil_script_device *dev);
 /* Starts the commands of the rig's run. */
@@ -167,15 +167,15 @@ void hil_script_start(struct hil_script_device *dev);
  * while the camera runs has no effect. */
 
 struct hil_camera {
-    bool trigger; /* level of PE2 */
-    bool running;
-    bool pulse;          /* PB3 is high */
+    bool is_trigger_high; /* level of PE2 */
+    bool is_running;
+    bool is_pulse_high;  /* PB3 is high */
     uint64_t start_ps;   /* time of the trigger */
     uint64_t next_frame; /* number of the next frame, from 0 */
     uint64_t frame_ps;   /* time of the next frame */
     uint64_t low_ps;     /* end of the pulse */
     uint64_t random;
-    uint32_t skip; /* number of following frames without a pulse */
+    uint32_t frames_to_skip; /* number of following frames without a pulse */
 };
 
 struct hil_camera_device {

@@ -79,15 +79,15 @@ void *hil_record_grow(void *array, size_t count, size_t size)
 uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
                         uint64_t width)
 {
-    if (state->high)
+    if (state->is_high)
         return train->rise[state->next - 1] + width;
     return state->next < train->count ? train->rise[state->next] : HIL_RUN_NEVER;
 }
 
 void hil_train_move(struct hil_train_state *state)
 {
-    state->high = !state->high;
-    state->next += state->high;
+    state->is_high = !state->is_high;
+    state->next += state->is_high;
 }
 
 /* ---- run files ---- */
@@ -95,7 +95,7 @@ void hil_train_move(struct hil_train_state *state)
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 
 /* Seconds with up to 12 decimals, converted exactly to picoseconds; up to 10^6 s. */
-static bool time_ps(const char *text, uint64_t *t_ps)
+static bool parse_time_ps(const char *text, uint64_t *t_ps)
 {
     uint64_t value = 0;
     unsigned digits = 0;
@@ -125,7 +125,7 @@ static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, con
     uint64_t open_ps = HIL_RUN_NEVER;
     if (sscanf(text, "%u %lf %lf %31s %n", &position, &nominal_ft, &true_ft, open, &end) != 4 ||
         text[end] || position != run->switches + 1u || position > HIL_RUN_SWITCHES ||
-        (strcmp(open, "-") != 0 && !time_ps(open, &open_ps)))
+        (strcmp(open, "-") != 0 && !parse_time_ps(open, &open_ps)))
         return refuse(r, "`switch %u <nominal_ft> <true_ft> <t_open_s or ->` expected",
                       run->switches + 1u);
     run->switch_open_ps[run->switches] = open_ps;
@@ -138,12 +138,12 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
     struct hil_run_command command = {0};
     char time[32], link[8];
     int end = 0;
-    if (sscanf(text, "%31s %7s %n", time, link, &end) != 2 || !time_ps(time, &command.t_ps) ||
+    if (sscanf(text, "%31s %7s %n", time, link, &end) != 2 || !parse_time_ps(time, &command.t_ps) ||
         (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
         return refuse(r, "`command <t_s> <can or serial> <name> ...` expected");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
         return refuse(r, "commands must be in order of time");
-    command.serial = link[0] == 's';
+    command.by_serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
         return refuse(r, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
@@ -157,7 +157,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
 static enum mr_status read_pulse(struct hil_record *r, struct hil_train *train, const char *text)
 {
     uint64_t t_ps;
-    if (train->count == PULSES_MAX || !time_ps(text, &t_ps) ||
+    if (train->count == PULSES_MAX || !parse_time_ps(text, &t_ps) ||
         (train->count && t_ps <= train->rise[train->count - 1]))
         return refuse(r, "up to %u times in ascending order expected", PULSES_MAX);
     train->rise = hil_record_grow(train->rise, train->count, sizeof t_ps);

@@ -32,7 +32,7 @@ struct hil_train {
 
 struct hil_train_state {
     uint32_t next; /* next pulse */
-    bool high;
+    bool is_high;
 };
 
 /* Time of the next change of the input, if each pulse has this width; HIL_RUN_NEVER: none. */
@@ -43,7 +43,7 @@ void hil_train_move(struct hil_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
-    bool serial;               /* true: sent by serial; false: by CAN */
+    bool by_serial;            /* true: sent by serial; false: by CAN */
     struct mr_command message; /* the tag is 1 for the first command of the file and then rises */
 };
 

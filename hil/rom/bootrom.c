@@ -83,7 +83,7 @@ static void feed_watchdog(void)
 
 /* Sleeps until an interrupt is pending: a byte, the end of a flash operation, or half a second of
  * SysTick. */
-static void sleep(void)
+static void sleep_until_interrupt(void)
 {
     __asm__ volatile("wfi");
     feed_watchdog();
@@ -92,30 +92,30 @@ static void sleep(void)
     SCB_ICSR = 1u << 25; /* clears the pending SysTick */
 }
 
-static uint8_t get(void)
+static uint8_t receive_byte(void)
 {
     while (!(USART1_SR & RXNE))
-        sleep();
+        sleep_until_interrupt();
     line_error |= (USART1_SR & LINE_ERRORS) != 0;
     return (uint8_t)USART1_DR; /* bit 8 is the parity bit */
 }
 
-static void put(uint8_t byte)
+static void send_byte(uint8_t byte)
 {
     while (!(USART1_SR & TXE))
         ;
     USART1_DR = byte;
 }
 
-static void put_bytes(const uint8_t *bytes, size_t n)
+static void send_bytes(const uint8_t *bytes, size_t n)
 {
     for (size_t i = 0; i < n; i++)
-        put(bytes[i]);
+        send_byte(bytes[i]);
 }
 
-static bool answer(bool good)
+static bool send_answer(bool good)
 {
-    put(good ? ACK : NACK);
+    send_byte(good ? ACK : NACK);
     return good;
 }
 
@@ -148,7 +148,7 @@ static void set_slow_clock(void)
     RCC_PLLCFGR = 0x24003010;
 }
 
-static uint32_t wait_level(bool high)
+static uint32_t wait_for_level(bool high)
 {
     uint32_t wanted = high ? RX_PIN : 0;
     while ((GPIOA_IDR & RX_PIN) != wanted) {
@@ -161,7 +161,7 @@ static uint32_t wait_level(bool high)
 }
 
 /* Cycles between two readings of SysTick, a 24-bit down counter. */
-static uint32_t since(uint32_t from, uint32_t to)
+static uint32_t cycles_between(uint32_t from, uint32_t to)
 {
     return (from - to) & 0xffffffu;
 }
@@ -171,12 +171,12 @@ static uint32_t since(uint32_t from, uint32_t to)
 static uint32_t measure_bit(void)
 {
     for (;;) {
-        wait_level(true);
-        uint32_t fall = wait_level(false);
-        uint32_t rise = wait_level(true);
-        uint32_t again = wait_level(false);
-        uint32_t start = since(fall, rise), eight = since(fall, again);
-        wait_level(true);
+        wait_for_level(true);
+        uint32_t fall = wait_for_level(false);
+        uint32_t rise = wait_for_level(true);
+        uint32_t again = wait_for_level(false);
+        uint32_t start = cycles_between(fall, rise), eight = cycles_between(fall, again);
+        wait_for_level(true);
         if (start * 8u > eight / 2u && start * 8u < eight * 3u / 2u && eight >= 8u * 16u)
             return (eight + 4u) / 8u;
     }
@@ -238,7 +238,7 @@ __attribute__((noreturn)) static void system_reset(void)
 static void flash_wait(void)
 {
     while (FLASH_SR & BSY)
-        sleep();
+        sleep_until_interrupt();
     FLASH_SR = 0xf3;
 }
 
@@ -291,35 +291,35 @@ static void options_program(uint32_t clear, uint32_t set)
     FLASH_OPTCR = value;
     FLASH_OPTCR = value | 2u;
     while (FLASH_SR & BSY)
-        sleep();
+        sleep_until_interrupt();
 }
 
-static bool is_in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
+static bool is_in_range(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
 {
     return address >= begin && address < end && n <= end - address;
 }
 
 static bool is_in_flash(uint32_t address, uint32_t n)
 {
-    return is_in(address, FLASH_BEGIN, FLASH_END, n);
+    return is_in_range(address, FLASH_BEGIN, FLASH_END, n);
 }
 static bool is_in_ram(uint32_t address, uint32_t n)
 {
-    return is_in(address, RAM_BEGIN, RAM_END, n);
+    return is_in_range(address, RAM_BEGIN, RAM_END, n);
 }
 
 /* Receives an address: four bytes, most significant first, and their XOR. The caller answers. */
-static bool get_address(uint32_t *address)
+static bool receive_address(uint32_t *address)
 {
     uint8_t sum = 0;
     *address = 0;
     line_error = false;
     for (unsigned i = 0; i < 4; i++) {
-        uint8_t byte = get();
+        uint8_t byte = receive_byte();
         *address = *address << 8 | byte;
         sum ^= byte;
     }
-    return get() == sum && !line_error;
+    return receive_byte() == sum && !line_error;
 }
 
 static const uint8_t get_reply[] = {9,    VERSION, 0x00, 0x01, 0x02, 0x11,
@@ -329,31 +329,31 @@ static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
 static void send_reply(const uint8_t *reply, size_t n)
 {
-    answer(true);
-    put_bytes(reply, n);
-    answer(true);
+    send_answer(true);
+    send_bytes(reply, n);
+    send_answer(true);
 }
 
 static void command_read(void)
 {
     uint32_t address;
-    answer(true);
-    bool good = get_address(&address);
+    send_answer(true);
+    bool good = receive_address(&address);
     good = good && (is_in_flash(address, 1) || is_in_ram(address, 1) ||
-                    is_in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
-    if (!answer(good))
+                    is_in_range(address, SYSTEM_BEGIN, SYSTEM_END, 1));
+    if (!send_answer(good))
         return;
-    uint8_t n = get(), complement = get();
+    uint8_t n = receive_byte(), complement = receive_byte();
     good = (uint8_t)(n ^ complement) == 0xff && !line_error;
     good = good && (is_in_flash(address, n + 1u) || is_in_ram(address, n + 1u) ||
-                    is_in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
-    if (answer(good))
-        put_bytes((const uint8_t *)address, n + 1u);
+                    is_in_range(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
+    if (send_answer(good))
+        send_bytes((const uint8_t *)address, n + 1u);
 }
 
 /* Starts a program as a reset does: main stack pointer from the first word, PC from the second,
  * interrupts on. */
-__attribute__((noreturn)) static void start(uint32_t address)
+__attribute__((noreturn)) static void start_program(uint32_t address)
 {
     uint32_t stack = REG(address), entry = REG(address + 4u);
     line_close();
@@ -365,26 +365,26 @@ __attribute__((noreturn)) static void start(uint32_t address)
 static void command_go(void)
 {
     uint32_t address;
-    answer(true);
-    bool good = get_address(&address);
-    if (answer(good && !(address & 3u) && (is_in_flash(address, 8) || is_in_ram(address, 8))))
-        start(address);
+    send_answer(true);
+    bool good = receive_address(&address);
+    if (send_answer(good && !(address & 3u) && (is_in_flash(address, 8) || is_in_ram(address, 8))))
+        start_program(address);
 }
 
 static void command_write(void)
 {
     static uint8_t data[256];
     uint32_t address;
-    answer(true);
-    bool good = get_address(&address);
-    if (!answer(good && (is_in_flash(address, 1) || is_in_ram(address, 1))))
+    send_answer(true);
+    bool good = receive_address(&address);
+    if (!send_answer(good && (is_in_flash(address, 1) || is_in_ram(address, 1))))
         return;
-    uint8_t n = get(), sum = n;
+    uint8_t n = receive_byte(), sum = n;
     for (unsigned i = 0; i <= n; i++) {
-        data[i] = get();
+        data[i] = receive_byte();
         sum ^= data[i];
     }
-    good = get() == sum && !line_error;
+    good = receive_byte() == sum && !line_error;
     if (good && is_in_flash(address, n + 1u))
         flash_program(address, data, n + 1u);
     else if (good && is_in_ram(address, n + 1u))
@@ -392,12 +392,12 @@ static void command_write(void)
             *(volatile uint8_t *)(address + i) = data[i];
     else
         good = false;
-    answer(good);
+    send_answer(good);
 }
 
-static uint16_t get_half(uint8_t *sum)
+static uint16_t receive_half(uint8_t *sum)
 {
-    uint8_t high = get(), low = get();
+    uint8_t high = receive_byte(), low = receive_byte();
     *sum ^= high ^ low;
     return (uint16_t)(high << 8 | low);
 }
@@ -408,18 +408,18 @@ static void command_erase(void)
 {
     uint8_t sectors[SECTORS], sum = 0;
     bool good = true;
-    answer(true);
+    send_answer(true);
     line_error = false;
-    uint16_t n = get_half(&sum);
+    uint16_t n = receive_half(&sum);
     if (n < 0xfff0u) {
         for (unsigned i = 0; i <= n; i++) {
-            uint16_t sector = get_half(&sum);
+            uint16_t sector = receive_half(&sum);
             good = good && sector < SECTORS && i < SECTORS;
             if (good)
                 sectors[i] = (uint8_t)sector;
         }
     }
-    good = get() == sum && !line_error && good && (n < 0xfff0u || n == 0xffffu);
+    good = receive_byte() == sum && !line_error && good && (n < 0xfff0u || n == 0xffffu);
     if (good) {
         flash_open();
         if (n == 0xffffu)
@@ -428,21 +428,21 @@ static void command_erase(void)
             flash_erase((uint32_t)sectors[i] << 3 | 1u << 1);
         flash_close();
     }
-    answer(good);
+    send_answer(good);
 }
 
 static void change_options(uint32_t clear, uint32_t set)
 {
-    answer(true);
+    send_answer(true);
     options_program(clear, set);
-    answer(true);
+    send_answer(true);
     system_reset();
 }
 
 /* Returns to level 0; the hardware erases everything first. */
 static void command_readout_unprotect(void)
 {
-    answer(true);
+    send_answer(true);
     if (protection_byte() == 0xaa) {
         flash_open();
         flash_erase(1u << 2);
@@ -450,7 +450,7 @@ static void command_readout_unprotect(void)
     } else {
         options_program(0xffu << 8, 0xaau << 8);
     }
-    answer(true);
+    send_answer(true);
     system_reset();
 }
 
@@ -463,7 +463,7 @@ static bool is_always_allowed(uint8_t command)
 static void execute_command(uint8_t command)
 {
     if (protection_byte() != 0xaa && !is_always_allowed(command)) {
-        answer(false);
+        send_answer(false);
         return;
     }
     switch (command) {
@@ -476,7 +476,7 @@ static void execute_command(uint8_t command)
     case 0x44: command_erase(); break;
     case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
     case 0x92: command_readout_unprotect(); break;
-    default: answer(false); break;
+    default: send_answer(false); break;
     }
 }
 
@@ -491,13 +491,13 @@ void reset(void)
     line_error = false;
     set_fast_clock();
     line_open();
-    answer(true);
+    send_answer(true);
     for (;;) {
         line_error = false;
-        uint8_t command = get(), complement = get();
+        uint8_t command = receive_byte(), complement = receive_byte();
         if ((uint8_t)(command ^ complement) == 0xff && !line_error)
             execute_command(command);
         else
-            answer(false);
+            send_answer(false);
     }
 }

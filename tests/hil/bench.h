@@ -65,9 +65,9 @@ static struct bench_cut {
     bool nor;
 } bench_cut;
 
-static inline void bench_cut_began(void *who)
+static inline void bench_cut_began(void *context)
 {
-    struct bench_cut *cut = who;
+    struct bench_cut *cut = context;
     hil_call(&cut->told);
     if (!cut->left || --cut->left)
         return;
@@ -82,7 +82,7 @@ static inline void bench_cut_began(void *who)
 
 static inline void bench_cut_at(struct hil_board *board, bool nor, uint64_t n, unsigned permille)
 {
-    struct hil_call *began = nor ? &board->w25q.began : &board->mcu.flash.began;
+    struct hil_call *began = nor ? &board->w25q.on_begin : &board->mcu.flash.on_begin;
     bench_cut = (struct bench_cut){board, *began, n, permille, nor};
     *began = (struct hil_call){bench_cut_began, &bench_cut};
 }

@@ -121,7 +121,7 @@ static inline struct hil_options ear_options(void)
     struct hil_options options;
     hil_options_default(&options);
     options.adc_noise = false;
-    options.jumper = true; /* configurations over CAN; test_bootrom.c leaves it out */
+    options.is_jumper_fitted = true; /* configurations over CAN; test_bootrom.c leaves it out */
     return options;
 }
 

@@ -62,7 +62,7 @@ struct snapshot *snapshot_take(const struct hil_board *board)
     snapshot->options = board->options;
     snapshot->options.trace = snapshot->options.log = NULL;
     snapshot->memories.own = board->memories->own;
-    copy_cells(snapshot->memories.nor, NULL, board->memories->nor, board->state.w25q.used);
+    copy_cells(snapshot->memories.nor, NULL, board->memories->nor, board->state.w25q.used_sectors);
     save_registers(&board->core, &snapshot->registers);
     return snapshot;
 }
@@ -73,15 +73,15 @@ void snapshot_restore(struct hil_board *board, const struct snapshot *snapshot)
     FILE *log = board->options.log;
     board->options = snapshot->options;
     board->options.log = log;
-    hil_board_fit_electronics(board);
-    copy_cells(board->memories->nor, board->state.w25q.used, snapshot->memories.nor,
-               snapshot->state.w25q.used);
+    hil_board_set_electronics(board);
+    copy_cells(board->memories->nor, board->state.w25q.used_sectors, snapshot->memories.nor,
+               snapshot->state.w25q.used_sectors);
     core->state = snapshot->core;
     board->state = snapshot->state;
     board->memories->own = snapshot->memories.own;
     hil_cpu_discard_code(core);
     hil_cpu_load(core, &snapshot->registers);
-    hil_stuck_check(core);
+    hil_stuck_bits_enable(core);
     core->stopped = false;
     core->reset = (struct hil_reset){0};
     core->reason[0] = '\0';

@@ -210,7 +210,7 @@ TEST(sums_are_those_of_the_full_configuration)
     uint64_t edge_tick[32];
     struct hil_replay_command arm = {.block = full->armed.block,
                                      .message = {.code = MR_COMMAND_ARM, .argument = 5, .tag = 1}};
-    struct hil_replay replay = {.crystal = true,
+    struct hil_replay replay = {.has_crystal = true,
                                 .blocks = full->block,
                                 .block_count = full->blocks,
                                 .edge_tick = edge_tick,

@@ -145,7 +145,7 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     witness_close(&witness);
 }
 
-TEST(landings_are_stored_whole)
+TEST(landings_are_store_contextle)
 {
     record_landing(1, HIL_TIMES_SPREAD);
     record_landing(4, HIL_TIMES_SPREAD);
@@ -311,7 +311,7 @@ TEST(a_chip_that_is_busy_at_the_start_is_not_absent)
     struct ear *ear = ear_open(NULL, 0);
     struct hil_w25q *chip = &ear->board->state.w25q;
     chip->operation = 0x20;
-    chip->bytes = HIL_NOR_SECTOR;
+    chip->cell_count = HIL_NOR_SECTOR;
     chip->status = 3;
     chip->end_ps = HIL_NEVER;
     ear_until(ear, 5.5);

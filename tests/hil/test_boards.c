@@ -53,11 +53,11 @@ TEST(an_image_runs_on_its_own_board_alone)
     for (size_t i = 0; i < BOARDS; i++) {
         const struct hil_board_type *told = NULL;
         char error[200];
-        assert_int_equal(hil_which_files(image_of(names[i]), NULL, &told, error, sizeof error),
-                         MR_OK);
-        assert_ptr_equal(told, hil_board_type_named(names[i]));
+        assert_int_equal(
+            hil_board_type_of_files(image_of(names[i]), NULL, &told, error, sizeof error), MR_OK);
+        assert_ptr_equal(told, hil_board_type_by_name(names[i]));
         for (size_t k = 0; k < BOARDS; k++) {
-            struct hil_board *board = power_on(hil_board_type_named(names[k]));
+            struct hil_board *board = power_on(hil_board_type_by_name(names[k]));
             assert_int_equal(hil_board_load_elf(board, image_of(names[i])),
                              i == k ? MR_OK : MR_VERSION);
             if (i != k)
@@ -65,8 +65,8 @@ TEST(an_image_runs_on_its_own_board_alone)
             hil_board_destroy(board);
         }
     }
-    assert_null(hil_board_type_named("nosuch"));
-    assert_null(hil_board_type_of(99));
+    assert_null(hil_board_type_by_name("nosuch"));
+    assert_null(hil_board_type_by_number(99));
 }
 
 TEST(so_does_a_flash_file)
@@ -74,10 +74,10 @@ TEST(so_does_a_flash_file)
     uint8_t erased[64];
     memset(erased, 0xff, sizeof erased);
     for (size_t i = 0; i < BOARDS; i++) {
-        struct hil_board *own = run(hil_board_type_named(names[i]), names[i]);
+        struct hil_board *own = run(hil_board_type_by_name(names[i]), names[i]);
         const char *path = bench_scratch("boards.flash", own->core.memory->flash, HIL_FLASH_SIZE);
         for (size_t k = 0; k < BOARDS; k++) {
-            struct hil_board *board = power_on(hil_board_type_named(names[k]));
+            struct hil_board *board = power_on(hil_board_type_by_name(names[k]));
             assert_int_equal(hil_board_load_flash(board, path), i == k ? MR_OK : MR_VERSION);
             if (i != k)
                 assert_non_null(strstr(hil_board_reason(board), names[i]));
@@ -85,7 +85,7 @@ TEST(so_does_a_flash_file)
         }
         hil_board_destroy(own);
     }
-    struct hil_board *board = power_on(hil_board_type_named("discovery"));
+    struct hil_board *board = power_on(hil_board_type_by_name("discovery"));
     assert_int_equal(hil_board_load_flash(board, bench_scratch("boards.flash", erased, 64)),
                      MR_HALTED); /* nothing there to run, for nobody */
     hil_board_destroy(board);
@@ -95,7 +95,7 @@ TEST(so_does_a_flash_file)
 TEST(each_has_the_memory_that_its_images_take_it_to_have)
 {
     for (size_t i = 0; i < BOARDS; i++) {
-        struct hil_board *board = power_on(hil_board_type_named(names[i]));
+        struct hil_board *board = power_on(hil_board_type_by_name(names[i]));
         const struct board_table *table =
             board_table_by_number((unsigned)mr_board_by_name(names[i]));
         const struct board_region *program = board_region_by_name(table, "PROGRAM"),
@@ -111,7 +111,7 @@ TEST(each_has_the_memory_that_its_images_take_it_to_have)
         assert_int_equal(ram->start, HIL_SRAM_BASE);
         assert_int_equal(ram->bytes, HIL_SRAM_SIZE);
         assert_int_equal(ccm->start, HIL_CCM_BASE);
-        assert_int_equal(ccm->bytes, board->core.no_ccm ? 0 : HIL_CCM_SIZE);
+        assert_int_equal(ccm->bytes, board->core.has_no_ccm ? 0 : HIL_CCM_SIZE);
         hil_board_destroy(board);
     }
 }
@@ -123,7 +123,7 @@ TEST(each_chip_says_what_it_is)
         uint32_t id, kib;
     } wanted[BOARDS] = {{0x413, 1024}, {0x413, 1024}, {0x421, 512}};
     for (size_t i = 0; i < BOARDS; i++) {
-        struct hil_board *board = run(hil_board_type_named(names[i]), names[i]);
+        struct hil_board *board = run(hil_board_type_by_name(names[i]), names[i]);
         const struct mr_board *told = mr_board_by_number((unsigned)mr_board_by_name(names[i]));
         assert_int_equal(hil_bus_read(&board->core, IDCODE, 4) & 0xfffu, wanted[i].id);
         assert_int_equal(hil_bus_read(&board->core, FLASH_SIZE, 4) >> 16, wanted[i].kib);
@@ -141,7 +141,7 @@ TEST(each_chip_says_what_it_is)
 TEST(what_feeds_the_clock_matters)
 {
     for (size_t i = 0; i < BOARDS; i++) {
-        struct hil_board_type other = *hil_board_type_named(names[i]);
+        struct hil_board_type other = *hil_board_type_by_name(names[i]);
         other.clock_bypass = !other.clock_bypass;
         struct hil_board *board = run(&other, names[i]);
         assert_false(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u);
@@ -153,7 +153,7 @@ TEST(what_feeds_the_clock_matters)
 TEST(a_pin_that_the_package_lacks_stops_the_run)
 {
     for (size_t i = 0; i < BOARDS; i++) {
-        struct hil_board *board = run(hil_board_type_named(names[i]), names[i]);
+        struct hil_board *board = run(hil_board_type_by_name(names[i]), names[i]);
         hil_bus_write(&board->core, 0x40023830u, 4,
                       hil_bus_read(&board->core, 0x40023830u, 4) | 1u << 5);
         hil_bus_write(&board->core, GPIOF_MODER, 4, 3u << 6);
@@ -169,7 +169,7 @@ TEST(a_pin_that_the_package_lacks_stops_the_run)
  * no power. While the sensor's select floats it has PA6, gage 3's. */
 TEST(the_discovery_keeps_its_own_chips_off)
 {
-    const struct hil_board_type *type = hil_board_type_named("discovery");
+    const struct hil_board_type *type = hil_board_type_by_name("discovery");
     const int gage_3 = 8 + 3 - 1;
     struct hil_board *board = power_on(type);
     assert_true(hil_rig_channel_volts(&board->rig, gage_3, 0) < 1e-9);
@@ -180,7 +180,7 @@ TEST(the_discovery_keeps_its_own_chips_off)
     assert_true(level(board, 'C', 0));
     assert_true(level(board, 'E', 4)); /* lamp off: nothing warns */
     assert_true(level(board, 'B', 12));
-    double volts = hil_rig_channel_volts(&board->rig, gage_3, hil_now(&board->core));
+    double volts = hil_rig_channel_volts(&board->rig, gage_3, hil_now_cycle(&board->core));
     assert_true(volts > 0.39 && volts < 0.41); /* no tension: 0.4 V */
     hil_board_destroy(board);
 }

@@ -350,7 +350,7 @@ TEST(test_command)
     frame.length = (uint8_t)mr_command_put(&message, frame.data);
     for (unsigned jumper = 0; jumper < 2; jumper++) { /* PE8 to ground */
         if (jumper)
-            hil_gpio_drive(&host.board->mcu.gpio, 4, 8, false, hil_now(&host.board->core));
+            hil_gpio_drive(&host.board->mcu.gpio, 4, 8, false, hil_now_cycle(&host.board->core));
         assert_int_equal(hil_can_inject(&host.board->mcu.can, &frame), MR_OK);
         wait_ps(&host, 100 * HIL_MS_PS);
         assert_int_equal(hil_board_counters(host.board)->resets, jumper);

@@ -53,7 +53,7 @@ TEST(test_pieces)
     assert_int_equal(hil_board_counters(cut)->instructions,
                      hil_board_counters(whole)->instructions);
     assert_int_equal(hil_board_counters(cut)->exceptions, hil_board_counters(whole)->exceptions);
-    assert_int_equal(hil_now(&cut->core), hil_now(&whole->core));
+    assert_int_equal(hil_now_cycle(&cut->core), hil_now_cycle(&whole->core));
     hil_board_destroy(whole);
     hil_board_destroy(cut);
 }
@@ -178,7 +178,7 @@ TEST(test_usage_faults)
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_options options;
         hil_options_default(&options);
-        options.watch_alignment = cases[i].alignment;
+        options.check_alignment = cases[i].alignment;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i].which);
         bench_run(board, 100 * HIL_MS_PS);
@@ -199,7 +199,7 @@ TEST(test_no_fault)
     for (unsigned i = 0; i < 2; i++) {
         struct hil_options options;
         hil_options_default(&options);
-        options.watch_alignment = true;
+        options.check_alignment = true;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i]);
         bench_run(board, 100 * HIL_MS_PS);

@@ -23,7 +23,7 @@ static struct hil_board *firmware_board(void)
 static void assert_same(struct hil_board *a, struct hil_board *b)
 {
     static uint8_t of_a[SRAM_BYTES], of_b[SRAM_BYTES];
-    assert_int_equal(hil_now(&a->core), hil_now(&b->core));
+    assert_int_equal(hil_now_cycle(&a->core), hil_now_cycle(&b->core));
     assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
     hil_board_peek(a, SRAM, of_a, sizeof of_a);
     hil_board_peek(b, SRAM, of_b, sizeof of_b);
@@ -99,13 +99,15 @@ TEST(test_breaks_change_nothing)
     unsigned held = 0, at_first = 0;
     hil_debug_attach(broken, &debug);
     for (uint32_t i = 0; i < HIL_BREAKPOINTS; i++)
-        assert_int_equal(hil_debug_break(broken, address + 2u * i, true), MR_OK);
-    assert_int_equal(hil_debug_break(broken, address + 4u, true), MR_OK); /* is there already */
-    assert_int_equal(hil_debug_break(broken, address + 2u * HIL_BREAKPOINTS, true), MR_FULL);
+        assert_int_equal(hil_debug_set_breakpoint(broken, address + 2u * i, true), MR_OK);
+    assert_int_equal(hil_debug_set_breakpoint(broken, address + 4u, true),
+                     MR_OK); /* is there already */
+    assert_int_equal(hil_debug_set_breakpoint(broken, address + 2u * HIL_BREAKPOINTS, true),
+                     MR_FULL);
     hil_debug_run(broken);
     for (; hil_board_now_ps(broken) < end_ps; held++) {
         bench_run(broken, end_ps);
-        if (!hil_debug_holds(broken))
+        if (!hil_debug_is_holding(broken))
             break;
         assert_int_equal(debug.hold, HIL_HOLD_BREAKPOINT);
         assert_in_range(hil_cpu_register(&broken->core, 15) & ~1u, address,
@@ -144,21 +146,23 @@ TEST(test_watchpoints)
     }
     assert_int_not_equal(address, 0);
     hil_debug_attach(board, &debug);
-    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, address, 4, true), MR_OK);
+    assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_WRITE, address, 4, true), MR_OK);
     before = bench_word(board, address);
     do {
         hil_debug_run(board);
         bench_run(board, 22 * HIL_MS_PS);
         after = bench_word(board, address);
-    } while (hil_debug_holds(board) && after == before);
+    } while (hil_debug_is_holding(board) && after == before);
     assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
     assert_in_range(debug.watch_address, address, address + 3);
     assert_in_range(debug.watch_pc, 0x08010000u, 0x08040000u);
     assert_int_not_equal(after, before);
-    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, address, 4, false), MR_OK);
+    assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_WRITE, address, 4, false), MR_OK);
     for (unsigned i = 0; i < HIL_WATCHPOINTS; i++)
-        assert_int_equal(hil_debug_watch(board, HIL_WATCH_READ, SRAM + 4u * i, 4, true), MR_OK);
-    assert_int_equal(hil_debug_watch(board, HIL_WATCH_READ, SRAM + 0x100u, 4, true), MR_FULL);
+        assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_READ, SRAM + 4u * i, 4, true),
+                         MR_OK);
+    assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_READ, SRAM + 0x100u, 4, true),
+                     MR_FULL);
     hil_debug_detach(board);
     bench_run(board, 30 * HIL_MS_PS);
     bench_run(later, 30 * HIL_MS_PS);
@@ -200,7 +204,8 @@ TEST(test_watchpoints_name_the_instruction)
         struct hil_debug debug;
         struct hil_board *board = firmware_board();
         run_place(board, &debug, &places[i], 0x20011100u);
-        assert_int_equal(hil_debug_watch(board, places[i].kind, 0x20011100u, 4, true), MR_OK);
+        assert_int_equal(hil_debug_set_watchpoint(board, places[i].kind, 0x20011100u, 4, true),
+                         MR_OK);
         hil_debug_run(board);
         bench_run(board, HIL_MS_PS);
         assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
@@ -222,7 +227,7 @@ TEST(test_watchpoints_hold_behind_each_access)
     struct hil_board *board = firmware_board();
     run_place(board, &debug, &place, 0x20011100u);
     hil_debug_write_register(board, 2, 5);
-    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, 0x20011100u, 4, true), MR_OK);
+    assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_WRITE, 0x20011100u, 4, true), MR_OK);
     for (unsigned i = 0; i < 2; i++) {
         hil_debug_run(board);
         bench_run(board, HIL_MS_PS);
@@ -244,11 +249,12 @@ TEST(test_watchpoints_of_a_peripheral_change_nothing)
     unsigned held = 0;
     hil_debug_attach(watched, &debug);
     /* SR and DR of USART1 */
-    assert_int_equal(hil_debug_watch(watched, HIL_WATCH_ACCESS, 0x40011000u, 8, true), MR_OK);
+    assert_int_equal(hil_debug_set_watchpoint(watched, HIL_WATCH_ACCESS, 0x40011000u, 8, true),
+                     MR_OK);
     do {
         hil_debug_run(watched);
         bench_run(watched, end_ps);
-    } while (hil_debug_holds(watched) && ++held);
+    } while (hil_debug_is_holding(watched) && ++held);
     assert_in_range(held, 20, 100000);
     hil_debug_detach(watched);
     bench_run(watched, end_ps + HIL_MS_PS);
@@ -312,7 +318,7 @@ TEST(test_registers)
     struct hil_board *board = firmware_board();
     uint32_t address = function_at("mr_block_from_scans"), other = function_at("mr_crc32");
     hil_debug_attach(board, &debug);
-    assert_int_equal(hil_debug_break(board, address + 4u, true), MR_OK);
+    assert_int_equal(hil_debug_set_breakpoint(board, address + 4u, true), MR_OK);
     hil_debug_run(board);
     bench_run(board, 20 * HIL_MS_PS);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), address + 4u);
@@ -331,7 +337,7 @@ TEST(test_registers)
     assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) & 0x1ffu, 16 + 60);
     hil_debug_write_register(board, HIL_REG_PC, other);
     assert_in_range(hil_board_counters(board)->instructions - instructions, 1, 2);
-    assert_int_equal(hil_debug_break(board, other + 2u, true), MR_OK);
+    assert_int_equal(hil_debug_set_breakpoint(board, other + 2u, true), MR_OK);
     hil_debug_run(board);
     bench_run(board, 21 * HIL_MS_PS);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC) & ~3u, (other + 2u) & ~3u);
@@ -357,7 +363,7 @@ TEST(test_time_may_go_on)
         uint64_t scans = counters->adc_scans[0], instructions = counters->instructions,
                  from_ps = hil_board_now_ps(board);
         uint32_t count = hil_bus_read(&board->core, TIM2_CNT, 4);
-        hil_debug_pass(board, from_ps + 7 * HIL_MS_PS / 2);
+        hil_debug_advance(board, from_ps + 7 * HIL_MS_PS / 2);
         assert_near((double)(hil_board_now_ps(board) - from_ps) * 1e-9, 3.5, 1e-4);
         assert_int_equal(counters->instructions, instructions);
         assert_near(hil_bus_read(&board->core, TIM2_CNT, 4) - count, stops ? 0 : 294000, 1);
@@ -370,11 +376,11 @@ TEST(test_time_may_go_on)
         hil_debug_hold(board, HIL_HOLD_ASKED);
     }
     assert_int_equal(counters->resets, 0);
-    hil_debug_pass(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS); /* the watchdog stops */
-    assert_false(board->core.reset.asked);
+    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS); /* the watchdog stops */
+    assert_false(board->core.reset.is_requested);
     hil_bus_write(&board->core, APB1_FZ, 4, 0);
-    hil_debug_pass(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS);
-    assert_true(board->core.reset.asked);
+    hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS);
+    assert_true(board->core.reset.is_requested);
     hil_debug_detach(board);
     bench_run(board, hil_board_now_ps(board) + HIL_MS_PS);
     assert_int_equal(counters->watchdog_resets, 1);
@@ -406,7 +412,7 @@ TEST(test_bkpt)
     assert_int_equal(hil_debug_read_register(board, 0), 1);
     hil_debug_run(board);
     bench_run(board, 2 * HIL_MS_PS);
-    assert_false(hil_debug_holds(board));
+    assert_false(hil_debug_is_holding(board));
     assert_int_equal(hil_debug_read_register(board, 0), 5);
     hil_debug_detach(board);
     hil_board_destroy(board);

@@ -22,7 +22,7 @@ TEST(a_missed_reversal_is_told)
     struct hil_tim *tim4 = &ear->board->state.mcu.tim[HIL_TIM4];
     tim4->reference[0] = !tim4->reference[0];
     tim4->reference[1] = !tim4->reference[1];
-    hil_gpio_changed(&ear->board->mcu.gpio, hil_now(&ear->board->core));
+    hil_gpio_notify(&ear->board->mcu.gpio, hil_now_cycle(&ear->board->core));
     ear_until(ear, 0.8);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(POLARITY));
     assert_true(ear->fault[MR_FAULT_POLARITY].count > 100); /* every block since */
@@ -262,7 +262,7 @@ static void assert_in_place(struct ear *ear, double zero_s)
     ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
     assert_int_equal(
         ear->board->state.mcu.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
-    assert_false(ear->board->state.mcu.adc[HIL_ADC1].running);
+    assert_false(ear->board->state.mcu.adc[HIL_ADC1].is_running);
 }
 
 /* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after
@@ -273,7 +273,7 @@ static void stall(struct ear *ear, double at_s, double zero_s)
     uint16_t stalls = ear->fault[MR_FAULT_SCAN_STALL].count;
     struct hil_adc *adc = &ear->board->state.mcu.adc[HIL_ADC1];
     adc->sr |= 0x20u; /* OVR */
-    adc->running = false;
+    adc->is_running = false;
     ear_until(ear, at_s + 0.35);
     assert_int_equal(ear->fault[MR_FAULT_SCAN_STALL].count, stalls + 1);
     assert_in_place(ear, zero_s);
@@ -376,9 +376,9 @@ static bool is_active(const struct hil_nvic *nvic, unsigned interrupt)
 }
 
 /* Every handler of CAN finds the end of a block waiting as it begins. */
-static void note_nesting(void *who)
+static void note_nesting(void *context)
 {
-    struct nesting *nesting = who;
+    struct nesting *nesting = context;
     struct hil_nvic *nvic = &nesting->core->state.nvic;
     unsigned scan = 16u + DMA2_STREAM4;
     bool before = nesting->inside;
@@ -389,12 +389,12 @@ static void note_nesting(void *who)
     nesting->made++;
     nvic->pending[scan / 32u] |= 1u << scan % 32u;
     hil_nvic_update(nesting->core);
-    hil_core_attend(nesting->core);
+    hil_core_request_check(nesting->core);
 }
 
-static void note_nothing(void *who, uint64_t at)
+static void note_nothing(void *context, uint64_t at)
 {
-    (void)who;
+    (void)context;
     (void)at;
 }
 
@@ -406,7 +406,7 @@ TEST(the_scan_interrupts_can)
     struct nesting nesting = {.core = &ear->board->core};
     ear_until(ear, 0.3);
     ear->board->core.observers.tracer = &calls;
-    ear->board->core.observers.tracer_who = &nesting;
+    ear->board->core.observers.tracer_context = &nesting;
     ear_until(ear, 0.5);
     ear->board->core.observers.tracer = NULL;
     print_message("# %u of %u\n", nesting.scan_in_can, nesting.made);
@@ -477,7 +477,7 @@ static double pulse(struct ear *ear, double at_s, uint64_t cycles)
 {
     struct hil_core *core = &ear->board->core;
     ear_until(ear, at_s);
-    uint64_t begun = hil_now(core);
+    uint64_t begun = hil_now_cycle(core);
     hil_gpio_drive(&ear->board->mcu.gpio, 0, 15, true, begun);
     bench_run(ear->board, hil_clock_ps(&core->state.clock, begun + cycles));
     hil_gpio_drive(&ear->board->mcu.gpio, 0, 15, false, begun + cycles);

@@ -325,12 +325,12 @@ static void board_play(const struct board_request *request, struct board_outcome
     memset(outcome, 0, sizeof *outcome);
     assert_non_null(play);
     assert_true(make_run(&truth, request));
-    struct hil_callbacks callbacks = {.ctx = play, .on_serial_bytes = on_serial};
+    struct hil_callbacks callbacks = {.context = play, .on_serial_bytes = on_serial};
     *play = (struct play){.request = request, .outcome = outcome, .zeroed = config};
     mr_deframer_init(&play->deframer);
     hil_options_default(&options);
     options.seed = request->seed + 1u;
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     options.board_seed = request->seed;
     options.vdda_v = request->vdda_v;
     options.figures = request->figures;
@@ -374,8 +374,8 @@ TEST(a_short_window_leaves_some_of_the_neighbour)
     static struct hil_adc_errors errors;
     errors.source_ohm[3] = 1000.0;
     errors.kick_rel[3] = 1e-4;
-    assert_near(hil_adc_left(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
-    assert_near(hil_adc_left(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
+    assert_near(hil_adc_remaining_share(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
+    assert_near(hil_adc_remaining_share(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
 }
 
 TEST(a_seed_is_a_board)
@@ -383,14 +383,14 @@ TEST(a_seed_is_a_board)
     static struct hil_electronics one, again, other, ideal;
     struct hil_options options;
     hil_options_default(&options);
-    hil_electronics_make(&ideal, &options, NULL);
-    assert_false(ideal.drawn);
-    options.board_drawn = true;
+    hil_electronics_set(&ideal, &options, NULL);
+    assert_false(ideal.is_drawn);
+    options.is_board_drawn = true;
     options.board_seed = 5;
-    hil_electronics_make(&one, &options, NULL);
-    hil_electronics_make(&again, &options, NULL);
+    hil_electronics_set(&one, &options, NULL);
+    hil_electronics_set(&again, &options, NULL);
     options.board_seed = 6;
-    hil_electronics_make(&other, &options, NULL);
+    hil_electronics_set(&other, &options, NULL);
     assert_memory_equal(&one, &again, sizeof one);
     assert_true(one.gage_gain[0] != other.gage_gain[0]);
     assert_true(one.adc.inl_lsb[0][1000] != other.adc.inl_lsb[0][1000]);
@@ -402,8 +402,8 @@ TEST(a_seed_is_a_board)
  * off keeps 20. */
 TEST(a_trim_reaches_so_far)
 {
-    assert_near(hil_electronics_trimmed(500.0, 680.0, 0.3), 0.3, 1e-12);
-    assert_near(hil_electronics_trimmed(-700.0, 680.0, 0.3), -19.7, 1e-12);
+    assert_near(hil_electronics_trimmed_zero_lb(500.0, 680.0, 0.3), 0.3, 1e-12);
+    assert_near(hil_electronics_trimmed_zero_lb(-700.0, 680.0, 0.3), -19.7, 1e-12);
 }
 
 static void covers(const char *what, double left, double stated)
@@ -421,7 +421,7 @@ TEST(what_is_stated_covers_the_circuits)
     const struct mr_channel_config *gage = &config.channel[MR_TRANSDUCERS];
     const double warmer = 10.0 / sqrt(3.0), sheet = 0.005 / sqrt(3.0);
     struct hil_figures f;
-    hil_figures_reference(&f);
+    hil_figures_set_reference(&f);
     double converter = hypot(f.adc_offset_lsb, 0.5 * f.adc_inl_typical_lsb);
     covers("a bridge's zero before it is measured, lb",
            hypot(hypot(f.gage_trim_left_lb, f.gage_drift_lb_k * warmer),
@@ -487,7 +487,7 @@ TEST(no_switch_is_misnamed_at_typical_inl)
     static struct board_outcome o;
     struct hil_figures f;
     unsigned boards = tests_take(10, 1000), bad = 0;
-    hil_figures_reference(&f);
+    hil_figures_set_reference(&f);
     f.adc_inl_typical_lsb = f.adc_inl_most_lsb = 1.5;
     struct board_request request = {.figures = &f, .only_switches = true};
     for (request.seed = 0; request.seed < boards; request.seed++) {
@@ -508,7 +508,7 @@ TEST(no_switch_is_misnamed_at_typical_inl)
 TEST(a_drawn_board_passes_its_self_test)
 {
     struct hil_options options = ear_options();
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     options.adc_noise = true;
     struct ear *ear = ear_open(&options, 0);
     struct mr_self_test test;
@@ -532,7 +532,7 @@ static unsigned changes_of_lamp(struct hil_board *board)
     for (unsigned i = 0; i < 400; i++) {
         assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_US_PS), MR_OK);
         if (i % 40 == 20)
-            hil_gpio_changed(&board->mcu.gpio, hil_now(&board->core));
+            hil_gpio_notify(&board->mcu.gpio, hil_now_cycle(&board->core));
         bool is = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
         changes += is != was;
         was = is;
@@ -546,13 +546,13 @@ TEST(a_lamp_that_breaks_is_noticed_once)
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     struct hil_board *board = bench_board("pins", &options);
     (void)changes_of_lamp(board);
     assert_true(board->electronics.lamp_sense_ps > 0);
-    hil_rig_lamp(&board->rig, HIL_LAMP_BROKEN);
+    hil_rig_set_lamp(&board->rig, HIL_LAMP_BROKEN);
     assert_int_equal(changes_of_lamp(board), 1);
-    hil_rig_lamp(&board->rig, HIL_LAMP_GOOD);
+    hil_rig_set_lamp(&board->rig, HIL_LAMP_GOOD);
     assert_int_equal(changes_of_lamp(board), 1);
     hil_board_destroy(board);
 }
@@ -566,11 +566,11 @@ TEST(a_drawn_board_has_its_own_identity)
     struct hil_options options, usual;
     hil_options_default(&usual);
     options = usual;
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     for (options.board_seed = 0; options.board_seed < BOARDS; options.board_seed++) {
         uint32_t *own = uid[options.board_seed], again[3];
-        hil_electronics_identity(options.board_seed, own);
-        hil_electronics_identity(options.board_seed, again);
+        hil_electronics_chip_uid(options.board_seed, own);
+        hil_electronics_chip_uid(options.board_seed, again);
         assert_memory_equal(own, again, sizeof again);
         assert_memory_equal((const uint8_t *)own + 5, "EMU", 3);
         for (uint64_t i = 0; i < options.board_seed; i++)

@@ -512,18 +512,18 @@ TEST(counted_operations_trigger)
     hil_faults_flash_operation(&ear->board->faults);
     ear_until(ear, 1.102);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_UNPLUGGED);
-    const struct hil_nor_orders *nor = &ear->board->state.nor_orders;
+    const struct hil_nor_requests *nor = &ear->board->state.nor_requests;
     hil_faults_nor_operation(&ear->board->faults);
     hil_faults_nor_operation(&ear->board->faults);
     ear_until(ear, 1.1024);
-    assert_false(nor->fill_requested);
+    assert_false(nor->is_fill_requested);
     ear_until(ear, 1.1026);
-    assert_true(nor->fill_requested);
+    assert_true(nor->is_fill_requested);
     hil_faults_nor_operation(&ear->board->faults);
     hil_faults_nor_operation(&ear->board->faults);
     ear_until(ear, 1.11);
-    assert_int_equal(nor->fail_program, 4);
-    assert_true(nor->dead);
+    assert_int_equal(nor->program_failures, 4);
+    assert_true(nor->is_dead);
     ear_close(ear);
 }
 
@@ -566,7 +566,7 @@ TEST(watching_alignment_changes_nothing)
 {
     struct hil_options options = ear_options();
     struct ear *plain = ear_open(&options, 5);
-    options.watch_alignment = true;
+    options.check_alignment = true;
     struct ear *watched = ear_open(&options, 5);
     ear_until(plain, 1.5);
     ear_until(watched, 1.5);

@@ -489,7 +489,7 @@ TEST(a_dead_board_warns)
 {
     struct ear *ear = ear_open(NULL, 0);
     double boots_s = 0.0;
-    while (hil_rig_lamp_draws(&ear->board->rig) && boots_s < 0.1) {
+    while (hil_rig_has_lamp_current(&ear->board->rig) && boots_s < 0.1) {
         /* from power on until it is known to be well */
         boots_s += 1e-3;
         ear_until(ear, boots_s);
@@ -498,15 +498,15 @@ TEST(a_dead_board_warns)
     assert_in_range((unsigned)(1e6 * boots_s), 5000, 20000);
     ear_order(ear, "at 0.5 power-cut 30\nat 1.0 crystal stop");
     ear_until(ear, 0.499);
-    assert_false(hil_rig_lamp_draws(&ear->board->rig));
+    assert_false(hil_rig_has_lamp_current(&ear->board->rig));
     ear_until(ear, 0.501);
-    assert_true(hil_rig_lamp_draws(&ear->board->rig)); /* no supply */
+    assert_true(hil_rig_has_lamp_current(&ear->board->rig)); /* no supply */
     ear_until(ear, 0.56);
-    assert_false(hil_rig_lamp_draws(&ear->board->rig));
+    assert_false(hil_rig_has_lamp_current(&ear->board->rig));
     ear_until(ear, 1.01);
-    assert_true(hil_rig_lamp_draws(&ear->board->rig)); /* reset, and starting */
+    assert_true(hil_rig_has_lamp_current(&ear->board->rig)); /* reset, and starting */
     ear_until(ear, 1.1);
-    assert_false(hil_rig_lamp_draws(&ear->board->rig));
+    assert_false(hil_rig_has_lamp_current(&ear->board->rig));
     ear_close(ear);
 }
 

@@ -430,9 +430,9 @@ TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
     const struct hil_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
     board->options.rules_counted = 0;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        uint64_t judged = repeated->judged;
+        uint64_t judged = repeated->measurements;
         a_repeated_start(cases[i].ccr);
-        assert_int_equal(repeated->judged, judged + 1);
+        assert_int_equal(repeated->measurements, judged + 1);
         if (cases[i].why)
             ends_the_run(cases[i].why);
         assert_string_equal(hil_board_reason(board), "");

@@ -206,7 +206,7 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
 static struct hil_callbacks callbacks_of(struct flight *flight)
 {
     return (struct hil_callbacks){
-        .ctx = flight, .on_can_frame = on_can, .on_serial_bytes = on_serial};
+        .context = flight, .on_can_frame = on_can, .on_serial_bytes = on_serial};
 }
 
 static void open_flight(struct flight *flight, unsigned landing)

@@ -88,7 +88,7 @@ TEST(test_full_socket)
     }
     assert_int_equal(status, MR_TIMEOUT);
     assert_non_null(strstr(error, "has not read"));
-    link.drops = true;
+    link.is_dropping = true;
     for (unsigned i = 0; i < 10000; i++)
         hil_link_put_frame(&link, 0, &frame);
     assert_int_equal(hil_link_flush(&link, 0, &may_continue, error, sizeof error), MR_OK);
@@ -116,7 +116,7 @@ TEST(test_host_hangs_up)
         hil_link_put_bytes(&link, (const uint8_t *)"hello", 5);
         assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     }
-    assert_true(link.hung_up);
+    assert_true(link.is_hung_up);
     assert_int_equal(link.dropped, 15);
     hil_link_close(&link);
 }

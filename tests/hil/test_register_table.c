@@ -49,7 +49,7 @@ static void prepare_type(const char *name)
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.type = hil_board_type_named(name);
+    options.type = hil_board_type_by_name(name);
     board = hil_board_create(&options);
     board->core.stopped = false; /* there is no firmware */
     board->state.mcu.rcc.ahb1enr = 0x7e7411ff;
@@ -149,7 +149,7 @@ static bool is_of_no_pin(uint32_t address, uint32_t bit)
 static const char *poke(uint32_t address, const struct hil_register *r, uint32_t bit)
 {
     make_writable(address);
-    write_word(address, (r->reset & ~r->partly) ^ bit);
+    write_word(address, (r->reset & ~r->conditional) ^ bit);
     bool stopped = stops();
     if (is_of_no_pin(address, bit))
         return stopped ? NULL : "a use of a pin that is not there, but taken";
@@ -157,9 +157,9 @@ static const char *poke(uint32_t address, const struct hil_register *r, uint32_t
         return stopped ? NULL : "read-only, but takes a write";
     if (r->refused & bit)
         return stopped ? NULL : "refused by the table, but taken";
-    if (r->partly & bit)
+    if (r->conditional & bit)
         return NULL;
-    if ((r->plain | r->action | r->status) & bit ? stopped : !r->loose && !stopped)
+    if ((r->plain | r->action | r->status) & bit ? stopped : !r->allows_reserved && !stopped)
         return stopped ? "in the table, but ends the run" : "reserved, but taken";
     if (!(r->plain & bit))
         return NULL;
@@ -176,8 +176,8 @@ TEST(every_bit_does_as_the_table_says)
     prepare(NULL);
     for (size_t i = 0; i < sets; i++) {
         prepare_for(&set[i]);
-        for (size_t k = 0; set[i].all[k].name; k++) {
-            const struct hil_register *r = &set[i].all[k];
+        for (size_t k = 0; set[i].registers[k].name; k++) {
+            const struct hil_register *r = &set[i].registers[k];
             for (unsigned n = 0; n < r->count; n++) {
                 for (unsigned bit = 0; bit < 32; bit++, pokes++) {
                     uint32_t offset = r->offset + n * r->stride;
@@ -200,7 +200,7 @@ TEST(every_peripheral_has_a_table)
 {
     prepare(NULL);
     for (uint32_t base = 0x40000000u; base < 0x40080000u; base += PERIPHERAL_BYTES) {
-        const struct hil_register_set *set = hil_registers_of(base);
+        const struct hil_register_set *set = hil_registers_by_base(base);
         if (set)
             prepare_for(set);
         bool there = hil_peripheral_at(&board->core.bus, base) != NULL;
@@ -216,9 +216,9 @@ TEST(masks_do_not_overlap)
     size_t sets;
     const struct hil_register_set *set = hil_registers_all(&sets);
     for (size_t i = 0; i < sets; i++) {
-        for (size_t k = 0; set[i].all[k].name; k++) {
-            const struct hil_register *r = &set[i].all[k];
-            uint32_t masks[5] = {r->plain, r->action, r->status, r->partly, r->refused};
+        for (size_t k = 0; set[i].registers[k].name; k++) {
+            const struct hil_register *r = &set[i].registers[k];
+            uint32_t masks[5] = {r->plain, r->action, r->status, r->conditional, r->refused};
             for (unsigned a = 0; a < 5; a++) {
                 for (unsigned b = 0; b < a; b++) {
                     if (masks[a] & masks[b])
@@ -226,7 +226,7 @@ TEST(masks_do_not_overlap)
                                  (unsigned)(masks[a] & masks[b]));
                 }
             }
-            if ((r->partly | r->refused) && !*r->what)
+            if ((r->conditional | r->refused) && !*r->explanation)
                 fail_msg("%s %s does not say what it refuses", set[i].peripheral, r->name);
         }
     }

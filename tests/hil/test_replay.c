@@ -48,7 +48,7 @@ TEST(any_block_has_codes)
                 adc1[scan][i] = random_code();
         }
         mr_block_from_scans(&wanted, round, 7, transducers, adc1);
-        assert_true(hil_codes_of(&wanted, &codes, &channel));
+        assert_true(hil_codes_from_block(&wanted, &codes, &channel));
         sum_up(&codes, &got);
         assert_memory_equal(&got, &wanted, sizeof got);
     }
@@ -65,24 +65,24 @@ TEST(impossible_blocks_have_none)
         block.plus[i] = block.minus[i] = 4 * 2000;
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
         block.sum[i] = 8 * 9;
-    assert_true(hil_codes_of(&block, &codes, &channel));
+    assert_true(hil_codes_from_block(&block, &codes, &channel));
     block.sum[3] = 8 * 9 - 1;
-    assert_false(hil_codes_of(&block, &codes, &channel));
+    assert_false(hil_codes_from_block(&block, &codes, &channel));
     assert_int_equal(channel, MR_TRANSDUCERS + 3);
     block.low[MR_TRANSDUCERS + 3] = 1; /* one of them at 8 */
-    assert_true(hil_codes_of(&block, &codes, &channel));
+    assert_true(hil_codes_from_block(&block, &codes, &channel));
     block.sum[3] = 8 * 4086 + 1;
-    assert_false(hil_codes_of(&block, &codes, &channel));
+    assert_false(hil_codes_from_block(&block, &codes, &channel));
     block.low[MR_TRANSDUCERS + 3] = 0;
     block.high[MR_TRANSDUCERS + 3] = 1;
-    assert_true(hil_codes_of(&block, &codes, &channel));
+    assert_true(hil_codes_from_block(&block, &codes, &channel));
     block.plus[5] = 4 * 9 - 1;
     /* one low code forward, one high code backward, or none at all */
     block.minus[5] = 4 * 4086 + 1;
-    assert_false(hil_codes_of(&block, &codes, &channel));
+    assert_false(hil_codes_from_block(&block, &codes, &channel));
     assert_int_equal(channel, 5);
     block.low[5] = block.high[5] = 1;
-    assert_true(hil_codes_of(&block, &codes, &channel));
+    assert_true(hil_codes_from_block(&block, &codes, &channel));
     assert_in_range(codes.transducer[0][5][0], 0, 8);
     assert_in_range(codes.transducer[1][5][0], 4087, 4095);
 }
@@ -133,7 +133,7 @@ TEST(a_whole_file_is_read)
     assert_int_equal(read_text(lines, true, error, &replay), MR_OK);
     assert_true(replay.has_uid);
     assert_int_equal(replay.uid[1], 10);
-    assert_false(replay.crystal);
+    assert_false(replay.has_crystal);
     assert_int_equal(replay.command_count, 2);
     assert_int_equal(replay.commands[0].message.index, 3);
     assert_int_equal(replay.commands[0].message.argument, 3050);

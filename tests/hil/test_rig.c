@@ -117,19 +117,19 @@ TEST(test_excitation)
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
     bench_run(board, 10 * HIL_MS_PS);
-    uint64_t at = hil_now(&board->core);
+    uint64_t at = hil_now_cycle(&board->core);
     double tau_cycles = 4e-6 * 168e6; /* 672 */
-    hil_rig_excitation(&board->rig, true, false, at);
+    hil_rig_set_excitation(&board->rig, true, false, at);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at) - 1.65) < 1e-9);
     double one_tau = 1.65 + 0.3 * 0.6321205588;
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
     at += 168000;
-    hil_rig_excitation(&board->rig, false, true, at);
+    hil_rig_set_excitation(&board->rig, false, true, at);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at) - 1.95) < 1e-9);
     one_tau = 1.65 - 0.3 * (1.0 - 2.0 * 0.3678794412);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at + 168000) - 1.35) < 1e-9);
-    hil_rig_excitation(&board->rig, true, true, at + 168000);
+    hil_rig_set_excitation(&board->rig, true, true, at + 168000);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at + 336000) - 1.65) < 1e-9);
     hil_board_destroy(board);
 }

@@ -19,7 +19,7 @@
 
 /* --- the time of a store --- */
 
-/* Moments of the stores to port B that move PB12, by hil_stamp. */
+/* Moments of the stores to port B that move PB12, by hil_access_moment. */
 static struct stores {
     struct hil_board *board;
     bool was_high;
@@ -27,13 +27,13 @@ static struct stores {
     struct hil_moment moment[64];
 } stores;
 
-static void note_store(void *who, unsigned port)
+static void note_store(void *context, unsigned port)
 {
-    struct stores *s = who;
+    struct stores *s = context;
     bool high = hil_board_pin(s->board, PORT_B, 12);
     if (port != PORT_B)
         return;
-    struct hil_moment at = hil_stamp(&s->board->core);
+    struct hil_moment at = hil_access_moment(&s->board->core);
     if (high != s->was_high && s->count < 64)
         s->moment[s->count++] = at;
     s->was_high = high;
@@ -48,8 +48,8 @@ TEST(each_store_has_the_time_of_its_instruction)
     options.adc_noise = false;
     struct hil_board *board = bench_board("pins", &options);
     stores = (struct stores){.board = board, .was_high = hil_board_pin(board, PORT_B, 12)};
-    board->mcu.gpio.stored = note_store;
-    board->mcu.gpio.stored_who = &stores;
+    board->mcu.gpio.on_store = note_store;
+    board->mcu.gpio.store_context = &stores;
     bench_run(board, HIL_MS_PS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(stores.count, 9); /* low, then four times high and low */
@@ -70,11 +70,11 @@ TEST(one_access_has_one_time)
     hil_options_default(&options);
     struct hil_board *board = bench_board("rules", &options);
     stores = (struct stores){.board = board, .was_high = !hil_board_pin(board, PORT_B, 12)};
-    board->mcu.gpio.stored = note_store;
-    board->mcu.gpio.stored_who = &stores;
+    board->mcu.gpio.on_store = note_store;
+    board->mcu.gpio.store_context = &stores;
     bench_control(board, 0, 33);
     bench_run(board, HIL_MS_PS);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].judged, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].measurements, 1);
     assert_int_equal(stores.count, 1);
     assert_int_equal(hil_board_peek(board, stores.moment[0].pc - 4u, &nops, 4), MR_OK);
     assert_int_equal(nops, 0xbf00bf00u);
@@ -82,7 +82,7 @@ TEST(one_access_has_one_time)
     hil_board_destroy(board);
 }
 
-/* What a hook on every instruction of flash sees, against what hil_stamp says. */
+/* What a hook on every instruction of flash sees, against what hil_access_moment says. */
 static struct witness {
     struct hil_board *board;
     uint32_t pc;
@@ -97,11 +97,11 @@ static void witness_instruction(uc_engine *uc, uint64_t pc, uint32_t size, void 
     w->pc = (uint32_t)pc;
 }
 
-static void witness_store(void *who, unsigned port)
+static void witness_store(void *context, unsigned port)
 {
-    struct witness *w = who;
+    struct witness *w = context;
     const struct hil_core *core = &w->board->core;
-    struct hil_moment stamp = hil_stamp(&w->board->core);
+    struct hil_moment stamp = hil_access_moment(&w->board->core);
     unsigned before = 0;
     (void)port;
     for (uint32_t at = core->state.cpu.block_address; at < w->pc; before++) {
@@ -111,7 +111,7 @@ static void witness_store(void *who, unsigned port)
     }
     w->stores++;
     w->wrong_pc += stamp.pc != w->pc;
-    w->wrong_time += stamp.ps != hil_clock_ps(&core->state.clock, hil_now(core) + before);
+    w->wrong_time += stamp.ps != hil_clock_ps(&core->state.clock, hil_now_cycle(core) + before);
 }
 
 /* Everything that the black box does: looks for its chip, reads, erases a used chip, programs
@@ -138,8 +138,8 @@ TEST(a_hook_on_every_instruction_says_the_same)
     uc_hook hook;
     struct ear *ear = black_box(NULL);
     witness = (struct witness){.board = ear->board};
-    ear->board->mcu.gpio.stored = witness_store;
-    ear->board->mcu.gpio.stored_who = &witness;
+    ear->board->mcu.gpio.on_store = witness_store;
+    ear->board->mcu.gpio.store_context = &witness;
     assert_int_equal(uc_hook_add(ear->board->core.uc, &hook, UC_HOOK_CODE,
                                  (void *)(uintptr_t)witness_instruction, &witness, HIL_FLASH_BASE,
                                  HIL_FLASH_BASE + HIL_FLASH_SIZE - 1u),
@@ -175,11 +175,11 @@ static void check_margins(const struct ear *ear, const char *when)
     };
     print_message("# %s:\n", when);
     hil_rules_print(&ear->board->mcu.rules, stdout);
-    assert_int_equal(ear->board->state.mcu.rules.unplaced, 0);
+    assert_int_equal(ear->board->state.mcu.rules.unlocated_edges, 0);
     for (unsigned i = 0; i < sizeof wanted / sizeof wanted[0]; i++)
-        assert_true(tally(ear, wanted[i].rule)->judged >= wanted[i].judged_at_least);
+        assert_true(tally(ear, wanted[i].rule)->measurements >= wanted[i].judged_at_least);
     for (unsigned i = 0; i < HIL_RULES; i++)
-        assert_int_equal(tally(ear, i)->broken, 0);
+        assert_int_equal(tally(ear, i)->violations, 0);
 }
 
 TEST(the_firmware_keeps_every_rule)
@@ -204,7 +204,7 @@ TEST(also_on_the_internal_oscillator)
     const struct hil_tally *high = tally(ear, HIL_RULE_SELECT_HIGH);
     double at_fastest_ns = (high->worst_ns + high->slew_ns) * 1.01 / 1.045 - high->slew_ns;
     print_message("# %.1f ns when that oscillator is 4.5 %% fast\n", at_fastest_ns);
-    assert_true(at_fastest_ns >= high->least_ns);
+    assert_true(at_fastest_ns >= high->min_ns);
     ear_close(ear);
 }
 
@@ -217,13 +217,13 @@ TEST(holding_rules_changes_nothing)
         options.rules = modes[i];
         ear[i] = black_box(&options);
         work(ear[i]);
-        assert_int_equal(hil_now(&ear[i]->board->core), hil_now(&ear[0]->board->core));
+        assert_int_equal(hil_now_cycle(&ear[i]->board->core), hil_now_cycle(&ear[0]->board->core));
         assert_memory_equal(hil_board_counters(ear[i]->board), hil_board_counters(ear[0]->board),
                             sizeof(struct hil_counters));
         assert_memory_equal(ear[i]->heard, ear[0]->heard, sizeof ear[0]->heard);
         assert_memory_equal(ear[i]->last, ear[0]->last, sizeof ear[0]->last);
     }
-    assert_int_equal(tally(ear[2], HIL_RULE_SELECT_HIGH)->judged, 0);
+    assert_int_equal(tally(ear[2], HIL_RULE_SELECT_HIGH)->measurements, 0);
     for (unsigned i = 0; i < 3; i++)
         ear_close(ear[i]);
 }
@@ -272,7 +272,7 @@ TEST(the_old_image_is_stopped)
     assert_stopped_by(old_board(counted, &still), "RELEASE", "from nor_start", "required 3000.0");
     counted |= COUNTED(RELEASE);
     struct hil_board *dead = old_board(counted, &still);
-    dead->state.nor_orders.dead = true;
+    dead->state.nor_requests.is_dead = true;
     assert_stopped_by(dead, "FLOATING", "look_for_chip", "PB14");
     hil_run_free(&still);
 }
@@ -290,9 +290,9 @@ TEST(and_its_worst_pulse_is_what_others_found)
     hil_board_attach_rig(board, &run);
     bench_run(board, 3 * HIL_SECOND_PS);
     const struct hil_tally *high = &board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH];
-    print_message("# %llu of %llu too short, worst %.1f ns\n", (unsigned long long)high->broken,
-                  (unsigned long long)high->judged, high->worst_ns);
-    assert_true(high->broken > 250);
+    print_message("# %llu of %llu too short, worst %.1f ns\n", (unsigned long long)high->violations,
+                  (unsigned long long)high->measurements, high->worst_ns);
+    assert_true(high->violations > 250);
     assert_near(high->worst_ns, -76.0, 0.5);
     hil_board_destroy(board);
     hil_run_free(&run);
@@ -306,7 +306,7 @@ static struct hil_board *run_image(uint32_t which, uint32_t wait, uint32_t count
     hil_options_default(&options);
     options.rules_counted = counted;
     options.cell_times = HIL_TIMES_TYPICAL;
-    options.bare = which == UNPLUGGED;
+    options.has_no_rig = which == UNPLUGGED;
     struct hil_board *board = bench_board("rules", &options);
     bench_control(board, 0, which);
     bench_control(board, 1, wait);
@@ -410,7 +410,7 @@ TEST(the_last_clock_is_held_for_3_ns)
     for (uint32_t rounds = 3820; rounds < 3850; rounds++) {
         struct hil_board *board = run_image(4, rounds, 0);
         bool is_stopped = strncmp(hil_board_reason(board), "rule CLOCK_TO_DESELECT: ", 24) == 0;
-        uint64_t n = board->state.mcu.rules.tally[HIL_RULE_CLOCK_TO_DESELECT].judged;
+        uint64_t n = board->state.mcu.rules.tally[HIL_RULE_CLOCK_TO_DESELECT].measurements;
         stopped += is_stopped;
         judged += !is_stopped && n == 2; /* this one, and the status read behind it */
         dropped += !is_stopped && n == 1;
@@ -422,9 +422,9 @@ TEST(the_last_clock_is_held_for_3_ns)
     assert_in_range(stopped, 0, 1);
 }
 
-static double ten_kilohm(const void *who, int source)
+static double ten_kilohm(const void *context, int source)
 {
-    (void)who;
+    (void)context;
     (void)source;
     return 10000.0;
 }
@@ -433,11 +433,11 @@ static double ten_kilohm(const void *who, int source)
  * even 0 Ohm, and what the firmware uses, 112 of 21 MHz, takes 130 kOhm. */
 TEST(a_converter_samples_long_enough_for_its_source)
 {
-    assert_near(hil_adc_most_ohm(3, 8e6), 2.5 / (8e6 * 4e-12 * 9.70406) - 6000.0, 0.5);
-    assert_near(hil_adc_most_ohm(112, 21e6), 130786.0, 1.0);
-    assert_true(hil_adc_most_ohm(3, 30e6) < 0.0);
+    assert_near(hil_adc_max_source_ohm(3, 8e6), 2.5 / (8e6 * 4e-12 * 9.70406) - 6000.0, 0.5);
+    assert_near(hil_adc_max_source_ohm(112, 21e6), 130786.0, 1.0);
+    assert_true(hil_adc_max_source_ohm(3, 30e6) < 0.0);
     struct hil_board *board = run_image(50, 0, 0);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurements, 1);
     hil_board_destroy(board);
 
     struct hil_options options;
@@ -475,10 +475,10 @@ TEST(a_faster_clock_is_another_window)
         bench_run(board, 20 * HIL_MS_PS);
         assert_int_equal(bench_result(board, 0), 1);
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
-        hil_adc_trigger(&board->mcu.adc, 0, true, hil_now(&board->core));
+        hil_adc_trigger(&board->mcu.adc, 0, true, hil_now_cycle(&board->core));
         assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
         assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz allow only 2051"));
-        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
+        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurements, 2);
         hil_board_destroy(board);
     }
 }
@@ -487,9 +487,9 @@ TEST(a_rule_that_only_counts_lets_it_go_on)
 {
     struct hil_board *board = run_image(1, 0, COUNTED(SELECT_HIGH));
     assert_int_equal(bench_result(board, 0), 1);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].broken, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].violations, 1);
     uint64_t times;
-    assert_int_equal(hil_rules_counted(&board->mcu.rules, &times), 1);
+    assert_int_equal(hil_rules_count_violated(&board->mcu.rules, &times), 1);
     assert_int_equal(times, 1);
     assert_near(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].worst_ns, 1e9 / 168e6 - 4.0,
                 0.01);
@@ -502,11 +502,11 @@ TEST(a_rule_that_only_counts_lets_it_go_on)
 TEST(a_bare_board_is_not_driven_by_noise)
 {
     struct hil_options options = ear_options();
-    options.bare = true;
+    options.has_no_rig = true;
     struct ear *ear = ear_open(&options, 0);
     ear_until(ear, 2.0);
     assert_int_equal(hil_board_pin(ear->board, 0, 15), 1);
-    assert_int_equal(tally(ear, HIL_RULE_FLOATING)->broken, 0);
+    assert_int_equal(tally(ear, HIL_RULE_FLOATING)->violations, 0);
     assert_true(ear->heard[EAR_CAN][MR_ID_HEALTH] > 10);
     ear_close(ear);
 }
@@ -559,7 +559,7 @@ TEST(resistors_are_where_the_pins_say)
         uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
         struct hil_options options;
         hil_options_default(&options);
-        options.type = hil_board_type_named(boards[b].name);
+        options.type = hil_board_type_by_name(boards[b].name);
         struct hil_board *board = hil_board_create(&options);
         for (size_t i = 0; i < boards[b].rows; i++) {
             const struct promise *row = &boards[b].row[i];

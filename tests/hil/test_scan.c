@@ -204,14 +204,15 @@ TEST(test_capture_filter)
     run_to_cycle(board, start + 100000);
     t->ccmr[0] = 0x31;
     /* 12 cycles: 6 clocks, too short */
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core));
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now_cycle(&board->core));
     run_to_cycle(board, start + 100012);
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now(&board->core));
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now_cycle(&board->core));
     run_to_cycle(board, start + 101000);
     assert_int_equal(hil_board_counters(board)->edges_captured, 0);
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core)); /* 18 cycles: 9 clocks */
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, true,
+                   hil_now_cycle(&board->core)); /* 18 cycles: 9 clocks */
     run_to_cycle(board, start + 101018);
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now(&board->core));
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now_cycle(&board->core));
     run_to_cycle(board, start + 102000);
     assert_int_equal(hil_board_counters(board)->edges_captured, 1);
     assert_int_equal(bench_word(board, bench_result(board, 6)), 101000 / 2 + 8);

@@ -35,7 +35,7 @@ static void listen_to(struct hil_board *board, struct stream *stream)
 
 static void assert_same(struct hil_board *a, struct hil_board *b)
 {
-    assert_int_equal(hil_now(&a->core), hil_now(&b->core));
+    assert_int_equal(hil_now_cycle(&a->core), hil_now_cycle(&b->core));
     assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
     for (unsigned i = 0; i < 17; i++)
         assert_int_equal(hil_cpu_register(&a->core, i), hil_cpu_register(&b->core, i));
@@ -96,7 +96,7 @@ TEST(test_drawn)
     struct hil_options options;
     hil_options_default(&options);
     struct hil_board *ideal = bench_board("scan", &options);
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     options.board_seed = 7;
     struct hil_board *drawn = bench_board("scan", &options);
     bench_run(drawn, 3 * HIL_MS_PS);

@@ -39,7 +39,7 @@ TEST(outputs_are_driven_before_the_crystal_is_waited_for)
 TEST(clocks_left_on_by_another_program_are_taken_back)
 {
     struct hil_options options = ear_options();
-    options.left_on = true;
+    options.has_clocks_left_on = true;
     struct ear *ear = ear_open(&options, 0);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     if (hil_board_run_until(ear->board, 300 * HIL_MS_PS) != MR_OK)

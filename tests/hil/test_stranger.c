@@ -136,7 +136,7 @@ static void live(struct day *day, bool stranger, bool keyed)
     struct hil_options options = ear_options();
     struct mr_health health;
     struct mr_bus_key bus_key;
-    options.jumper = keyed;
+    options.is_jumper_fitted = keyed;
     *(today = day) = (struct day){.keyed = keyed};
     ear = ear_open(&options, 5);
     hil_board_set_callbacks(ear->board, &(struct hil_callbacks){ear, on_can, ear_serial});

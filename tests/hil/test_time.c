@@ -190,9 +190,9 @@ TEST(an_old_pulse_holds_no_frame_up)
     core->state.nvic.enabled[scan / 32u] &= ~(1u << scan % 32u);
     hil_nvic_update(core);
     ear_until(ear, 0.6);
-    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, true, hil_now(core));
+    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, true, hil_now_cycle(core));
     ear_until(ear, 0.6001);
-    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, false, hil_now(core));
+    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, false, hil_now_cycle(core));
     ear_until(ear, 27.5);
     core->state.nvic.enabled[scan / 32u] |= 1u << scan % 32u;
     hil_nvic_update(core);

@@ -83,7 +83,7 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
 static void power_on(struct rig *rig, uint64_t seed)
 {
     struct hil_options options;
-    struct hil_callbacks callbacks = {.ctx = rig, .on_can_frame = on_can};
+    struct hil_callbacks callbacks = {.context = rig, .on_can_frame = on_can};
     hil_options_default(&options);
     options.seed = seed;
     rig->board = hil_board_create(&options);

@@ -404,14 +404,14 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     soak->board = hil_board_create(&options);
     struct hil_board *board = soak->board;
     const struct hil_callbacks callbacks = {
-        .ctx = soak, .on_can_frame = can_came, .on_serial_bytes = serial_came};
+        .context = soak, .on_can_frame = can_came, .on_serial_bytes = serial_came};
     const struct hil_callbacks pin_callbacks = {
-        .ctx = soak, .on_can_frame = can_left, .on_serial_bytes = serial_left};
+        .context = soak, .on_can_frame = can_left, .on_serial_bytes = serial_left};
     hil_board_set_callbacks(board, &callbacks);
     board->lines.pin_callbacks = pin_callbacks;
     enum mr_status status = episode ? hil_board_load_flash(board, flash_path) : MR_OK;
     if (status == MR_OK || status == MR_HALTED)
-        status = hil_board_load_elf_sparing(board, ELF);
+        status = hil_board_program_elf(board, ELF);
     if (status == MR_OK)
         status = hil_board_load_nor(board, nor_path);
     if (status != MR_OK)

@@ -207,10 +207,10 @@ static void draw(enum draw_kind kind, const struct draw_setting *setting, uint64
     hil_options_default(&options);
     rig->kind = kind;
     rig->chance = seed * 0x9e6c63d0876a9a99u + kind;
-    options.board_drawn = true;
+    options.is_board_drawn = true;
     options.board_seed = seed;
     options.vdda_v = evenly(&rig->chance, 3.24, 3.36);
-    hil_electronics_make(&rig->board, &options, NULL);
+    hil_electronics_set(&rig->board, &options, NULL);
     drawn->channel = config.channel[kind == DRAW_TRANSDUCER ? TRANSDUCER : MR_TRANSDUCERS + GAGE];
     rig->curve = (double)drawn->channel.linearity_error; /* rms over the range */
     rig->phase = evenly(&rig->chance, 0.0, TWO_PI);
