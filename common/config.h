@@ -147,20 +147,20 @@ void mr_config_exchange(uint8_t *image, struct mr_config *config);
     X(NOT_TEXT,     4, "must be printable ASCII, padded with zero bytes")                         \
     X(NOT_ABOVE,    5, "must be greater than another field [other: its number in the group]")     \
     X(NOT_RISING,   6, "must be greater than the preceding value [other: its index, from 0]")     \
-    X(SUM,          7, "zero and steps up to this one add up beyond the converter's range")       \
+    X(SUM,          7, "zero plus the steps up to this one exceeds the converter's range")        \
     X(ALIKE,        8, "too close to the step of another switch [other: that switch, from 0]")    \
     X(ZERO,         9, "must not be 0 for a fitted part")                                         \
-    X(TAKEN,       10, "another channel of its kind has this number [other: it, from 0]")         \
+    X(TAKEN,       10, "another channel of its kind has this number [other: its index, from 0]")  \
     X(PLACE,       11, "this input cannot measure that kind")                                     \
     X(NO_BAND,     12, "the band is not fitted: its pretension is 0")                             \
     X(ONE_POINT,   13, "must be 0, or 2 or more points")                                          \
     X(NO_STATION,  14, "must have a station")                                                     \
     X(REVISION,    15, "must be the active revision plus 1: another change was made meanwhile")   \
     X(UNSTABLE,    16, "beyond the stability limit for this mat weight and joint stiffness")      \
-    X(COARSE,      17, "more per code than any sensor of the rig gives")                          \
-    X(FINE,        18, "less per code than any sensor of the rig gives")                          \
+    X(COARSE,      17, "the value per code is larger than that of any sensor of the rig")         \
+    X(FINE,        18, "the value per code is smaller than that of any sensor of the rig")        \
     X(NARROW,      19, "the range low to high covers too few codes")                              \
-    X(UNREACHED,   20, "most of the range low to high is beyond the converter")                   \
+    X(UNREACHED,   20, "most of the range low to high is outside the converter's range")          \
     X(NO_INPUT,    21, "this board has no such input")
 /* clang-format on */
 

@@ -226,9 +226,11 @@ static const struct option {
         "--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
         "bit rate at the other end of the serial line; default: 2000000; with pty:, as set at "
         "the\nterminal"),
-    OF_TEXT("--rig", "RUNFILE", rig, "matrig-run file that moves the rig; default: nothing moves"),
+    OF_TEXT("--rig", "RUNFILE", rig,
+            "run file (matrig-run format) that moves the rig; default: nothing moves"),
     OF_TEXT("--replay", "FILE", replay,
-            "recorded landing instead of a rig: a matrig-replay file, as matrig replay writes it"),
+            "recorded landing (matrig-replay format, written by matrig replay) that drives the "
+            "pins\ninstead of a rig"),
     OF_WORD(
         "--speed", "S", speed, "max|real",
         "max: as fast as possible, waits for a slow host; real: real time, drops data that a slow\n"
@@ -244,10 +246,9 @@ static const struct option {
     OF_NUMBER("--vdda", "V", REAL, options.vdda_v, 2.7, 3.6,
               "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
               "hil/README.md)"),
-    OF_OWN(
-        "--board-seed", "N", parse_board_seed,
-        "draw the electronics (gains, zeros, noise, INL, kick, resistors) from the spread of the\n"
-        "reference circuits; default: the ideal board"),
+    OF_OWN("--board-seed", "N", parse_board_seed,
+           "seed of the electronics: gains, zeros, noise, INL, kick and resistors vary as in "
+           "the\nreference circuits; default: ideal electronics"),
     OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
               "crystal frequency; 0: the crystal does not start; default: 8000000"),
     OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
@@ -275,13 +276,12 @@ static const struct option {
             "times of flash and NOR operations: spread (random), typical or max; default: spread"),
     OF_TEXT("--faults", "FILE", faults,
             "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
-    OF_FLAG(
-        "--alignment", options.check_alignment,
-        "raise a fault on unaligned multiple and double transfers, as the hardware does; slower"),
-    OF_OWN(
-        "--rules", "R", parse_rules,
-        "action on a violated timing or electrical rule at the pins: stop, count, count:NAME,...\n"
-        "(only these rules) or off; default: stop"),
+    OF_FLAG("--alignment", options.check_alignment,
+            "raise a fault on unaligned multiple and double transfers, as the hardware does; makes "
+            "the\nemulation slower"),
+    OF_OWN("--rules", "R", parse_rules,
+           "action on a violated timing or electrical rule at the pins: stop, count, off, "
+           "or\ncount:NAME,... (count these rules, stop on others); default: stop"),
     OF_TEXT("--margins", "FILE", margins,
             "write for each rule the number of checks, the smallest margin and where it occurred"),
     OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
@@ -289,9 +289,9 @@ static const struct option {
             "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
             "unix:PATH"),
     OF_WORD("--gdb-time", "T", gdb_time, "stands|runs",
-            "virtual time while gdb holds the board: stands, or runs in real time (timers and "
-            "watchdog\n"
-            "stop as DBGMCU requests, links and converters continue); default: stands"),
+            "virtual time while gdb holds the board: stands, or runs in real time. Then links "
+            "and\nconverters continue, and timers and watchdog stop if DBGMCU requests it; "
+            "default: stands"),
     OF_TEXT(
         "--vcd", "FILE", vcd,
         "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),

@@ -167,7 +167,8 @@ static enum mr_status read_board_type(const uint8_t *flash, const struct hil_boa
     const struct hil_board_type *found = hil_board_type_by_number(image.board);
     if (!found) {
         snprintf(error, size,
-                 "the image is for unknown board %u; use the matrig-board version of the image",
+                 "the image is for board %u, which this matrig-board does not know; use the "
+                 "matrig-board that was built with the image",
                  image.board);
         return MR_VERSION;
     }
@@ -330,7 +331,7 @@ static enum mr_status check_board_type(struct hil_board *board, const char *path
         if (board->core.memory->flash[i] == 0xff)
             continue;
         snprintf(board->core.reason, sizeof board->core.reason,
-                 "%s: more than the %u KiB of flash of this chip; give the image for this board",
+                 "%s: larger than the flash of this chip (%u KiB); give the image for this board",
                  path, (unsigned)type->flash_kib);
         return MR_VERSION;
     }

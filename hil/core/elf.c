@@ -47,8 +47,8 @@ static enum mr_status check_header(const struct image *image)
 static enum mr_status read_header(struct image *image)
 {
     enum mr_status status = hil_file_read(&image->at, FILE_MAX,
-                                          "build the firmware or give another --elf", &image->text,
-                                          &image->size);
+                                          "build the firmware, or give a different file with --elf",
+                                          &image->text, &image->size);
     return status == MR_OK ? check_header(image) : status;
 }
 
@@ -175,8 +175,8 @@ enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, ch
     size_t n = 0, room = 0;
     char *bytes;
     *symbols = (struct mr_symbols){0};
-    enum mr_status status = hil_file_read(&at, FILE_MAX, "build the firmware or give another --elf",
-                                          &bytes, &n);
+    enum mr_status status = hil_file_read(
+        &at, FILE_MAX, "build the firmware, or give a different file with --elf", &bytes, &n);
     symbols->file = (uint8_t *)bytes;
     if (status != MR_OK)
         return status;

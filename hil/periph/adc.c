@@ -271,10 +271,10 @@ static void check_sampling(struct hil_rules_device *rules, unsigned adc, unsigne
     if (ohm <= most_ohm)
         hil_rules_record_pass(rules, HIL_RULE_SAMPLING);
     else
-        hil_rules_record_violation(
-            rules, HIL_RULE_SAMPLING, 0,
-            "input %u of ADC%u has %.0f Ohm, but %u clocks of %.1f MHz allow only %.0f", input, adc,
-            ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
+        hil_rules_record_violation(rules, HIL_RULE_SAMPLING, 0,
+                                   "the source at input %u of ADC%u has %.0f Ohm, but sampling for "
+                                   "%u clocks of %.1f MHz allows only %.0f Ohm",
+                                   input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
 /* Plans the sequence from the registers. False: an impossible one. */

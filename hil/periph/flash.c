@@ -342,7 +342,7 @@ static void erase(struct hil_flash_device *dev)
     bool all = (flash->cr & CR_MER) != 0;
     if (all == ((flash->cr & CR_SER) != 0)) {
         /* with both bits neither is performed (3.6.3); with none there is nothing to start */
-        refuse(dev, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
+        refuse(dev, 0, "STRT is set, but not exactly one of SER and MER", HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
     }

@@ -362,10 +362,10 @@ static const char *check_settings(const struct hil_i2c_device *dev)
     uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
     uint32_t rise_ns = i2c->ccr & CCR_FS ? 300u : 1000u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
-        return "PE with CR2.FREQ other than PCLK1 in MHz";
+        return "PE is set, but CR2.FREQ is not PCLK1 in MHz";
     if (i2c->trise != rise_ns * pclk1_mhz / 1000u + 1u) /* RM0090 27.6.9 */
-        return "PE with TRISE other than the longest rise of SCL";
-    return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its minimum" : NULL;
+        return "PE is set, but TRISE is not the longest rise time of SCL";
+    return (i2c->ccr & 0xfffu) < least ? "PE is set, but CCR is below its minimum" : NULL;
 }
 
 static void cr1_write(struct hil_i2c_device *dev, uint32_t value)

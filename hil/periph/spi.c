@@ -261,15 +261,15 @@ static void cr1_write(struct hil_spi_device *dev, uint32_t value)
 {
     struct hil_spi *spi = dev->state;
     if ((spi->is_shifting || spi->is_buffer_full) && ((value ^ spi->cr1) & CR1_FIXED))
-        hil_bus_refuse(dev->core, "a change of settings while BSY is set");
+        hil_bus_refuse(dev->core, "settings are changed while BSY is set");
     if ((value & CR1_SPE) && !(value & CR1_MSTR))
         hil_bus_refuse(dev->core, "slave mode");
     if ((value & CR1_SPE) && !(value & CR1_SSM))
         hil_bus_refuse(dev->core, "NSS managed by hardware");
     if ((value & CR1_SPE) && !(value & CR1_SSI))
-        hil_bus_refuse(dev->core, "SSI low in a master: a mode fault");
+        hil_bus_refuse(dev->core, "SSI is low in a master: this is a mode fault");
     if ((value & CR1_SPE) && !(value & CR1_CPOL) != !(value & CR1_CPHA))
-        hil_bus_refuse(dev->core, "CPOL unlike CPHA: the memory samples an edge off");
+        hil_bus_refuse(dev->core, "CPOL and CPHA differ: the memory samples at the wrong edge");
     spi->cr1 = value;
 }
 

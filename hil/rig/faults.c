@@ -502,12 +502,12 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
             return refuse(
                 dev, fault, MR_UNKNOWN,
                 dev->rig->run
-                    ? "in this run the gear does not pass that station between two switches"
+                    ? "that station is not between two switches that the gear passes in this run"
                     : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->n <= is_counted(dev, fault->trigger)) {
         return refuse(dev, fault, MR_USAGE,
-                      fault->n ? "that count has already passed" : "counting begins at 1");
+                      fault->n ? "that count has already passed" : "counts begin at 1");
     }
     faults->fault[faults->count] = *fault;
     faults->due_ps[faults->count++] = due_ps;

@@ -266,7 +266,7 @@ static enum mr_status read_tick(struct hil_record *r, const char *text, uint64_t
     int end = 0;
     if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] ||
         tick > (uint64_t)INT64_MAX / 8u || (*count && tick < (*ticks)[*count - 1] + apart))
-        return refuse(r, "a tick in order of time expected, at least %" PRIu64 " apart", apart);
+        return refuse(r, "expected ticks in ascending order, at least %" PRIu64 " apart", apart);
     *ticks = hil_record_grow(*ticks, *count, sizeof tick);
     (*ticks)[(*count)++] = tick;
     return MR_OK;
@@ -282,8 +282,8 @@ static enum mr_status read_command(struct hil_record *r, struct hil_replay *repl
                &command.message.code, &command.message.index, &command.message.tag,
                &command.message.argument, &end) != 5 ||
         text[end] || (count && command.block < replay->commands[count - 1].block))
-        return refuse(r, "`command <block> <code> <index> <tag> <argument>` in order of time "
-                         "expected");
+        return refuse(
+            r, "expected `command <block> <code> <index> <tag> <argument>`, in order of time");
     replay->commands = hil_record_grow(replay->commands, count, sizeof command);
     replay->commands[replay->command_count++] = command;
     return MR_OK;

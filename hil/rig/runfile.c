@@ -159,7 +159,7 @@ static enum mr_status read_pulse(struct hil_record *r, struct hil_train *train, 
     uint64_t t_ps;
     if (train->count == PULSES_MAX || !parse_time_ps(text, &t_ps) ||
         (train->count && t_ps <= train->rise[train->count - 1]))
-        return refuse(r, "up to %u times in ascending order expected", PULSES_MAX);
+        return refuse(r, "expected up to %u times in ascending order", PULSES_MAX);
     train->rise = hil_record_grow(train->rise, train->count, sizeof t_ps);
     train->rise[train->count++] = t_ps;
     return MR_OK;

@@ -251,46 +251,44 @@ static const struct command_part parts[] = {
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
                      NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
-    OPTION_TEXT(
-        "--temperature", "T", temperature,
-        "predict the deceleration without brakes at this temperature (72, 22degC), from landings "
-        "with a recorded temperature and brake=none (matrig record)"),
+    OPTION_TEXT("--temperature", "T", temperature,
+                "predict the deceleration without brakes at this temperature (72, 22degC). This "
+                "needs landings with a recorded temperature and brake=none (matrig record)"),
     OPTION_TEXT("--release", "FT", release,
-                "predict the touchdown speed of a coasting gear released at this height, from "
-                "landings with a recorded release height (matrig record)"),
+                "predict the touchdown speed of a coasting gear that is released at this height. "
+                "This needs landings with a recorded release height (matrig record)"),
     OPTION_TEXT("--profile", "T:A,...", profile,
-                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Other "
-                "rows of the result scale the whole profile"),
+                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Each "
+                "other row of the result is for the whole profile times a factor"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NOT_GIVEN,
-                  "thrust on the mat strip / (axle weight x deceleration / g), if measured within "
-                  "3 %; default: unknown (uniform from 0.7 to 1.3, updated from the recorded "
-                  "landings)"),
-    OPTION_NUMBER(
-        "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_RISK_LIMIT,
-        "advise against a landing from this probability of a zone on, in %; default: {standard} (a "
-        "missed zone costs four times as much as a needlessly gentle landing)"),
-    OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_MEMBERS_MIN,
-                 (double)ADVISE_MEMBERS_MAX, (double)ADVISE_MEMBERS_DEFAULT,
-                 "members of the ensemble, {low} to {high}; default: {standard}"),
+                  "measured ratio of the thrust on the mat strip to axle weight x deceleration / "
+                  "g. Give it only if its error is 3 % or less; default: unknown, assumed uniform "
+                  "from 0.7 to 1.3 and estimated from the recorded landings"),
+    OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_RISK_LIMIT,
+                  "advise against a landing if the probability of a zone is this or more, in %; "
+                  "default: {standard}, because a missed zone costs four times as much as a "
+                  "needlessly gentle landing"),
+    OPTION_WHOLE(
+        "--members", "N", advise.members, (double)ADVISE_MEMBERS_MIN, (double)ADVISE_MEMBERS_MAX,
+        (double)ADVISE_MEMBERS_DEFAULT,
+        "number of simulated runways in the ensemble, {low} to {high}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
                  "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before_run,
-               "advise on landing RUN using only earlier data"),
-    OPTION_FLAG("--keep", keep,
-                "store plan and advice in the campaign, to be compared with the next landing"),
+               "give the advice for landing RUN from earlier data only"),
+    OPTION_FLAG("--keep", keep, "store plan and advice in the campaign"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     OPTION_FLAG(
         "--load", load,
         "send the plan and the predicted probabilities (the chart) to the board, which uses them "
         "for its risk in the next landing"),
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
-    HELP_NOTE(
-        "Result: clear, caution or against, with the reason; the probability of a zone of 50 mats "
-        "by mean deceleration and station; and, for the operator, the hardest braking and fastest "
-        "touchdown below the limit. For go or no-go of the equipment, see matrig ready. Exit 1: "
-        "against."),
+    HELP_NOTE("The result is clear, caution or against, with the reason. A table has the "
+              "probability of a zone of 50 mats by mean deceleration and station. The last lines "
+              "give the operator the hardest braking and fastest touchdown below the limit. To "
+              "check the equipment, use matrig ready. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
@@ -300,7 +298,7 @@ const struct command command_advise = {
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--share S] [--limit "
     "PERCENT] [--temperature T] [--release FT] [--members N] [--seed N] [--before RUN] [--keep "
     "[--who W]] [--load --serial LINK]",
-    "advice before a landing: probability of a zone, hardest braking",
+    "predict the probability of a zone in the next landing, and advise how hard to brake",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

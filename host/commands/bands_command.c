@@ -332,9 +332,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("UNIT",
               "a different unit: lb kip N kN kgf kg (the weight of that mass), ft in m mm, ft/s "
               "mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE("Exit 1 when a band becomes loose or yields. The theory omits impacts when the force "
-              "passes from rivet to rivet, so simulate the band before building it (matrig sim, "
-              "host/scenes/model_runway_bands.json)."),
+    HELP_NOTE("Exit 1 when a band becomes loose or yields. The theory omits the impacts that occur "
+              "when the force passes from rivet to rivet, so simulate the band before you build it "
+              "(matrig sim, host/scenes/model_runway_bands.json)."),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),

@@ -858,18 +858,17 @@ static const struct command_part parts[] = {
               "show version, commit, CRC and integrity of the firmware; --image FILE (.elf or "
               ".bin) compares it with a file. Exit 1 when the image differs or is damaged"),
     HELP_WORD("list", "list the records of the black box and its free space"),
-    HELP_WORD("read N", "read record N of the black box. --db DB adds the data that is missing in "
-                        "the campaign, to the landing with the same board, number and time of "
-                        "arming, or to landing RUN; a landing that is not there is created. Exit 1 "
-                        "when a page cannot be read"),
+    HELP_WORD("read N",
+              "read record N of the black box. With --db DB, the data that the campaign lacks is "
+              "added to landing RUN; default: the landing with the same board, number and time of "
+              "arming, created if missing. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_WITH(command_board_config),
-    HELP_WORD(
-        "runway",
-        "show the predictor's runway: landings, joints, origin; -o writes it to a file. load F "
-        "sends a file to the board; forget resets the runway to unknown. The board refuses this "
-        "while a landing is armed or in progress. Example:\n  matrig board --serial "
-        "serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("runway",
+              "show the predictor's runway: landings, joints, origin; -o writes it to a file. "
+              "runway load F sends a file to the board; runway forget resets the runway to "
+              "unknown. The board refuses both while a landing is armed or in progress. Example:\n "
+              " matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
     HELP_WORD("arm [LANDING]",
               "arm the board for landing LANDING; default: the next number. --can works while "
               "matrig log uses the interface, --serial only when no other program uses the port. "
@@ -877,14 +876,12 @@ static const struct command_part parts[] = {
               "within 3 s. Example:\n  matrig board --can can:can0 arm 7"),
     HELP_WORD("disarm", "return to idle, even during a recording"),
     HELP_WORD("zero [1|2]",
-              "measure the zeros of all channels, of the transducers (1) or of the gages (2) as "
-              "means over 0.25 s, valid until a reset. Exit 1, with the zeros unchanged, when a "
-              "reading moves or is not valid, or a gage is under tension"),
-    HELP_WORD(
-        "shunt",
-        "shunt calibration of the gages (1 s). A running matrig log on CAN stores the result: "
-        "calibrations before and after a landing show the drift. Exit 1 when a result is outside "
-        "its limits"),
+              "measure the zeros of all channels, of the transducers (1) or of the gages (2), as "
+              "means over 0.25 s. They are valid until a reset. If a reading moves or is not "
+              "valid, or a gage is under tension, the zeros stay unchanged (exit 1)"),
+    HELP_WORD("shunt", "shunt calibration of the gages (1 s). If matrig log is running on CAN, it "
+                       "stores the result; calibrations before and after a landing show the drift. "
+                       "Exit 1 when a result is outside its limits"),
     HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
                                "shunt, survey, runway, chart), with the maintenance jumper fitted. "
                                "The key is stored for this user, and matrig uses it automatically"),

@@ -121,7 +121,6 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--elf", "F", elf,
                 "image that recorded the landing (any other is refused); default: the installed "
                 "image, if it matches"),
-    HELP_NOTE("For people without matrig, use matrig report or matrig export."),
     HELP_EXAMPLE("matrig bundle campaign.db 5 -o passed-on.db"),
 };
 

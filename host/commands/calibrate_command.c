@@ -567,23 +567,24 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "calibrate on the board, which must be idle; matrig asks for one known value after "
                 "another"),
-    OPTION_TEXT("--points", "F", points,
-                "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from "
-                "matrig board config get). The first line names the columns, the values with their "
-                "unit: mm,codes or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
+    OPTION_TEXT(
+        "--points", "F", points,
+        "calibrate from a file of VALUE,CODE rows, for the configuration of --config (from matrig "
+        "board config get). The first line names the columns and the unit of the values: mm,codes "
+        "or load (lb),codes. A value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration, for matrig board config set"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
-                  "days until the calibration expires; default: 365"),
+                  "number of days after which the calibration expires; default: 365"),
     OPTION_TEXT(
         "--known", "E", known_text,
         "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
     OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
-                  "values; default: {standard}. If it is exceeded, nothing is written, and the "
-                  "output names the probable wrong point"),
+                  "values; default: {standard}. If a point deviates more, nothing is written, and "
+                  "the output names the point that is probably wrong"),
     OPTION_TEXT("--accept", "T", accept,
                 "accept a larger deviation; T is the reason, written into the file"),
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
@@ -597,8 +598,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT(
         "--recompute", "C", recompute,
         "apply the calibration of configuration C to recorded landings of DB: all, a series, or "
-        "one. Readings are recomputed from the stored integers; old values are kept (table "
-        "recalibrations). --zeros also applies the zeros of the gages; default: zeros as measured"),
+        "one. Readings are recomputed from the stored converter codes; the old calibration is "
+        "kept. --zeros also applies the zeros of the gages; default: zeros as measured"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),

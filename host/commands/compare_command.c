@@ -167,18 +167,19 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("FILE",
-              "scene or study file; default: the model runway. A study file gives an ensemble of "
-              "runways, so the result includes a spread. Without RUN, all landings are compared in "
-              "order, each on the runway that the preceding landing left"),
+              "scene or study file; default: the model runway. A study file describes an ensemble "
+              "of runways, so the simulation has a spread. Without RUN, all landings are compared "
+              "in order; each starts on the runway that the preceding landing left"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "compare only the landings of this series (matrig landing --series); default: all "
                 "landings"),
-    OPTION_TEXT("--limits", "F", limits_path,
-                "file of limits. Each is named by its path in the JSON result and is the largest "
-                "magnitude allowed; for share and within, the smallest value. Exit 1 when a limit "
-                "is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n   "
-                "\"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
+    OPTION_TEXT(
+        "--limits", "F", limits_path,
+        "file of limits. Each limit has the path of its value in the JSON result. It is the "
+        "largest magnitude allowed; for share and within, it is the smallest value allowed. Exit 1 "
+        "when a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n  "
+        " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when the rms difference of a channel exceeds IN"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
@@ -187,8 +188,6 @@ static const struct command_part parts[] = {
                 "one landing: write measured and simulated values every millisecond"),
     OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
     OPTION_FLAG("--void", voided, "include a voided landing (matrig landing)"),
-    HELP_NOTE("The result states whether measurement and simulation agree, and which value differs "
-              "most."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };

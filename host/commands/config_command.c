@@ -303,13 +303,13 @@ static const struct command_part parts[] = {
     HELP_WORD(
         "config get",
         "print the active configuration; -o writes it to a file. Works over --can or --serial"),
-    HELP_WORD("config set F",
-              "check F, show the changes, send F and verify that it is stored. The board "
-              "refuses this while a landing is armed or in progress, and over CAN without the "
-              "maintenance jumper. --force is "
-              "needed to change a gain by more than 10 %, or, in a first calibration or with a new "
-              "serial number, by more than a factor of 1.5 (transducer) or 5 (gage). With --can, a "
-              "CAN base that another board uses is refused"),
+    HELP_WORD(
+        "config set F",
+        "check F, show the changes, send F and verify that it is stored. The board refuses this "
+        "while a landing is armed or in progress, and over CAN without the maintenance jumper. To "
+        "change a gain by more than 10 %, --force is needed. In a first calibration, and with a "
+        "new serial number, this limit is a factor of 1.5 (transducer) or 5 (gage). With --can, a "
+        "CAN base that another board uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

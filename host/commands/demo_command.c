@@ -40,11 +40,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("DIR", "folder for campaign.db and report.html, created if missing; default: "
                      "./matrig-demo. An existing campaign is not overwritten (exit 2)"),
     OPTION_TEXT("--elf", "F", elf, "firmware image; default: the one installed with matrig"),
-    HELP_NOTE(
-        "Plays a test day with synthetic landings on matrig-board: two landings, a survey, and "
-        "advice against the next landing. That landing is then played three times: against the "
-        "advice, as advised, and braked hard from touchdown. Each landing is logged over CAN and "
-        "serial and compared with the simulation. No hardware or network is needed."),
+    HELP_NOTE("Plays a test day with synthetic landings on matrig-board: two landings, a survey, "
+              "and advice against the next landing. That landing is then played three times: "
+              "against the advice, as advised, and braked hard from touchdown."),
     HELP_EXAMPLE("matrig demo first"),
 };
 
@@ -52,7 +50,7 @@ const struct command command_demo = {
     "demo",
     demo_command,
     "[DIR] [--elf F]",
-    "a day on the emulated board: landings, survey, advice, a warning, the report",
+    "play a test day on the emulated board: landings, survey, advice, a warning, the report",
     COMMAND_PARTS(parts),
     {0, 1, "DIR"},
 };

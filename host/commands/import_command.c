@@ -242,13 +242,14 @@ static const struct command_part parts[] = {
         "switch_error_ft, note, gap_s (a longer gap is missing data; default: 1.5 times the usual "
         "step), last_line_open (true: the last line needs no newline). For frames, replace column "
         "by:\n  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
-    OPTION_RUN("--like", "RUN", readings.like,
-               "the file has readings of the same landing as RUN: copy gear, switches, survey and "
-               "stations of RUN. Time 0 is the touchdown of RUN unless align names an edge"),
+    OPTION_RUN(
+        "--like", "RUN", readings.like,
+        "the file has readings of the same landing as RUN: gear, switches, survey and stations are "
+        "copied from RUN. Time 0 of the file is the touchdown of RUN unless align names an edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
                 "bus to read from a log of several buses, such as can1"),
-    OPTION_FLAG("--again", again, "import a file again"),
+    OPTION_FLAG("--again", again, "import a file that was already imported"),
     HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
               "exit 4); the valid part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"

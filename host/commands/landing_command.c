@@ -453,7 +453,7 @@ const struct command command_landing = {
     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | "
     "--void | --unvoid] [--reason T] [--who W]\nDB --series NAME [--runway T] [--pattern T] "
     "[--modification T] [--note T] [--who W]\nDB --withdraw-series NAME --reason T [--who W]",
-    "notes, corrections and observations of landings, with history; series of landings",
+    "add notes, corrections and observations to landings; begin series of landings",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},
 };

@@ -422,13 +422,12 @@ static const struct command_part parts[] = {
                 "accept arm [N] and disarm, one per line, on standard input even if it is not a "
                 "terminal. After arm, the next line must be yes"),
     OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
-    OPTION_TEXT("--page", "F.html", page, "rewrite the report F after each landing"),
+    OPTION_TEXT("--page", "F.html", page, "write the report F after each landing"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
                   "wait S seconds for a device that is unplugged or down; default: 3600 for a "
                   "device lost during the log, 0 for a device missing at the start"),
     HELP_NOTE("matrig log prints which board answered, reports a silent board within 2 s, and "
-              "prints a summary after each landing. If the links go silent during a landing, the "
-              "summary covers the data received so far."),
+              "prints a summary after each landing."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"

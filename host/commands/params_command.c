@@ -596,7 +596,7 @@ const struct command command_params = {
     "params",
     params_command,
     "[READINGS] [--push F.csv --mats N] [-o F] ...",
-    "scene parameters from simple laboratory tests",
+    "compute scene parameters from simple laboratory tests",
     COMMAND_PARTS(parts),
     {0, 1, "READINGS"},
 };

@@ -355,7 +355,7 @@ const struct command command_ready = {
     ready_command,
     "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE]\nDB --serial LINK "
     "--walk",
-    "go or no-go before a landing, and the walk test",
+    "check board, sensors and disk before a landing (go or no-go); walk test",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -395,9 +395,10 @@ static int record_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [KIND] [PLACE]",
-              "campaign database, kind of record, and its place as the kind needs: RUN, number of "
-              "the mat or joint, or station in ft. Without fields, the records are listed"),
+    HELP_ITEM(
+        "DB [KIND] [PLACE]",
+        "campaign database, kind of record, and its place, which depends on the kind: RUN, number "
+        "of a mat or joint, station in ft, or none. Without fields, the records are listed"),
     HELP_ITEM(
         "FIELD=VALUE",
         "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
@@ -408,14 +409,14 @@ static const struct command_part parts[] = {
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
                  "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
-               "list the differences between the records of two landings: --compare 4 5"),
+               "list the differences between the records of two landings"),
     OPTION_WHOLE("--measure", "N", measure, 1.0, 1e15, 0.0,
-                 "write a page with the picture of record N (-o F.html): mark two points of known "
-                 "distance and a third, and the page prints the command that records its height "
-                 "and the error"),
+                 "write a web page with the picture of record N (-o F.html). There you mark two "
+                 "points of known distance and a third point; the page prints the command that "
+                 "records the height of the third point with its error"),
     OPTION_TEXT("--csv", "F.csv", csv,
-                "add a record for each line of a file; its first line names place and fields, as "
-                "in a file from -o"),
+                "add a record for each line of a file; the first line names place and fields, as "
+                "in a file that -o wrote"),
     OPTION_TEXT("-o", "F.csv or .html", path,
                 "file for the records of KIND, or for the page of --measure"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
@@ -429,7 +430,7 @@ const struct command command_record = {
     "DB [KIND] [PLACE] [FIELD=VALUE ...] [--who W]\nDB --correct N FIELD=VALUE ... --reason T\nDB "
     "--withdraw N --reason T\nDB --measure N -o F.html\nDB --compare RUN RUN\nDB KIND --csv F | -o "
     "F\n--kinds",
-    "run conditions, acceptance of subgrade and mats, damage, launch, pictures",
+    "record run conditions, tests of subgrade and mats, damage, launch and pictures",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "DB"},
 };

@@ -166,7 +166,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--solver", "S", options.solver,
                 "solver; default: auto, which chooses one and states the reason. Planar models: "
                 "event, implicit, cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. Each "
-                "computes twice; the difference gives the error estimate"),
+                "solver computes the result twice, and the difference gives the error estimate"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for model chain, the largest error estimate allowed, "
                   "as a share of the largest movement"),

@@ -88,9 +88,9 @@ static const struct command_part error_parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
                 "plot error against run time (.svg, .png, .pdf). Errors are in ft, even with --si"),
-    HELP_NOTE(
-        "Every solver of the scene's model runs at several tolerances or steps. The reference is a "
-        "solution on which two different methods agree; without one, there is no table (exit 5)."),
+    HELP_NOTE("Every solver of the scene's model runs at several tolerances or steps. The "
+              "reference is a solution on which two different methods agree. If no two methods "
+              "agree, there is no table (exit 5)."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
@@ -98,7 +98,7 @@ const struct command command_error = {
     "error",
     study_exec,
     "SCENE [--plot F]",
-    "error of every solver against its run time",
+    "compare the error and the run time of every solver on a scene",
     COMMAND_PARTS(error_parts),
     {1, 1, "SCENE"},
 };
@@ -142,13 +142,13 @@ static const struct command_part sweep_parts[] = {
               "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs to vary, "
               "outputs. Without an option, the cases are listed, one line of JSON each"),
     OPTION_TEXT("--cases", "N..M", cases,
-                "run cases N to M in turn; N..: case N to the last; N: this case. Each result is a "
-                "line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
+                "run cases N to M in turn; N..: case N to the last; N: only case N. Each result is "
+                "a line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
                 "summarize the result files R.jsonl...: counts, reasons for failures, sensitivity "
                 "indices, all cases. Exit 1 when cases are missing"),
     OPTION_TEXT("-o", "F", output, "file to write: results of --cases, or cases of --table as CSV"),
-    HELP_NOTE("A failed case has a result line, too, with the reason for the failure."),
+    HELP_NOTE("A failed case also has a result line, which gives the reason."),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
 };
@@ -157,7 +157,8 @@ const struct command command_sweep = {
     "sweep",
     study_exec,
     "FILE\nFILE --cases N..M [-o R.jsonl]\nFILE --table R.jsonl... [-o T.csv]",
-    "run many cases of a scene or study: Cartesian, Latin hypercube, thresholds, indices",
+    "run many cases of a scene or study: grid, Latin hypercube, threshold search, sensitivity "
+    "indices",
     COMMAND_PARTS(sweep_parts),
     {1, 1 + SWEEP_FILES_MAX, "FILE"},
 };

@@ -798,13 +798,13 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. An unfinished survey is continued"),
-    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that types as one: "
-                             "a number and Enter. Each reading is on disk before the next prompt. "
-                             "Commands: s skip, u undo, b back, n TEXT note, q quit, ? help"),
+    HELP_ITEM("(no option)",
+              "enter readings at the keyboard, or with a caliper that acts as a keyboard: a number "
+              "and Enter. Commands: s skip, u undo, b back, n TEXT note, q quit, ? help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
                   "edges at which stations are read; default: left. diagonal is for mats laid at "
-                  "45 degrees: stations and transverse distances on all four lines along the "
-                  "runway, and distances along seven lines at 45 degrees"),
+                  "45 degrees: you read stations and transverse distances on all four lines along "
+                  "the runway, and distances along seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
@@ -816,15 +816,15 @@ static const struct command_part parts[] = {
                 "read a sheet. Readings that need confirmation are refused (exit 1) unless "
                 "--doubtful is given"),
     OPTION_TEXT("--sheet", "F.csv", sheet,
-                "write a sheet with all readings in walking order and their last values; -: to "
-                "standard output"),
+                "write an empty sheet for all readings, in walking order and with the last values; "
+                "-: to standard output"),
     OPTION_FLAG("--end", end, "end an incomplete survey"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                  "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
                  "landing DB lists it"),
     OPTION_FLAG("--show", show,
-                "show survey --survey N (default: the newest): opening and closing per ten mats, "
-                "movement, in-plane bow"),
+                "show opening and closing per ten mats, movement and in-plane bow of survey N "
+                "(default: the newest)"),
     OPTION_TEXT("--load", "LINK", load,
                 "send the openings to the board and read them back, over serial or CAN (a can: "
                 "link, or --can). Exit 1 when the board reports different values"),
@@ -847,7 +847,7 @@ const struct command command_survey = {
     "DB [--edges left|both|none|diagonal] [--new] [--closed IN] [--error IN] [--note T] [--from "
     "CSV [--doubtful] | --sheet F [--force]]\nDB --end | --show | --load LINK [--can] [--survey "
     "N]\nDB --withdraw N --reason T",
-    "survey the mat's gage points with a caliper: gaps, movement, in-plane bow; send joint "
+    "survey the mat's gage points with a caliper: gaps, movement, in-plane bow; send the joint "
     "openings to the board",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

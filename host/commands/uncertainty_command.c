@@ -317,7 +317,7 @@ static const struct command_part parts[] = {
         "DB",
         "campaign database; the budget is for the newest landing, with each channel at its peak"),
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: print the full budget of this channel; default: the "
-                         "combined uncertainty of all channels"),
+                         "combined uncertainty of every channel"),
     OPTION_RUN("--run", "RUN", run, "use this landing instead of the newest"),
     OPTION_TEXT(
         "--config", "F", config,
@@ -331,8 +331,8 @@ static const struct command_part parts[] = {
     OPTION_NUMBER(
         "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
         "with --config: time from zeroing of the gages to the reading; default: {standard}"),
-    HELP_NOTE("The budget adds certificate, position and temperature to the stated error of each "
-              "reading. x, u(x) and c are in inches and pounds, even with --si."),
+    HELP_NOTE("The budget adds the effects of certificate, position and temperature to the stated "
+              "error of each reading. x, u(x) and c are in inches and pounds, even with --si."),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 
@@ -340,7 +340,7 @@ const struct command command_uncertainty = {
     "uncertainty",
     uncertainty_command,
     "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K]",
-    "uncertainty budget of each channel, with its certificate",
+    "show the uncertainty budget and the certificate of each channel",
     COMMAND_PARTS(parts),
     {1, 2, "DB [CHANNEL]"},
 };

@@ -644,7 +644,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 #define CONFIRM_TIMEOUT_US 30000000u /* time to confirm */
 #define TYPING_HOLD_US     15000000u
 /* reply to an unknown command */
-#define HELP               "type arm [N], with N from 0 to 65535 (no N: the board's next number), or disarm"
+#define HELP               "type arm [N], with N from 0 to 65535 (default: the next number), or disarm"
 
 void typed_begin(struct typed *typed, bool commands, bool listen)
 {

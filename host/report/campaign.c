@@ -84,9 +84,9 @@ static void summary(const struct report *report, FILE *out)
             "board reported while its warning was on.",
             summary_row);
     if (uncalibrated)
-        fputs("<p>UNCALIBRATED: a sensor has no calibration date. Then \xc2\xb1 contains the error "
-              "of "
-              "the scale that its configuration states, and nobody has measured that error.</p>\n",
+        fputs("<p>UNCALIBRATED: a sensor has no calibration date. For such a sensor, \xc2\xb1 "
+              "contains the scale error that the configuration states; this error was not "
+              "measured.</p>\n",
               out);
 }
 
@@ -142,7 +142,7 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
         look += named;
     }
     figure_end(&figure, NULL, "%s%s", caption,
-               step > 1 ? " Thin lines: landings that the key leaves out." : "");
+               step > 1 ? " Thin lines: landings that the legend omits." : "");
 }
 
 static void profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
@@ -240,7 +240,7 @@ static void cumulative(const struct report *report, FILE *out)
                  series_name(&report->facts[first]));
     }
     if (series > 1) {
-        fputs("<h3>Series against each other</h3>\n", out);
+        fputs("<h3>Comparison of the series</h3>\n", out);
         draw_profiles(out, last, series, "cumulative displacement",
                       "cumulative displacement against station, of each series",
                       "Sum over each series. Compare fig. 5.2 of the 1973 report.", si);
@@ -259,7 +259,7 @@ static void cumulative(const struct report *report, FILE *out)
 
 static void overlay(const struct report *report, FILE *out)
 {
-    struct figure figure = figure_begin(out, report->si, "two landings on one axis", 2,
+    struct figure figure = figure_begin(out, report->si, "two landings in one plot", 2,
                                         FIGURE_EACH);
     figure_end(&figure, NULL,
                "Speed against time since touchdown, and displacement against gear position.");
@@ -496,9 +496,10 @@ static void compared(const struct report *report, FILE *out)
         answer_sentence(
             answer, NULL,
             "Newest comparison of each landing. Differences are measured minus simulated, over all "
-            "samples of all channels. En: difference over its expanded (95 %%) uncertainty; up to "
-            "1 means agreement. Zones: mats that both records have closed, of those that either "
-            "has. Simulation error: the simulation's own estimate, one standard error.");
+            "samples of all channels. En: difference divided by its expanded (95 %%) uncertainty; "
+            "up to 1 means agreement. Zones: number of mats that are closed in both measurement "
+            "and simulation, of those closed in either. Simulation error: the simulation's own "
+            "estimate, one standard error.");
     report_answer(answer, out);
 }
 
@@ -597,14 +598,14 @@ static void warnings(const struct report *report, FILE *out)
     answer_close(answer);
     answer_sentence(
         answer, NULL,
-        "Zone reached: the wheel reached at least 50 closed mats before it stopped, by "
-        "survey and transducers or by observation, never by the predictor. Hit: the warning came "
-        "before that; too late: after it; missed: a zone without a warning; false: a warning "
-        "without a zone; correctly quiet: neither. Measured "
-        "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
-        "by the survey after the landing. Times count from touchdown. The survey's segments "
-        "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time, which "
-        "is the time from the first warning to 50 mats.");
+        "Zone reached: the wheel reached at least 50 closed mats before it stopped, according to "
+        "survey and transducers or to an observation, never to the predictor. Hit: the board "
+        "warned before the wheel reached the zone; too late: it warned later; missed: a zone "
+        "without a warning; false: a warning without a zone; correctly quiet: neither. Measured "
+        "zone: the longest one that the wheel reached. Closed mats after: at the wheel, in the "
+        "survey after the landing. Times count from touchdown. Lead time: time from the first "
+        "warning until the wheel reached 50 closed mats; its accuracy is limited by the survey's "
+        "segments of ten mats.");
     report_answer(answer, out);
 }
 
@@ -681,12 +682,13 @@ static void advice(const struct report *report, FILE *out)
         advice_rows(report, &advice[i], i + 1, answer);
     answer_close(answer);
     if (count)
-        answer_sentence(answer, NULL,
-                        "Recommendations of matrig advise, each with the landing that followed it "
-                        "and those that started on the same runway, restored. Followed: advised "
-                        "against, it braked no harder than advised. "
-                        "Zone probability: of a zone of 50 closed mats, with its sampling "
-                        "interval; matrig advises against a landing from the limit on.");
+        answer_sentence(
+            answer, NULL,
+            "Recommendations of matrig advise. Each is shown with the landing that followed it, "
+            "and with later landings that started on the same, restored runway. Followed: after "
+            "advice against the plan, the landing braked no harder than advised. Zone probability: "
+            "probability of a zone of 50 closed mats, with its sampling interval. At or above the "
+            "limit, matrig advises against a landing.");
     report_answer(answer, out);
     free(advice);
 }

@@ -285,7 +285,7 @@ static void number_fact(const struct report *report, const struct number_row *ro
     if (known > 1 && isfinite(error))
         fprintf(out, " <small>each &plusmn; %.*f or less</small>", d, error);
     if (known && known < report->landings)
-        fprintf(out, " <small>not known of %zu</small>", report->landings - known);
+        fprintf(out, " <small>unknown for %zu</small>", report->landings - known);
     end_fact(out);
 }
 
@@ -450,8 +450,8 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
     fputs(".</strong> ", out);
     if (outcome->reached == OUTCOME_REACHED && isfinite(outcome->t_s))
         fprintf(out,
-                "By survey and transducers, in segments of ten mats, the wheel reached %d closed "
-                "mats about %.1f s after touchdown; ",
+                "According to survey and transducers (resolution: ten mats), the wheel reached %d "
+                "closed mats about %.1f s after touchdown; ",
                 OUTCOME_MATS, outcome->t_s);
     else if (outcome->reached == OUTCOME_REACHED)
         fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));

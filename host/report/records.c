@@ -68,7 +68,7 @@ static void put_map(const struct report *report, FILE *out)
                                               .ticks = ROWS});
     for (size_t i = first; i < all->count; i++)
         draw_record(&figure, &all->entry[i]);
-    figure_end(&figure, keys, "Records that hold, over the runway.");
+    figure_end(&figure, keys, "Valid records, by station.");
 }
 
 /* Tables of the kinds that belong to landing `run`; 0: to the runway. */

@@ -258,7 +258,7 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
     double sum = 0.0;
     for (size_t i = 0; i < s->cleats; i++)
         sum += s->cleat_left[i];
-    answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
+    answer_json_value(answer, "cleat_left", numbers_json(s->cleat_left, s->cleats));
     answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
     answer_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
                   s->cleat_left[worst], s->cleat_mat[worst]);

@@ -64,7 +64,7 @@ an_odd_name_is_refused() { # a unit that matrig does not know, or one that is sc
 }
 mistakes_are_refused() {
     printf 'in,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: more per code than any sensor of the rig gives; .*the values may have been in mm$' || return 1
+    refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: the value per code is larger than that of any sensor of the rig; .*the values may have been in mm$' || return 1
     printf 'in,codes\n62.1,0\n372.4,0.5\n682.6,1\n' >"$tmp/points.csv"
     refuses d3 1 'is 620.*the columns may be swapped$' || return 1
     printf 'lb,codes\n0,496.5\n177.93,744.7\n355.86,993.0\n' >"$tmp/points.csv"

@@ -129,7 +129,7 @@ in_the_report() {
     record damage 2 station_ft=85 what=dislocated pieces=13 side=left note='<i>overrun' >/dev/null && $matrig --json report "$db" -o "$tmp/with.html" >/dev/null || return 1
     grep -q '<section id="records">' "$tmp/with.html" && [ "$(grep -c 'Conditions, damage and pictures' "$tmp/with.html")" = 2 ] && grep -q '3 pass, 2 fail, 2 within' "$tmp/with.html" &&
         grep -q '&lt;i&gt;overrun' "$tmp/with.html" && ! grep -q '<i>overrun' "$tmp/with.html" && grep -q '12.8 (was 11.5)' "$tmp/with.html" && grep -q 'wrong mat' "$tmp/with.html" &&
-        grep -q "SHA-256 $(sha256sum "$tmp/bow.jpg" | cut -c 1-12)" "$tmp/with.html" && sed 's/<[^>]*>/ /g' "$tmp/with.html" | grep 'braking planned (ft/s.*) *4 *4.6 '
+        grep -q "SHA-256 $(sha256sum "$tmp/bow.jpg" | cut -c 1-12)" "$tmp/with.html" && sed 's/<[^>]*>/ /g' "$tmp/with.html" | grep 'planned braking (ft/s.*) *4 *4.6 '
 }
 # Mats are 2 ft by 7: mat 2 from 2/7 to 4/7 ft. Valid records alone; mat 8 (2 to 16/7 ft) was withdrawn.
 map_in_the_report() {
@@ -157,7 +157,7 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
     day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
     cat "$tmp/said"
-    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'drive on the track (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
+    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
     day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them

@@ -65,7 +65,7 @@ for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matr
                        ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
     assert unsaid[term].startswith("not entered") and how in unsaid[term] and said[term] == two[term] == is_, term
 assert unsaid["gear weight"].startswith("not entered") and "weight_lb" in unsaid["gear weight"]
-assert said["gear weight"].startswith("935.0 to 1010.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "4492.7 N" # 1010 lbf
+assert said["gear weight"].startswith("935.0 to 1010.0 lb") and "unknown for 1" in said["gear weight"] and two["gear weight"].strip() == "4492.7 N" # 1010 lbf
 assert unsaid["sensor serial numbers"].startswith("not entered") and "(UTC+0545)" in said["date (UTC)"]
 assert unsaid["place"].startswith("not entered") # the configuration was not read: played over files
 assert said["landings"] == "3: RUN 1 to 3" and two["landings"] == "1: RUN 2"

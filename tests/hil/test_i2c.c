@@ -373,14 +373,14 @@ TEST_IN(what_the_manual_forbids_ends_the_run, wake, put_away)
     put(CR2, 42);
     put(CCR, 80);
     put(CR1, PE);
-    ends_the_run("FREQ other than PCLK1");
+    ends_the_run("FREQ is not PCLK1");
     put(CR1, SWRST);
     put(CR1, 0);
     configure_i2c();
     put(CR1, 0);
     put(TRISE, 5); /* of fast mode */
     put(CR1, PE);
-    ends_the_run("TRISE other than");
+    ends_the_run("TRISE is not");
     (void)get(CR1 + 0x24);
     ends_the_run("I2C1 + 0x24");
 }

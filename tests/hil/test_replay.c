@@ -166,7 +166,8 @@ TEST(what_is_none_is_refused)
     char lines[2000];
     refused("crystal 1\n", true, MR_MALFORMED, "no block records");
     refused("crystal 2\n", true, MR_MALFORMED, "test.replay:2: unknown line");
-    refused("edge 70\nedge 70\n", true, MR_MALFORMED, "test.replay:3: a tick in order");
+    refused("edge 70\nedge 70\n", true, MR_MALFORMED,
+            "test.replay:3: expected ticks in ascending order");
     refused("frame 70\nframe 84069\n", true, MR_MALFORMED, "at least 84000 apart");
     refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "in order of time");
     refused("block 00zz\n", true, MR_MALFORMED, "not a block record of this layout");

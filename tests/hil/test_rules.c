@@ -449,8 +449,9 @@ TEST(a_converter_samples_long_enough_for_its_source)
     print_message("# %s\n", hil_board_reason(board));
     assert_non_null(
         strstr(hil_board_reason(board),
-               "rule SAMPLING: a converter samples for too short a time for its source: "
-               "input 0 of ADC1 has 10000 Ohm, but 3 clocks of 8.0 MHz allow only 2051"));
+               "rule SAMPLING: a converter samples too briefly for the resistance of its source: "
+               "the source at input 0 of ADC1 has 10000 Ohm, but sampling for 3 clocks of 8.0 MHz "
+               "allows only 2051 Ohm"));
     hil_board_destroy(board);
 
     board = bench_board("rules", NULL);
@@ -477,7 +478,7 @@ TEST(a_faster_clock_is_another_window)
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
         hil_adc_trigger(&board->mcu.adc, 0, true, hil_now_cycle(&board->core));
         assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
-        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz allow only 2051"));
+        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz allows only 2051"));
         assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurements, 2);
         hil_board_destroy(board);
     }

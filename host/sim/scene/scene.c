@@ -159,7 +159,7 @@ static const struct sim_key keys[] = {
     INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
     POSITIVE("mats_crossed", mats_crossed, "mats",
-             "length of the run: mats that the wheel crosses at Vac"),
+             "length of the run, as the number of mats that the wheel crosses at Vac"),
     NOT_NEGATIVE("tend", t_end_s, "s",
                  "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
     LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times of the output"),
@@ -186,8 +186,8 @@ static const struct sim_key keys[] = {
           "movement over which the holding force falls to 1/e"),
     POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
     RANGE("cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
-          "exponent of the depth in the soil in the holding force of a raised or bent cleat; 0: "
-          "exponent 2 if raised, 1 if bent"),
+          "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
+          "the soil)^p; 0: p is 2 if raised, 1 if bent"),
     RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
           "rotation above which a cleat springs back; needs cleat_power"),
     LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
