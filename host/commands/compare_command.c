@@ -82,7 +82,7 @@ static void write_csv(const struct request *request, const struct compare_landin
 {
     struct output output;
     output_begin(&output, request->output, fatal);
-    compare_csv(output.file, landing, si);
+    compare_write_csv(output.file, landing, si);
     output_end(&output, fatal);
 }
 
@@ -113,9 +113,9 @@ static int compare_one(struct store *store, const struct request *request,
         write_csv(request, &landing, cli->si);
     compare_judge(&landing.figures, &request->limits, &verdict);
     if (cli->json || request->all)
-        compare_answer(&landing.figures, &verdict, answer);
+        compare_to_answer(&landing.figures, &verdict, answer);
     else
-        compare_brief_answer(&landing.figures, &verdict, answer);
+        compare_add_brief(&landing.figures, &verdict, answer);
     measured_print_excluded(&landing.measured, cli);
     compare_landing_free(&landing);
     return conclude(&verdict, answer, cli);
@@ -136,7 +136,7 @@ static int compare_many(struct store *store, const struct request *request,
     struct cli for_progress = *cli;
     compare_series_run(store, request->series, model, progress, &for_progress, &set, fatal);
     compare_series_judge(&set, &request->limits);
-    compare_series_answer(&set, answer);
+    compare_series_to_answer(&set, answer);
     struct compare_verdict verdict = set.verdict;
     compare_series_free(&set);
     return conclude(&verdict, answer, cli);

@@ -14,7 +14,8 @@
 /* standard deviations that noise does not reach in some thousand samples */
 #define FAR_FROM_NOISE 5.0
 
-double signal_en(double measured, double measured_error, double simulated, double simulated_error)
+double signal_normalized_error(double measured, double measured_error, double simulated,
+                               double simulated_error)
 {
     double error = hypot(measured_error, simulated_error), difference = fabs(measured - simulated);
     if (isnan(difference) || isnan(error))
@@ -57,7 +58,7 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
 
 /* Mean of the samples around i that exist on both sides, so that both are smoothed alike. NaN:
  * none. */
-static double smooth(const struct signal *s, const double *values, size_t i)
+static double moving_mean(const struct signal *s, const double *values, size_t i)
 {
     size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
            to = i + half < s->count ? i + half : s->count - 1;
@@ -84,7 +85,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     size_t at = 0, first = 0;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i) ? smooth(s, values, i) : (double)NAN;
+        double value = has_both(s, i) ? moving_mean(s, values, i) : (double)NAN;
         if (isnan(value) || fabs(value) <= fabs(peak.value))
             continue;
         peak.value = value;
@@ -92,8 +93,8 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     }
     if (isnan(peak.value))
         return peak;
-    double near = fmax(SIGNAL_NEAR * fabs(peak.value), FAR_FROM_NOISE * noise);
-    for (first = 0; !(fabs(peak.value - smooth(s, values, first)) <= near);)
+    double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), FAR_FROM_NOISE * noise);
+    for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
         first++; /* ends at the peak at the latest */
     peak.error = errors[at];
     peak.t_s = time_of(s, (double)first);
@@ -105,12 +106,13 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
                                          const double *errors, double noise, double peak,
                                          bool measured)
 {
-    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN};
+    struct signal_moment arrival = {SIGNAL_ARRIVAL_FRACTION * peak, (double)NAN, (double)NAN,
+                                    (double)NAN};
     double threshold = fabs(arrival.value), before = (double)NAN;
     if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i) ? smooth(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
+        double value = has_both(s, i) ? moving_mean(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
                                       : (double)NAN;
         if (isnan(value))
             continue;
@@ -122,7 +124,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             return arrival;
         size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
-        double slope = fabs(smooth(s, values, to) - smooth(s, values, from)) /
+        double slope = fabs(moving_mean(s, values, to) - moving_mean(s, values, from)) /
                        ((double)(to - from) * s->dt_s);
         double u = errors[i];
         if (measured) /* the measured value is a mean, with less noise */
@@ -167,7 +169,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 /* used if the stop has no error: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
-void compare_clock_make(const struct measured *measured, struct compare_clock *clock)
+void compare_clock_init(const struct measured *measured, struct compare_clock *clock)
 {
     struct track track;
     double unused;
@@ -203,9 +205,9 @@ double compare_time_error(const struct compare_clock *clock, double t_s)
 #define MAT_FT     ((double)MR_MAT_LENGTH_FT)
 #define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
 
-struct compare_zone compare_closed_run(const float *remaining_in, double wheel_ft)
+struct compare_zone compare_find_closed(const float *remaining_in, double wheel_ft)
 {
-    struct compare_zone best = {.known = true};
+    struct compare_zone best = {.is_known = true};
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned end = s;
         while (end < MR_SEGMENTS && remaining_in[end] < MR_CLOSURE_OPEN_IN)
@@ -225,12 +227,12 @@ struct compare_zone compare_closed_run(const float *remaining_in, double wheel_f
     return best;
 }
 
-struct compare_overlap compare_overlap_of(const struct compare_zone *a,
-                                          const struct compare_zone *b)
+struct compare_overlap compare_find_overlap(const struct compare_zone *a,
+                                            const struct compare_zone *b)
 {
     struct compare_overlap overlap = {
-        .known = a->known && b->known, .start_ft = (double)NAN, .end_ft = (double)NAN};
-    if (!overlap.known)
+        .is_known = a->is_known && b->is_known, .start_ft = (double)NAN, .end_ft = (double)NAN};
+    if (!overlap.is_known)
         return overlap;
     if (a->mats > 0.0 && b->mats > 0.0) {
         overlap.common_mats =
@@ -247,9 +249,9 @@ struct compare_overlap compare_overlap_of(const struct compare_zone *a,
 
 /* The board's newest zone and prediction at a time. */
 static struct compare_zone board_zone(const struct measured *measured,
-                                      const struct compare_said *said, double t_s)
+                                      const struct compare_board_reports *said, double t_s)
 {
-    struct compare_zone zone = {.known = false};
+    struct compare_zone zone = {.is_known = false};
     const struct store_zone *row = NULL;
     for (size_t i = 0; i < said->zones && zones_time_s(measured, &said->zone[i]) <= t_s; i++)
         row = &said->zone[i];
@@ -288,7 +290,7 @@ static struct compare_zone measured_zone(const struct measured *measured,
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
     if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
-        return (struct compare_zone){.known = false};
+        return (struct compare_zone){.is_known = false};
     zones_find_closed(measured, survey, (size_t)sample, remaining_in, &run);
     const double error_ft = SEGMENT_FT / sqrt(12.0);
     return (struct compare_zone){
@@ -300,19 +302,19 @@ static struct compare_zone simulated_zone(const struct compare_segments *segment
 {
     double row = floor(t_s / segments->dt_s + 0.5);
     if (segments->rows == 0 || !(row >= 0.0))
-        return (struct compare_zone){.known = false};
+        return (struct compare_zone){.is_known = false};
     size_t at = row < (double)segments->rows ? (size_t)row : segments->rows - 1;
-    return compare_closed_run(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
+    return compare_find_closed(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
 }
 
-struct input {
+struct zone_input {
     const struct measured *measured;
     const struct zones_closure *survey;
     const struct compare_segments *segments;
-    const struct compare_said *said;
+    const struct compare_board_reports *said;
 };
 
-static void extend_range(const struct input *in, const char *what, double t_s,
+static void extend_range(const struct zone_input *in, const char *what, double t_s,
                          struct compare_zone_moment *moment)
 {
     moment->what = what;
@@ -321,22 +323,23 @@ static void extend_range(const struct input *in, const char *what, double t_s,
     moment->zone[COMPARE_MEASURED] = measured_zone(in->measured, in->survey, t_s);
     moment->zone[COMPARE_BOARD] = board_zone(in->measured, in->said, t_s);
     moment->zone[COMPARE_SIMULATED] = simulated_zone(in->segments, t_s, moment->wheel_ft);
-    moment->board = compare_overlap_of(&moment->zone[COMPARE_MEASURED],
-                                       &moment->zone[COMPARE_BOARD]);
-    moment->simulated = compare_overlap_of(&moment->zone[COMPARE_MEASURED],
-                                           &moment->zone[COMPARE_SIMULATED]);
+    moment->board = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
+                                         &moment->zone[COMPARE_BOARD]);
+    moment->simulated = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
+                                             &moment->zone[COMPARE_SIMULATED]);
 }
 
 /* Time of the longest zone while the gear moves: of the measured zone, else the board's, else
  * the simulated one. */
-static double longest_s(const struct input *in, double stop_s, enum compare_zone_source *source)
+static double longest_s(const struct zone_input *in, double stop_s,
+                        enum compare_zone_source *source)
 {
     double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
     for (double t_s = 0.0; t_s < stop_s; t_s += STEP_S) {
         struct compare_zone_moment moment;
         extend_range(in, "", t_s, &moment);
         for (int k = 0; k < COMPARE_SOURCES; k++) {
-            if (!moment.zone[k].known || moment.zone[k].mats <= most[k])
+            if (!moment.zone[k].is_known || moment.zone[k].mats <= most[k])
                 continue;
             most[k] = moment.zone[k].mats;
             at_s[k] = t_s;
@@ -350,12 +353,12 @@ static double longest_s(const struct input *in, double stop_s, enum compare_zone
     return (double)NAN;
 }
 
-void compare_zones(const struct measured *measured, const struct zones_closure *survey,
-                   const struct compare_said *said, const struct compare_segments *segments,
-                   struct compare_zones *zones)
+void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
+                        const struct compare_board_reports *said,
+                        const struct compare_segments *segments, struct compare_find_zones *zones)
 {
     static const char *const longest[] = {"longest measured", "longest said", "longest simulated"};
-    const struct input in = {measured, survey, segments, said};
+    const struct zone_input in = {measured, survey, segments, said};
     double stop_s = measured->summary.stop_t_s.value,
            end_s = measured_time_s(measured, measured->samples - 1);
     enum compare_zone_source source;
@@ -366,7 +369,8 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
     extend_range(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
 }
 
-const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest)
+const struct compare_zone_moment *compare_find_moment(const struct compare_find_zones *zones,
+                                                      bool rest)
 {
     for (size_t i = 0; i < zones->count; i++) {
         if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
@@ -377,7 +381,7 @@ const struct compare_zone_moment *compare_moment_of(const struct compare_zones *
 
 /* Movement, or spread, of a row at a time: linear between samples, constant after the last one,
  * NaN before the first. */
-static double at(const struct store_simulation *row, const float *values, double t_s)
+static double interpolate(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
     if (!values || row->length == 0 || !(k >= 0.0))
@@ -405,14 +409,15 @@ void compare_curves(const struct measured *measured, const struct compare_clock 
         s->t_s[i] = t_s;
         bool outside = t_s < 0.0 || t_s > end_s;
         s->measured_in[i] = outside ? (double)NAN : measured_value(channel, i);
-        s->simulated_in[i] = outside ? (double)NAN : at(row, row->series_in, t_s);
+        s->simulated_in[i] = outside ? (double)NAN : interpolate(row, row->series_in, t_s);
         s->time_error_s[i] = compare_time_error(clock, t_s);
-        double before_in = at(row, row->series_in, fmax(t_s - s->time_error_s[i], row->t0_s));
-        s->alignment_in[i] = 0.5 *
-                             fabs(at(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
+        double before_in = interpolate(row, row->series_in,
+                                       fmax(t_s - s->time_error_s[i], row->t0_s));
+        s->alignment_in[i] =
+            0.5 * fabs(interpolate(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
         s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0),
                                         s->alignment_in[i]);
-        double spread_in = at(row, row->spread_in, t_s);
+        double spread_in = interpolate(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
 }
@@ -437,8 +442,8 @@ static void find_end(const struct measured *measured, const struct measured_chan
     out->end_measured.error = hypot(measured_error(measured, channel, sum_m / n, n), alignment / n);
     out->end_simulated.value = sum_s / n;
     out->end_simulated.error = simulated_error / n;
-    out->end_en = signal_en(out->end_measured.value, out->end_measured.error,
-                            out->end_simulated.value, out->end_simulated.error);
+    out->end_en = signal_normalized_error(out->end_measured.value, out->end_measured.error,
+                                          out->end_simulated.value, out->end_simulated.error);
 }
 
 static void find_figures(const struct measured *measured, const struct measured_channel *channel,
@@ -455,22 +460,22 @@ static void find_figures(const struct measured *measured, const struct measured_
         .time_error_s = s->time_error_s,
         .noise = isnan(channel->noise) ? 0.0 : channel->noise,
     };
-    struct signal_figures *f = &out->f;
+    struct signal_figures *f = &out->figures;
     signal_compare(&signal, f);
     /* channel->peak excludes the noise that raises a maximum (measured.h) */
     f->peak_measured.value = channel->peak;
     f->peak_measured.error = channel->error;
     find_end(measured, channel, s, out);
-    out->bias_en = signal_en(f->bias, f->bias_error, 0.0, 0.0);
-    out->peak_en = signal_en(f->peak_measured.value, f->peak_measured.error,
-                             f->peak_simulated.value, f->peak_simulated.error);
+    out->bias_en = signal_normalized_error(f->bias, f->bias_error, 0.0, 0.0);
+    out->peak_en = signal_normalized_error(f->peak_measured.value, f->peak_measured.error,
+                                           f->peak_simulated.value, f->peak_simulated.error);
     const struct signal_moment *m = &f->arrival_measured, *a = &f->arrival_simulated;
-    out->arrival_en = signal_en(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
+    out->arrival_en = signal_normalized_error(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
 }
 
 /* The most frequent reason for invalid readings. */
-static const char *most_often(const struct measured *measured,
-                              const struct measured_channel *channel)
+static const char *most_frequent_reason(const struct measured *measured,
+                                        const struct measured_channel *channel)
 {
     size_t counts[256] = {0}, most = 0;
     for (size_t i = 0; i < measured->samples; i++)
@@ -494,16 +499,16 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
     }
     out->valid = of ? (double)valid / (double)of : 0.0;
     if (!row || row->length == 0)
-        snprintf(out->why, sizeof out->why, "not simulated; compare the landing again");
+        snprintf(out->reason, sizeof out->reason, "not simulated; compare the landing again");
     else if (!channel->raw || of == 0)
-        snprintf(out->why, sizeof out->why, "no readings were received");
+        snprintf(out->reason, sizeof out->reason, "no readings were received");
     else if (isnan(channel->baseline))
-        snprintf(out->why, sizeof out->why, "no reading at rest before the landing: %s",
-                 most_often(measured, channel));
-    else if (out->valid < COMPARE_LEAST_VALID)
-        snprintf(out->why, sizeof out->why,
+        snprintf(out->reason, sizeof out->reason, "no reading at rest before the landing: %s",
+                 most_frequent_reason(measured, channel));
+    else if (out->valid < COMPARE_MIN_VALID)
+        snprintf(out->reason, sizeof out->reason,
                  "only %.0f %% of its readings are valid, at least half are needed: %s",
-                 100.0 * out->valid, most_often(measured, channel));
+                 100.0 * out->valid, most_frequent_reason(measured, channel));
     else
         return true;
     return false;
@@ -524,7 +529,7 @@ static void add_channel(const struct measured *measured, const struct compare_cl
                                     .end_measured = {nan, nan, nan, nan},
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
-    signal_compare(&empty, &out->f); /* sets all figures to unknown */
+    signal_compare(&empty, &out->figures); /* sets all figures to unknown */
     out->compared = is_usable(measured, channel, row, out);
     if (!out->compared)
         return;
@@ -533,10 +538,11 @@ static void add_channel(const struct measured *measured, const struct compare_cl
     free(series.storage);
 }
 
-void compare_figures(const struct measured *measured, const struct zones_closure *survey,
-                     const struct compare_said *said, const struct store_simulation_head *head,
-                     const struct store_simulation *rows, size_t count,
-                     struct compare_figures *figures)
+void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
+                          const struct compare_board_reports *said,
+                          const struct store_simulation_head *head,
+                          const struct store_simulation *rows, size_t count,
+                          struct compare_find_figures *figures)
 {
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
@@ -547,7 +553,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     figures->error_in = head->error_in;
     figures->seeds = head->seeds;
     figures->surveyed = survey->surveyed;
-    compare_clock_make(measured, &figures->clock);
+    compare_clock_init(measured, &figures->clock);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         const struct store_simulation *row = NULL;
@@ -563,10 +569,10 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,
                                               head->segments_dt_s};
-    compare_zones(measured, survey, said, &segments, &figures->zones);
+    compare_find_zones(measured, survey, said, &segments, &figures->zones);
 }
 
-struct compare_mean compare_mean_of(const struct compare_figures *figures)
+struct compare_mean compare_mean_of(const struct compare_find_figures *figures)
 {
     struct compare_mean mean = {0};
     double sum = 0.0, squares = 0.0;
@@ -574,12 +580,12 @@ struct compare_mean compare_mean_of(const struct compare_figures *figures)
         const struct compare_channel *c = &figures->channel[i];
         if (!c->compared)
             continue;
-        double n = (double)c->f.compared;
+        double n = (double)c->figures.compared;
         mean.channels++;
         mean.samples += n;
-        sum += n * c->f.bias;
-        squares += n * c->f.rms * c->f.rms;
-        mean.worst_rms_in = fmax(mean.worst_rms_in, c->f.rms);
+        sum += n * c->figures.bias;
+        squares += n * c->figures.rms * c->figures.rms;
+        mean.worst_rms_in = fmax(mean.worst_rms_in, c->figures.rms);
         mean.peak_en = fmax(mean.peak_en, c->peak_en);
     }
     mean.bias_in = mean.samples > 0.0 ? sum / mean.samples : (double)NAN;
@@ -591,28 +597,29 @@ struct compare_mean compare_mean_of(const struct compare_figures *figures)
 
 /* ---- agreement ---- */
 
-void compare_agreement(const struct compare_figures *figures, struct compare_agreement *a)
+void compare_find_agreement(const struct compare_find_figures *figures,
+                            struct compare_find_agreement *a)
 {
-    *a = (struct compare_agreement){.run = figures->run,
-                                    .against = figures->against[0] ? figures->against
-                                                                   : "the simulation",
-                                    .en = (double)NAN};
+    *a = (struct compare_find_agreement){.run = figures->run,
+                                         .against = figures->against[0] ? figures->against
+                                                                        : "the simulation",
+                                         .en = (double)NAN};
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
         const struct {
             const char *value;
             bool is_time;
             double measured, simulated, en;
-        } values[] = {
-            {"peak", false, c->f.peak_measured.value, c->f.peak_simulated.value, c->peak_en},
-            {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en},
-            {"arrival", true, c->f.arrival_measured.t_s, c->f.arrival_simulated.t_s,
-             c->arrival_en}};
+        } values[] = {{"peak", false, c->figures.peak_measured.value,
+                       c->figures.peak_simulated.value, c->peak_en},
+                      {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en},
+                      {"arrival", true, c->figures.arrival_measured.t_s,
+                       c->figures.arrival_simulated.t_s, c->arrival_en}};
         for (size_t k = 0; k < 3 && c->compared; k++) {
             if (isnan(values[k].en))
                 continue;
-            a->judged++;
-            a->differ += values[k].en > 1.0;
+            a->values_judged++;
+            a->values_differing += values[k].en > 1.0;
             if (a->channel && values[k].en <= a->en)
                 continue;
             a->channel = c;
@@ -625,23 +632,25 @@ void compare_agreement(const struct compare_figures *figures, struct compare_agr
     }
 }
 
-void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPARE_SENTENCE])
+void compare_write_sentence(const struct compare_find_agreement *a, bool si,
+                            char out[COMPARE_SENTENCE_SIZE])
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     const enum unit_kind kind = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char measured[UNIT_TEXT], simulated[UNIT_TEXT];
     if (!a->channel) {
-        snprintf(out, COMPARE_SENTENCE,
+        snprintf(out, COMPARE_SENTENCE_SIZE,
                  "No peak, end or arrival of landing %" PRId64 " could be compared with %s", a->run,
                  a->against);
         return;
     }
-    snprintf(out, COMPARE_SENTENCE,
+    snprintf(out, COMPARE_SENTENCE_SIZE,
              "Landing %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
              "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
              "simulated %s, En %.3g",
-             a->run, a->differ ? "differs from" : "agrees with", a->against, a->differ, a->judged,
-             a->value, a->channel->number, a->channel->station_ft * station->factor, station->text,
+             a->run, a->values_differing ? "differs from" : "agrees with", a->against,
+             a->values_differing, a->values_judged, a->value, a->channel->number,
+             a->channel->station_ft * station->factor, station->text,
              unit_value_text(kind, si, a->measured, 4, measured),
              unit_value_text(kind, si, a->simulated, 4, simulated), a->en);
 }

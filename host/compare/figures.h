@@ -17,20 +17,20 @@
  *     rms      root mean square of d
  *     chi      root mean square of d / sqrt(u_m^2 + u_s^2): 1 if the errors explain all of d
  *     peak     extreme, by magnitude, of the mean over SIGNAL_WINDOW samples. Its time is when
- *              this mean first comes within SIGNAL_NEAR of the peak, or within five standard
- *              deviations of the noise if that is more: on a plateau, noise decides where the
- *              largest value is
- *     arrival  first time at which this mean crosses SIGNAL_ARRIVAL of its peak, interpolated
- *              linearly between two samples. Its error has three parts: noise and error of the
- *              value, divided by the slope there; alignment; sample spacing / sqrt(12). Not known
- *              if the threshold is below five standard deviations of the noise
+ *              this mean first differs from the peak by at most SIGNAL_PEAK_TOLERANCE times the
+ *              peak, or by five standard deviations of the noise if that is more: on a plateau,
+ *              noise determines where the largest value is
+ *     arrival  first time at which this mean crosses SIGNAL_ARRIVAL_FRACTION of its peak,
+ *              interpolated linearly between two samples. Its error has three parts: noise and
+ *              error of the value, divided by the slope there; alignment; sample spacing /
+ *              sqrt(12). Not known if the threshold is below five standard deviations of the noise
  *     En       |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two values agree
  *              (ISO 13528, coverage factor 2)
  *
  * NaN: a missing sample; in a result: not known. */
-#define SIGNAL_WINDOW  11
-#define SIGNAL_ARRIVAL 0.1
-#define SIGNAL_NEAR    0.01
+#define SIGNAL_WINDOW           11
+#define SIGNAL_ARRIVAL_FRACTION 0.1
+#define SIGNAL_PEAK_TOLERANCE   0.01
 
 /* Sample i is at t0_s + i dt_s. The caller owns the arrays. */
 struct signal {
@@ -62,7 +62,8 @@ struct signal_figures {
 void signal_compare(const struct signal *signal, struct signal_figures *figures);
 
 /* En of two values. NaN: one of them is not known. INFINITY: they differ and have no error. */
-double signal_en(double measured, double measured_error, double simulated, double simulated_error);
+double signal_normalized_error(double measured, double measured_error, double simulated,
+                               double simulated_error);
 
 /* Error of the measured wheel's times: the error of its station (host/analyse/track.h) divided by
  * its speed, limited to the error of the stop time. It is the uncertainty, from the timing of edges
@@ -73,7 +74,7 @@ struct compare_clock {
     double stop_s, stop_error_s;
     double error_s[COMPARE_CLOCK_POINTS + 1]; /* errors at equal steps from touchdown to the stop */
 };
-void compare_clock_make(const struct measured *measured, struct compare_clock *clock);
+void compare_clock_init(const struct measured *measured, struct compare_clock *clock);
 double compare_time_error(const struct compare_clock *clock, double t_s);
 
 /* Zones of closed mats at the same moment: as measured (survey and transducers, common/closure.h),
@@ -87,13 +88,13 @@ double compare_time_error(const struct compare_clock *clock, double t_s);
 enum compare_zone_source { COMPARE_MEASURED, COMPARE_BOARD, COMPARE_SIMULATED, COMPARE_SOURCES };
 
 struct compare_zone {
-    bool known;  /* false: not measured, reported or simulated */
-    double mats; /* length of the zone; 0: no zone */
+    bool is_known; /* false: not measured, reported or simulated */
+    double mats;   /* length of the zone; 0: no zone */
     double start_ft, end_ft, start_error_ft, end_error_ft;
 };
 
 struct compare_overlap {
-    bool known;
+    bool is_known;
     double common_mats, all_mats; /* length of the intersection and of the union */
     double share;                 /* common / all; 1 if neither has a zone */
     double start_ft, end_ft;      /* measured minus the other; NaN if either has no zone */
@@ -109,23 +110,24 @@ struct compare_zone_moment {
 
 #define COMPARE_MOMENTS 2u /* when the zone is longest, and at rest */
 
-struct compare_zones {
+struct compare_find_zones {
     size_t count; /* 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
 /* The moment at rest, or the other moment; NULL: not known. */
-const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest);
-struct compare_overlap compare_overlap_of(const struct compare_zone *measured,
-                                          const struct compare_zone *other);
+const struct compare_zone_moment *compare_find_moment(const struct compare_find_zones *zones,
+                                                      bool rest);
+struct compare_overlap compare_find_overlap(const struct compare_zone *measured,
+                                            const struct compare_zone *other);
 
 /* Longest run of segments with remaining openings below MR_CLOSURE_OPEN_IN whose end is ahead of
  * the wheel. A run that contains the wheel begins at the wheel. */
-struct compare_zone compare_closed_run(const float *remaining_in, double wheel_ft);
+struct compare_zone compare_find_closed(const float *remaining_in, double wheel_ft);
 
 /* The board's messages in order of time. `prediction` has the errors of the zones and may be
  * empty. */
-struct compare_said {
+struct compare_board_reports {
     const struct store_zone *zone;
     size_t zones;
     const struct store_prediction *prediction;
@@ -138,9 +140,9 @@ struct compare_segments {
     size_t rows;
     double dt_s;
 };
-void compare_zones(const struct measured *measured, const struct zones_closure *survey,
-                   const struct compare_said *said, const struct compare_segments *segments,
-                   struct compare_zones *zones);
+void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
+                        const struct compare_board_reports *said,
+                        const struct compare_segments *segments, struct compare_find_zones *zones);
 
 /* The comparison of a landing as figures: the measurement, and a simulation with the measured
  * motion, either just run or the newest one stored in the campaign. `matrig compare` and the report
@@ -151,20 +153,20 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
  * Simulated: the solver's estimate and the spread over an ensemble. Units are inches, feet, and
  * seconds since touchdown; NaN: not known. */
 
-#define COMPARE_LEAST_VALID 0.5 /* share of the samples that must be valid */
+#define COMPARE_MIN_VALID 0.5 /* share of the samples that must be valid */
 
 struct compare_channel {
     int64_t number;
     double station_ft;
     bool compared;
-    char why[100]; /* if not compared: the reason; otherwise a remark, or empty */
-    double valid;  /* share of the samples that are valid */
-    struct signal_figures f;
+    char reason[100]; /* if not compared: the reason; otherwise a remark, or empty */
+    double valid;     /* share of the samples that are valid */
+    struct signal_figures figures;
     struct signal_moment end_measured, end_simulated; /* mean of the last 0.2 s */
     double bias_en, peak_en, end_en, arrival_en;
 };
 
-struct compare_figures {
+struct compare_find_figures {
     int64_t run;
     char against[120]; /* the model's file; empty: not stored */
     /* Reason why the measured numbers are doubtful (measured_format_torn); "": they are not. */
@@ -175,23 +177,24 @@ struct compare_figures {
     size_t surveyed; /* number of segments with known slack */
     size_t channels; /* number of fitted channels */
     struct compare_channel channel[MR_TRANSDUCERS];
-    struct compare_zones zones;
+    struct compare_find_zones zones;
     struct compare_clock clock;
 };
 
 /* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
  * without a row is listed as not compared. */
-void compare_figures(const struct measured *measured, const struct zones_closure *survey,
-                     const struct compare_said *said, const struct store_simulation_head *head,
-                     const struct store_simulation *rows, size_t count,
-                     struct compare_figures *figures);
+void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
+                          const struct compare_board_reports *said,
+                          const struct store_simulation_head *head,
+                          const struct store_simulation *rows, size_t count,
+                          struct compare_find_figures *figures);
 /* Means over the compared channels, weighted by their number of samples. */
 struct compare_mean {
     size_t channels;
     double samples, bias_in, rms_in; /* NaN: no channel was compared */
     double worst_rms_in, peak_en;    /* largest of all channels */
 };
-struct compare_mean compare_mean_of(const struct compare_figures *figures);
+struct compare_mean compare_mean_of(const struct compare_find_figures *figures);
 /* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
  * compared. The caller frees `storage`. */
 struct compare_curves {
@@ -205,10 +208,11 @@ void compare_curves(const struct measured *measured, const struct compare_clock 
 /* Agreement of measured and simulated values: peak, end and arrival of each compared transducer.
  * Two values agree if En, their difference divided by twice their common standard error, is at most
  * 1. */
-struct compare_agreement {
+struct compare_find_agreement {
     int64_t run;
     const char *against;
-    size_t judged, differ; /* number of values with a known En, and of those with En above 1 */
+    size_t values_judged,
+        values_differing; /* number of values with a known En, and of those with En above 1 */
     /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
      * known. */
     const struct compare_channel *channel; /* points into the figures */
@@ -216,10 +220,11 @@ struct compare_agreement {
     bool is_time;
     double measured, simulated, en;
 };
-void compare_agreement(const struct compare_figures *figures, struct compare_agreement *agreement);
+void compare_find_agreement(const struct compare_find_figures *figures,
+                            struct compare_find_agreement *agreement);
 /* The agreement as one sentence without newline. */
-#define COMPARE_SENTENCE 400
-void compare_sentence(const struct compare_agreement *agreement, bool si,
-                      char out[COMPARE_SENTENCE]);
+#define COMPARE_SENTENCE_SIZE 400
+void compare_write_sentence(const struct compare_find_agreement *agreement, bool si,
+                            char out[COMPARE_SENTENCE_SIZE]);
 
 #endif

@@ -14,10 +14,10 @@
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
 
-#define IN_PER_FT     12.0
-#define SLOPE_S       0.005 /* half the interval over which a deceleration is computed */
-#define DWELL_LEAST_S 0.5
-#define PATH_MOST_S   3600.0 /* longer than any landing */
+#define IN_PER_FT   12.0
+#define SLOPE_S     0.005 /* half the interval over which a deceleration is computed */
+#define DWELL_MIN_S 0.5
+#define PATH_MAX_S  3600.0 /* longer than any landing */
 
 static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
 {
@@ -35,7 +35,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
 {
     double stop_s = measured->summary.stop_t_s.value;
     double last_s = stop_s - 0.001; /* the thrust ends at most 1 ms before the stop */
-    if (!(last_s > 0.0 && last_s < PATH_MOST_S))
+    if (!(last_s > 0.0 && last_s < PATH_MAX_S))
         return error_set(error, MR_TOO_FEW,
                          "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
                          (long long)measured->landing.id);
@@ -92,7 +92,7 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
     double end_s = measured_time_s(measured, measured->samples - 1);
     snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
     scene->t_end_s = 0.0;
-    scene->t_dwell_s = fmax(DWELL_LEAST_S, end_s - measured->summary.stop_t_s.value);
+    scene->t_dwell_s = fmax(DWELL_MIN_S, end_s - measured->summary.stop_t_s.value);
     set_gaps(survey, scene);
     return set_path(measured, scene, error);
 }
@@ -179,8 +179,8 @@ static void draw_runways(struct compare_model *model)
         const struct landing_series *c = &model->series;
         double *gap_ft = model->gap_ft + seed * model->joints,
                *closing_lb = model->closing_lb + seed * model->joints;
-        struct draw gaps = draw_from(c->first_seed + seed, DRAW_GAPS),
-                    closing = draw_from(c->first_seed + seed, DRAW_CLOSING);
+        struct draw gaps = draw_begin(c->first_seed + seed, DRAW_GAPS),
+                    closing = draw_begin(c->first_seed + seed, DRAW_CLOSING);
         for (size_t j = 0; j < model->joints; j++) {
             gap_ft[j] = model->ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
                                                c->landings[0].scene.slack_ft)
@@ -217,7 +217,7 @@ static bool is_survey_new(const struct compare_model *model, const struct zones_
     return false;
 }
 
-static void take_survey(struct compare_model *model, const struct zones_closure *survey)
+static void apply_survey(struct compare_model *model, const struct zones_closure *survey)
 {
     if (!is_survey_new(model, survey))
         return;
@@ -266,7 +266,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     return status;
 }
 
-static void make_room(struct compare_simulated *s, const struct sim_result *result)
+static void allocate_rows(struct compare_simulated *s, const struct sim_result *result)
 {
     if (s->mean_in)
         return;
@@ -322,8 +322,9 @@ static void finish_spread(double *squares, size_t count, size_t seeds)
         squares[i] = seeds > 1 ? sqrt(squares[i] / (double)(seeds - 1)) : 0.0;
 }
 
-static enum mr_status play_seed(struct compare_model *model, size_t seed, const double *station_ft,
-                                size_t columns, struct compare_simulated *s, struct error *error)
+static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
+                                    const double *station_ft, size_t columns,
+                                    struct compare_simulated *s, struct error *error)
 {
     double *gap_ft = model->gap_ft + seed * model->joints;
     /* A second pass for the first seed gives the numerical error; the spread of the seeds is far
@@ -344,7 +345,7 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
     enum mr_status status = sim_run(&s->scene, &options, &result, error);
     progress_end(&progress);
     if (status == MR_OK) {
-        make_room(s, &result);
+        allocate_rows(s, &result);
         if (seed == 0) {
             s->solver = result.solver;
             s->solver_dt_s = result.dt_s;
@@ -372,13 +373,13 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
         return error->status;
     if (!model->gap_ft)
         draw_runways(model);
-    take_survey(model, survey);
+    apply_survey(model, survey);
     double *columns = xcalloc(stations + POINTS, sizeof *columns);
     memcpy(columns, station_ft, stations * sizeof *columns);
     for (size_t p = 1; p <= POINTS; p++)
         columns[stations + p - 1] = ((double)(p * MR_MATS_PER_SEGMENT) - 1.0) * s->scene.length_ft;
     for (size_t seed = 0; seed < model->seeds && error->status == MR_OK; seed++)
-        play_seed(model, seed, columns, stations + POINTS, s, error);
+        simulate_seed(model, seed, columns, stations + POINTS, s, error);
     free(columns);
     if (error->status == MR_OK)
         finish_spread(s->spread_in, s->rows * s->stations, s->seeds);
@@ -418,8 +419,8 @@ static char *compare_describe(const struct compare_model *model, const struct co
 
 /* ---- a landing ---- */
 
-static size_t stations(const struct measured *measured, const struct measured_channel **channels,
-                       double *station_ft)
+static size_t list_stations(const struct measured *measured,
+                            const struct measured_channel **channels, double *station_ft)
 {
     size_t count = 0;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
@@ -433,9 +434,9 @@ static size_t stations(const struct measured *measured, const struct measured_ch
 }
 
 /* Copies mean and spread of a station, sample by sample. */
-static void take_row(const struct compare_simulated *s, size_t column,
-                     const struct measured_channel *channel, size_t length,
-                     struct store_simulation *row)
+static void set_row(const struct compare_simulated *s, size_t column,
+                    const struct measured_channel *channel, size_t length,
+                    struct store_simulation *row)
 {
     *row = (struct store_simulation){.number = channel->config.number,
                                      .station_ft = (double)channel->config.station_ft,
@@ -451,8 +452,8 @@ static void take_row(const struct compare_simulated *s, size_t column,
     }
 }
 
-static void take_head(const struct compare_model *model, const struct compare_simulated *s,
-                      double end_s, struct store_simulation_head *head)
+static void set_head(const struct compare_model *model, const struct compare_simulated *s,
+                     double end_s, struct store_simulation_head *head)
 {
     *head = (struct store_simulation_head){
         .run_ms = s->run_ms,
@@ -477,7 +478,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     const struct measured_channel *channels[MR_TRANSDUCERS];
     double station_ft[MR_TRANSDUCERS];
     struct compare_simulated simulated;
-    size_t count = stations(measured, channels, station_ft);
+    size_t count = list_stations(measured, channels, station_ft);
     if (count == 0)
         return error_set(error, MR_TOO_FEW,
                          "no displacements: RUN %lld; compare a landing with displacement readings",
@@ -494,9 +495,9 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
             (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
-        take_row(&simulated, k, channels[k], length, &landing->row[landing->rows++]);
+        set_row(&simulated, k, channels[k], length, &landing->row[landing->rows++]);
     if (error->status == MR_OK) {
-        take_head(model, &simulated, end_s, &landing->head);
+        set_head(model, &simulated, end_s, &landing->head);
         *scene_json = compare_describe(model, &simulated);
     }
     compare_simulated_free(&simulated);
@@ -512,11 +513,11 @@ static void fill_rows(struct compare_landing *landing)
             const struct compare_channel *channel = &landing->figures.channel[c];
             if (channel->number != row->number)
                 continue;
-            row->peak_measured_in = channel->f.peak_measured.value;
-            row->peak_measured_error_in = channel->f.peak_measured.error;
-            row->peak_simulated_in = channel->f.peak_simulated.value;
-            row->peak_simulated_error_in = channel->f.peak_simulated.error;
-            row->rms_in = channel->f.rms;
+            row->peak_measured_in = channel->figures.peak_measured.value;
+            row->peak_measured_error_in = channel->figures.peak_measured.error;
+            row->peak_simulated_in = channel->figures.peak_simulated.value;
+            row->peak_simulated_error_in = channel->figures.peak_simulated.error;
+            row->rms_in = channel->figures.rms;
             row->end_measured_in = channel->end_measured.value;
             row->end_simulated_in = channel->end_simulated.value;
         }
@@ -528,22 +529,22 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
 {
     struct store_zone *zones = NULL;
     struct store_prediction *predictions = NULL;
-    struct compare_said said = {0};
+    struct compare_board_reports said = {0};
     int64_t run = landing->measured.landing.id;
     if (store_zones(store, run, &zones, &said.zones, error) == MR_OK &&
         store_predictions(store, run, &predictions, &said.predictions, error) == MR_OK) {
         said.zone = zones;
         said.prediction = predictions;
-        compare_figures(&landing->measured, survey, &said, &landing->head, landing->row,
-                        landing->rows, &landing->figures);
+        compare_find_figures(&landing->measured, survey, &said, &landing->head, landing->row,
+                             landing->rows, &landing->figures);
     }
     free(zones);
     free(predictions);
     return error->status;
 }
 
-static enum mr_status keep(struct store *store, const struct compare_landing *landing,
-                           const char *scene_json, struct error *error)
+static enum mr_status store_comparison(struct store *store, const struct compare_landing *landing,
+                                       const char *scene_json, struct error *error)
 {
     return store_begin(store, error) ?:
            store_simulation_put(store, landing->measured.landing.id, scene_json,
@@ -564,7 +565,7 @@ enum mr_status compare_landing(struct store *store, int64_t run, struct compare_
         find_figures(store, landing, &survey, error) == MR_OK) {
         fill_rows(landing);
         if (!model->not_stored)
-            keep(store, landing, scene_json, error);
+            store_comparison(store, landing, scene_json, error);
     }
     free(scene_json);
     return error->status;
@@ -612,26 +613,26 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     return error->status;
 }
 
-static void pool(struct compare_series *set, const struct compare_figures *figures)
+static void pool_figures(struct compare_series *set, const struct compare_find_figures *figures)
 {
     set->run_ms += figures->run_ms;
     set->error_in = fmax(set->error_in, figures->error_in);
     for (size_t c = 0; c < figures->channels; c++) {
         const struct compare_channel *channel = &figures->channel[c];
-        double n = (double)channel->f.compared;
-        if (!channel->compared || channel->f.compared == 0)
+        double n = (double)channel->figures.compared;
+        if (!channel->compared || channel->figures.compared == 0)
             continue;
         set->channel[channel->number - 1].number = channel->number;
         set->channel[channel->number - 1].station_ft = channel->station_ft;
         set->channel[channel->number - 1].landings++;
         set->channel[channel->number - 1].samples += n;
-        set->channel[channel->number - 1].bias_in += n * channel->f.bias;
-        set->channel[channel->number - 1].rms_in += n * channel->f.rms * channel->f.rms;
+        set->channel[channel->number - 1].bias_in += n * channel->figures.bias;
+        set->channel[channel->number - 1].rms_in += n * channel->figures.rms * channel->figures.rms;
     }
 }
 
 /* Converts sums to means. */
-static void finish(struct compare_series *set)
+static void finish_series(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
@@ -644,7 +645,7 @@ static void finish(struct compare_series *set)
     }
     set->pooled.bias_in = sum / samples;
     set->pooled.rms_in = sqrt(squares / samples);
-    set->pooled.within = (double)NAN;
+    set->pooled.within_share = (double)NAN;
 }
 
 /* ---- the series ---- */
@@ -660,9 +661,9 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
         out->compared = true;
         set->compared++;
         out->figures = landing.figures;
-        pool(set, &out->figures);
+        pool_figures(set, &out->figures);
     } else if (status == MR_TOO_FEW || status == MR_TRUNCATED || status == MR_NUMERICS) {
-        snprintf(out->why, sizeof out->why, "%s", why.text);
+        snprintf(out->reason, sizeof out->reason, "%s", why.text);
     } else {
         error_set(error, status, "%s", why.text);
     }
@@ -689,9 +690,9 @@ enum mr_status compare_series_run(struct store *store, const char *name,
     }
     if (error->status == MR_OK && set->compared == 0)
         error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store),
-                  set->landing[0].why);
+                  set->landing[0].reason);
     if (error->status == MR_OK)
-        finish(set);
+        finish_series(set);
     free(runs);
     return error->status;
 }

@@ -87,7 +87,7 @@ void compare_simulated_free(struct compare_simulated *simulated);
 /* One landing compared with a model; the comparison is stored in the campaign. */
 
 struct compare_landing {
-    struct compare_figures figures;
+    struct compare_find_figures figures;
     struct measured measured;
     struct store_simulation_head head;
     struct store_simulation row[MR_TRANSDUCERS];
@@ -107,14 +107,14 @@ void compare_landing_free(struct compare_landing *landing);
 struct compare_series_landing {
     int64_t run;
     bool compared;
-    char why[600]; /* reason if not compared */
-    struct compare_figures figures;
+    char reason[600]; /* reason if not compared */
+    struct compare_find_figures figures;
     struct compare_verdict verdict;
 };
 
 /* Results over all landings of a series. */
 struct compare_pooled {
-    double within; /* share of landings within their limits; NaN: not judged */
+    double within_share; /* share of landings within their limits; NaN: not judged */
     double bias_in, rms_in;
 };
 

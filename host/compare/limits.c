@@ -7,7 +7,7 @@
 #include "host/base/quantity.h"
 
 #define PATH_MAX_LENGTH 200
-#define SERIES          "series."
+#define SERIES_PREFIX   "series."
 
 static enum mr_status refuse_limit(struct error *error, const char *file, const char *path,
                                    const char *what, const char *wanted)
@@ -16,17 +16,17 @@ static enum mr_status refuse_limit(struct error *error, const char *file, const 
 }
 
 /* The last part of a path. */
-static const char *leaf_of(const char *path)
+static const char *path_leaf(const char *path)
 {
     const char *dot = strrchr(path, '.');
     return dot ? dot + 1 : path;
 }
 
-static bool is_least(const char *path)
+static bool is_lower_limit(const char *path)
 {
     static const char *const names[] = {"share", "within"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (strcmp(leaf_of(path), names[i]) == 0)
+        if (strcmp(path_leaf(path), names[i]) == 0)
             return true;
     }
     return false;
@@ -56,7 +56,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
                          "a path and a number: \"channels.*.rms_in\": 0.05");
         else if (!quantity_json(value, quantity_unit_of_name(path), &number, &no_number))
             refuse_limit(error, file, path, no_number.what, no_number.advice);
-        else if (!isfinite(number) || (number < 0.0 && !is_least(path)))
+        else if (!isfinite(number) || (number < 0.0 && !is_lower_limit(path)))
             refuse_limit(error, file, path, "not a limit", "a number, 0 or more");
         else if (strlen(path) >= PATH_MAX_LENGTH)
             refuse_limit(error, file, path, "no such path",
@@ -65,7 +65,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
             compare_limits_add(limits, path, number);
     }
     json_decref(root);
-    if (error->status == MR_OK && !compare_limits_are_given(limits))
+    if (error->status == MR_OK && !compare_has_limits(limits))
         error_set(error, MR_MALFORMED,
                   "no limits: %s; give at least one, such as {\"channels.*.rms_in\": 0.05}", file);
     return error->status;
@@ -77,7 +77,7 @@ void compare_limits_add(struct compare_limits *limits, const char *path, double 
     json_object_set_new(limits->paths, path, json_real(most));
 }
 
-bool compare_limits_are_given(const struct compare_limits *limits)
+bool compare_has_limits(const struct compare_limits *limits)
 {
     return json_object_size(limits->paths) > 0;
 }
@@ -100,7 +100,7 @@ struct check {
 };
 
 /* `beyond`: excess over the limit; NaN: unknown. */
-static void fail(struct check *check, double beyond, const char *text)
+static void record_failure(struct check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
     double size = isnan(beyond) ? (double)INFINITY : beyond / fmax(fabs(check->limit), 1e-12);
@@ -110,21 +110,21 @@ static void fail(struct check *check, double beyond, const char *text)
     snprintf(v->text, sizeof v->text, "%s", text);
 }
 
-static void judge(struct check *check, const char *path, const json_t *value)
+static void judge_value(struct check *check, const char *path, const json_t *value)
 {
     char text[300];
-    bool least = is_least(path);
+    bool least = is_lower_limit(path);
     double is = json_number_value(value),
            beyond = least ? check->limit - is : fabs(is) - check->limit;
     check->verdict->checked++;
     if (!json_is_number(value)) {
         snprintf(text, sizeof text, "%s of %s is not known; its limit is %.4g", path, check->where,
                  check->limit);
-        fail(check, (double)NAN, text);
+        record_failure(check, (double)NAN, text);
     } else if (beyond > 0.0) {
         snprintf(text, sizeof text, "%s of %s is %.4f; its limit is %.4f, %s by %.4f", path,
                  check->where, is, check->limit, least ? "missed" : "exceeded", beyond);
-        fail(check, beyond, text);
+        record_failure(check, beyond, text);
     }
 }
 
@@ -132,8 +132,8 @@ static void check_values(struct check *check, const char *rest, const char *so_f
                          const json_t *node);
 
 /* Walks into an element or key; `name` extends the path in messages. */
-static void enter(struct check *check, const char *rest, const char *so_far, const char *name,
-                  const json_t *node)
+static void check_member(struct check *check, const char *rest, const char *so_far,
+                         const char *name, const json_t *node)
 {
     char path[2 * PATH_MAX_LENGTH];
     snprintf(path, sizeof path, "%s%s%s", so_far, so_far[0] ? "." : "", name);
@@ -141,7 +141,7 @@ static void enter(struct check *check, const char *rest, const char *so_far, con
 }
 
 /* Number of the channel, else its position. */
-static void name_of(const json_t *element, size_t index, char *name, size_t size)
+static void format_element_name(const json_t *element, size_t index, char *name, size_t size)
 {
     const json_t *number = json_object_get(element, "number");
     if (json_is_integer(number))
@@ -167,7 +167,7 @@ static void check_values(struct check *check, const char *rest, const char *so_f
                         json_object_get(check->limits->paths, so_far);
         check->found++;
         if (!no_zone && !replaced)
-            judge(check, so_far, node);
+            judge_value(check, so_far, node);
         return;
     }
     snprintf(name, sizeof name, "%.*s", (int)length, rest);
@@ -177,16 +177,16 @@ static void check_values(struct check *check, const char *rest, const char *so_f
         if (json_is_null(element) && *rest) { /* no overlap, because one zone is unknown */
             check->found++;
             if (!strstr(rest, "_difference"))
-                judge(check, so_far, element);
+                judge_value(check, so_far, element);
         } else {
-            enter(check, rest, so_far, name, element);
+            check_member(check, rest, so_far, name, element);
         }
     }
     json_array_foreach((json_t *)node, i, element)
     {
-        name_of(element, i, element_name, sizeof element_name);
+        format_element_name(element, i, element_name, sizeof element_name);
         if (strcmp(name, "*") == 0 || strcmp(name, element_name) == 0)
-            enter(check, rest, so_far, element_name, element);
+            check_member(check, rest, so_far, element_name, element);
     }
 }
 
@@ -199,7 +199,7 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
     struct check check = {.limits = limits, .where = where, .verdict = verdict};
     json_object_foreach(limits->paths, path, limit)
     {
-        bool series = strncmp(path, SERIES, strlen(SERIES)) == 0;
+        bool series = strncmp(path, SERIES_PREFIX, strlen(SERIES_PREFIX)) == 0;
         if (series != of_series)
             continue;
         channels = channels || strncmp(path, "channels.", 9) == 0;
@@ -207,7 +207,7 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
         check.limit = json_number_value(limit);
         check.found = check.skipped = 0;
         for (int pass = 0; pass < 2 && check.found == 0; pass++)
-            check_values(&check, series ? path + strlen(SERIES) : path, "",
+            check_values(&check, series ? path + strlen(SERIES_PREFIX) : path, "",
                          pass == 0 ? answer : si);
         if (check.found + check.skipped == 0) {
             char text[300];
@@ -216,11 +216,11 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
                 "%s is not in the result of %s; matrig --json compare shows the possible paths",
                 path, where);
             verdict->checked++;
-            fail(&check, (double)NAN, text);
+            record_failure(&check, (double)NAN, text);
         }
     }
     check.pattern = "missing_channels";
     check.limit = 0.0;
     if (channels && !json_object_get(limits->paths, check.pattern))
-        judge(&check, check.pattern, json_object_get(answer, check.pattern));
+        judge_value(&check, check.pattern, json_object_get(answer, check.pattern));
 }

@@ -38,7 +38,7 @@ struct compare_verdict {
 enum mr_status compare_limits_load(struct compare_limits *limits, const char *path,
                                    struct error *error);
 void compare_limits_add(struct compare_limits *limits, const char *path, double most);
-bool compare_limits_are_given(const struct compare_limits *limits);
+bool compare_has_limits(const struct compare_limits *limits);
 void compare_limits_free(struct compare_limits *limits);
 
 /* Checks an answer in the report's units and in SI, and adds the failures to the verdict. `where`:

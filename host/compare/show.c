@@ -9,85 +9,85 @@
 #include "host/base/xmalloc.h"
 
 /* The value of En or chi. */
-static void ratio(struct answer *answer, const char *name, const char *label, double value)
+static void add_ratio(struct answer *answer, const char *name, const char *label, double value)
 {
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
 }
 
-static void moment(struct answer *answer, const char *name, const char *label,
-                   const struct signal_moment *moment)
+static void add_moment(struct answer *answer, const char *name, const char *label,
+                       const struct signal_moment *moment)
 {
     answer_estimate(answer, name, label, UNIT_DISPLACEMENT, moment->value, moment->error, 4);
 }
 
-static void peak_time(struct answer *answer, bool is_measured, const struct signal_moment *peak)
+static void add_peak_time(struct answer *answer, bool is_measured, const struct signal_moment *peak)
 {
     answer_value(answer, is_measured ? "peak_measured_at" : "peak_simulated_at",
                  is_measured ? "peak at|measured" : "peak at|simulated", UNIT_TIME, peak->t_s, 3);
 }
 
-static void channel_answer(const struct compare_channel *c, struct answer *answer)
+static void add_channel(const struct compare_channel *c, struct answer *answer)
 {
-    const struct signal_figures *f = &c->f;
+    const struct signal_figures *f = &c->figures;
     answer_row(answer);
     answer_count(answer, "number", "no", c->number);
     answer_flag(answer, "compared", NULL, c->compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
     answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid, 3);
-    if (c->why[0])
-        answer_words(answer, "why", NULL, "%s", c->why);
+    if (c->reason[0])
+        answer_words(answer, "why", NULL, "%s", c->reason);
     if (c->compared) {
         answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias,
                         f->bias_error, 4);
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
-        ratio(answer, "chi", "chi", f->chi);
-        ratio(answer, "bias_en", NULL, c->bias_en);
-        moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
-        moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
+        add_ratio(answer, "chi", "chi", f->chi);
+        add_ratio(answer, "bias_en", NULL, c->bias_en);
+        add_moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
+        add_moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
         answer_value(answer, "peak_difference", NULL, UNIT_DISPLACEMENT,
                      f->peak_measured.value - f->peak_simulated.value, 4);
-        ratio(answer, "peak_en", "peak|En", c->peak_en);
-        peak_time(answer, true, &f->peak_measured);
-        peak_time(answer, false, &f->peak_simulated);
-        moment(answer, "end_measured", "end|measured", &c->end_measured);
-        moment(answer, "end_simulated", "end|simulated", &c->end_simulated);
+        add_ratio(answer, "peak_en", "peak|En", c->peak_en);
+        add_peak_time(answer, true, &f->peak_measured);
+        add_peak_time(answer, false, &f->peak_simulated);
+        add_moment(answer, "end_measured", "end|measured", &c->end_measured);
+        add_moment(answer, "end_simulated", "end|simulated", &c->end_simulated);
         answer_value(answer, "end_difference", NULL, UNIT_DISPLACEMENT,
                      c->end_measured.value - c->end_simulated.value, 4);
-        ratio(answer, "end_en", "end|En", c->end_en);
+        add_ratio(answer, "end_en", "end|En", c->end_en);
         answer_estimate(answer, "arrival_measured", "arrival|measured", UNIT_TIME,
                         f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
         answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME,
                         f->arrival_simulated.t_s, f->arrival_simulated.t_error_s, 4);
         answer_value(answer, "arrival_difference", NULL, UNIT_TIME,
                      f->arrival_measured.t_s - f->arrival_simulated.t_s, 4);
-        ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
+        add_ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
     }
 }
 
-void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
+void compare_add_channels(const struct compare_find_figures *figures, struct answer *answer)
 {
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
-        if (c->why[0])
+        if (c->reason[0])
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
-                            c->compared ? "" : "not compared: ", c->why);
+                            c->compared ? "" : "not compared: ", c->reason);
     }
     answer_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channels; i++)
-        channel_answer(&figures->channel[i], answer);
+        add_channel(&figures->channel[i], answer);
     answer_close(answer);
     answer_sentence(
         answer, NULL,
         "Differences are measured minus simulated. Errors are standard errors. chi: rms difference "
         "in standard errors. En: difference divided by two standard errors; up to 1 means "
         "agreement. Arrival: time at which the displacement reaches %.0f %% of the peak.",
-        100.0 * SIGNAL_ARRIVAL);
+        100.0 * SIGNAL_ARRIVAL_FRACTION);
 }
 
-static void zone_answer(const char *name, const struct compare_zone *zone, struct answer *answer)
+static void add_zone(const char *name, const struct compare_zone *zone, struct answer *answer)
 {
     bool any = zone->mats > 0.0;
-    if (!zone->known) {
+    if (!zone->is_known) {
         answer_none(answer, name, "from", "not known");
         return;
     }
@@ -100,10 +100,10 @@ static void zone_answer(const char *name, const struct compare_zone *zone, struc
     answer_close(answer);
 }
 
-static void overlap_answer(const char *name, const struct compare_overlap *overlap,
-                           struct answer *answer)
+static void add_overlap(const char *name, const struct compare_overlap *overlap,
+                        struct answer *answer)
 {
-    if (!overlap->known) {
+    if (!overlap->is_known) {
         answer_none(answer, name, NULL, NULL);
         return;
     }
@@ -120,7 +120,7 @@ static void overlap_answer(const char *name, const struct compare_overlap *overl
     answer_close(answer);
 }
 
-void compare_zones_answer(const struct compare_zones *zones, struct answer *answer)
+void compare_add_zones(const struct compare_find_zones *zones, struct answer *answer)
 {
     static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured",
                                                        [COMPARE_BOARD] = "board",
@@ -136,11 +136,11 @@ void compare_zones_answer(const struct compare_zones *zones, struct answer *answ
         for (size_t source = 0; source < COMPARE_SOURCES; source++) {
             answer_row(answer);
             answer_words(answer, NULL, "source", "%s", names[source]);
-            zone_answer(names[source], &m->zone[source], answer);
+            add_zone(names[source], &m->zone[source], answer);
             if (source == COMPARE_BOARD)
-                overlap_answer("overlap_board", &m->board, answer);
+                add_overlap("overlap_board", &m->board, answer);
             else if (source == COMPARE_SIMULATED)
-                overlap_answer("overlap_simulated", &m->simulated, answer);
+                add_overlap("overlap_simulated", &m->simulated, answer);
         }
         answer_close(answer);
         answer_close(answer);
@@ -148,15 +148,15 @@ void compare_zones_answer(const struct compare_zones *zones, struct answer *answ
     answer_close(answer);
 }
 
-static void agreement_answer(const struct compare_agreement *a, struct answer *answer)
+static void add_agreement(const struct compare_find_agreement *a, struct answer *answer)
 {
     const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
-    char sentence[COMPARE_SENTENCE];
-    compare_sentence(a, answer_is_si(answer), sentence);
+    char sentence[COMPARE_SENTENCE_SIZE];
+    compare_write_sentence(a, answer_is_si(answer), sentence);
     answer_open(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
-    answer_count(answer, "judged", NULL, (int64_t)a->judged);
-    answer_count(answer, "differ", NULL, (int64_t)a->differ);
+    answer_count(answer, "judged", NULL, (int64_t)a->values_judged);
+    answer_count(answer, "differ", NULL, (int64_t)a->values_differing);
     if (a->channel) {
         answer_count(answer, "run", NULL, a->run);
         answer_words(answer, "value", NULL, "%s", a->value);
@@ -168,7 +168,7 @@ static void agreement_answer(const struct compare_agreement *a, struct answer *a
     answer_close(answer);
 }
 
-static void verdict_answer(const struct compare_verdict *verdict, struct answer *answer)
+static void add_verdict(const struct compare_verdict *verdict, struct answer *answer)
 {
     if (verdict->checked == 0) {
         answer_none(answer, "limits", NULL, NULL);
@@ -184,8 +184,8 @@ static void verdict_answer(const struct compare_verdict *verdict, struct answer 
     answer_close(answer);
 }
 
-void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
-                    struct answer *answer)
+void compare_to_answer(const struct compare_find_figures *figures,
+                       const struct compare_verdict *verdict, struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run)->end = figures->marks;
     if (figures->torn[0])
@@ -208,23 +208,23 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     for (size_t i = 0; i < figures->channels; i++)
         missing += !figures->channel[i].compared;
     answer_count(answer, "missing_channels", NULL, (int64_t)missing);
-    compare_channels_answer(figures, answer);
-    compare_zones_answer(&figures->zones, answer);
-    struct compare_agreement agreement;
-    compare_agreement(figures, &agreement);
-    agreement_answer(&agreement, answer);
-    verdict_answer(verdict, answer);
+    compare_add_channels(figures, answer);
+    compare_add_zones(&figures->zones, answer);
+    struct compare_find_agreement agreement;
+    compare_find_agreement(figures, &agreement);
+    add_agreement(&agreement, answer);
+    add_verdict(verdict, answer);
 }
 
-void compare_brief_answer(const struct compare_figures *figures,
-                          const struct compare_verdict *verdict, struct answer *answer)
+void compare_add_brief(const struct compare_find_figures *figures,
+                       const struct compare_verdict *verdict, struct answer *answer)
 {
     const struct compare_mean mean = compare_mean_of(figures);
-    const struct compare_zone_moment *rest = compare_moment_of(&figures->zones, true);
-    struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE];
-    compare_agreement(figures, &agreement);
-    compare_sentence(&agreement, answer_is_si(answer), sentence);
+    const struct compare_zone_moment *rest = compare_find_moment(&figures->zones, true);
+    struct compare_find_agreement agreement;
+    char sentence[COMPARE_SENTENCE_SIZE];
+    compare_find_agreement(figures, &agreement);
+    compare_write_sentence(&agreement, answer_is_si(answer), sentence);
     answer_sentence(answer, NULL, "%s", sentence);
     answer_count(answer, NULL, "RUN", figures->run)->end = figures->marks;
     if (figures->torn[0])
@@ -236,21 +236,21 @@ void compare_brief_answer(const struct compare_figures *figures,
         ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
     answer_value(answer, NULL, "worst channel", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
-    if (rest && rest->simulated.known)
+    if (rest && rest->simulated.is_known)
         answer_words(answer, NULL, "zone at rest", "%.0f of %.0f mats in common",
                      rest->simulated.common_mats, rest->simulated.all_mats);
     else
         answer_words(answer, NULL, "zone at rest", "not known");
     answer_words(answer, NULL, "more", "each transducer and zone: --all");
-    verdict_answer(verdict, answer);
+    add_verdict(verdict, answer);
 }
 
 /* ---- a series ---- */
 
 /* One printed line for a landing. */
-static void landing_row(const struct compare_series_landing *landing, struct answer *answer)
+static void add_landing(const struct compare_series_landing *landing, struct answer *answer)
 {
-    const struct compare_zone_moment *rest = compare_moment_of(&landing->figures.zones, true);
+    const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
     const struct compare_mean mean = compare_mean_of(&landing->figures);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
@@ -259,7 +259,7 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
     answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, landing->figures.channels);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
     answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
-    ratio(answer, NULL, "worst|peak En", mean.peak_en);
+    add_ratio(answer, NULL, "worst|peak En", mean.peak_en);
     answer_value(answer, NULL, "zone at rest|in common", UNIT_NUMBER,
                  rest ? rest->simulated.share : (double)NAN, 2);
     answer_words(answer, NULL, "limits", "%s",
@@ -268,32 +268,32 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
                                                : "pass");
 }
 
-static void landings_answer(const struct compare_series *set, struct answer *answer)
+static void add_landings(const struct compare_series *set, struct answer *answer)
 {
     answer_list(answer, "landings", NULL);
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
         answer_row(answer);
         if (l->compared)
-            compare_answer(&l->figures, &l->verdict, answer);
+            compare_to_answer(&l->figures, &l->verdict, answer);
         else
             answer_count(answer, "run", NULL, l->run);
         if (!l->compared)
-            answer_words(answer, "not_compared", NULL, "%s", l->why);
+            answer_words(answer, "not_compared", NULL, "%s", l->reason);
     }
     answer_close(answer);
     for (size_t i = 0; i < set->count; i++) {
         if (!set->landing[i].compared)
             answer_sentence(answer, NULL, "RUN %lld not compared: %s",
-                            (long long)set->landing[i].run, set->landing[i].why);
+                            (long long)set->landing[i].run, set->landing[i].reason);
     }
     answer_table(answer, NULL, "landings");
     for (size_t i = 0; i < set->count; i++)
-        landing_row(&set->landing[i], answer);
+        add_landing(&set->landing[i], answer);
     answer_close(answer);
 }
 
-static void channels_answer(const struct compare_series *set, struct answer *answer)
+static void add_channels(const struct compare_series *set, struct answer *answer)
 {
     answer_table(answer, "channels", "over all landings, weighted by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
@@ -310,23 +310,23 @@ static void channels_answer(const struct compare_series *set, struct answer *ans
 }
 
 /* Agreement of the landing that differs most. */
-static void worst_agreement(const struct compare_series *set, struct answer *answer)
+static void add_worst_agreement(const struct compare_series *set, struct answer *answer)
 {
-    struct compare_agreement worst = {.en = (double)NAN}, one;
+    struct compare_find_agreement worst = {.en = (double)NAN}, one;
     size_t differ = 0;
     for (size_t i = 0; i < set->count; i++) {
         if (!set->landing[i].compared)
             continue;
-        compare_agreement(&set->landing[i].figures, &one);
-        differ += one.differ > 0;
+        compare_find_agreement(&set->landing[i].figures, &one);
+        differ += one.values_differing > 0;
         if (!worst.against || (one.channel && !(one.en <= worst.en)))
             worst = one;
     }
     answer_count(answer, "landings_differ", "differ", (int64_t)differ);
-    agreement_answer(&worst, answer);
+    add_agreement(&worst, answer);
 }
 
-void compare_series_answer(const struct compare_series *set, struct answer *answer)
+void compare_series_to_answer(const struct compare_series *set, struct answer *answer)
 {
     answer_words(answer, "scene", "against", "%s", set->against);
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
@@ -335,22 +335,22 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
         " (largest), estimated by its solver";
-    landings_answer(set, answer);
-    channels_answer(set, answer);
+    add_landings(set, answer);
+    add_channels(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
     answer_value(answer, "rms", "all: rms", UNIT_DISPLACEMENT, set->pooled.rms_in, 4);
-    worst_agreement(set, answer);
-    if (!isnan(set->pooled.within)) {
-        answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
+    add_worst_agreement(set, answer);
+    if (!isnan(set->pooled.within_share)) {
+        answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within_share, 2);
         answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
-                     100.0 * set->pooled.within);
+                     100.0 * set->pooled.within_share);
     }
-    verdict_answer(&set->verdict, answer);
+    add_verdict(&set->verdict, answer);
 }
 
 /* ---- limits ---- */
 
-void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
+void compare_judge(const struct compare_find_figures *figures, const struct compare_limits *limits,
                    struct compare_verdict *verdict)
 {
     static const struct compare_verdict none;
@@ -358,7 +358,7 @@ void compare_judge(const struct compare_figures *figures, const struct compare_l
     char where[40];
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
-        compare_answer(figures, &none, answer);
+        compare_to_answer(figures, &none, answer);
         json[si] = answer_into_json(answer);
     }
     snprintf(where, sizeof where, "RUN %" PRId64, figures->run);
@@ -372,14 +372,14 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 {
     json_t *json[2];
     size_t within = 0;
-    for (size_t i = 0; i < set->count && compare_limits_are_given(limits); i++) {
+    for (size_t i = 0; i < set->count && compare_has_limits(limits); i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
         } else { /* a landing without comparison fails */
             *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
             snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
-                     set->landing[i].run, set->landing[i].why);
+                     set->landing[i].run, set->landing[i].reason);
         }
         set->verdict.checked += one->checked;
         if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
@@ -389,11 +389,11 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         set->verdict.failed += one->failed;
         within += one->failed == 0;
     }
-    if (compare_limits_are_given(limits))
-        set->pooled.within = (double)within / (double)set->count;
+    if (compare_has_limits(limits))
+        set->pooled.within_share = (double)within / (double)set->count;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
-        compare_series_answer(set, answer);
+        compare_series_to_answer(set, answer);
         json[si] = answer_into_json(answer);
     }
     compare_limits_check(limits, true, json[0], json[1], "the series", &set->verdict);
@@ -433,7 +433,7 @@ static void sides_free(struct sides *sides)
         free(sides->curves[i].storage);
 }
 
-void compare_csv(FILE *out, const struct compare_landing *landing, bool si)
+void compare_write_csv(FILE *out, const struct compare_landing *landing, bool si)
 {
     static const char *const names[] = {"measured", "measured_error", "simulated",
                                         "simulated_error", "alignment"};

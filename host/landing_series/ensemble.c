@@ -17,13 +17,13 @@
 
 /* step of the integration of the path, for mats as long as the rig's; it grows with the root of the
  * scale, */
-#define NODE_S       1e-3
-#define NODE_FT      (2.0 / 7.0) /* so that a scaled series has the same steps */
-#define NODE_G_FT_S2 32.174
-#define ROW_NODES    10
-#define MOST_S       600.0
+#define NODE_S         1e-3
+#define NODE_FT        (2.0 / 7.0) /* so that a scaled series has the same steps */
+#define NODE_G_FT_S2   32.174
+#define ROW_NODES      10
+#define MAX_DURATION_S 600.0
 
-struct draw draw_from(uint64_t seed, unsigned stream)
+struct draw draw_begin(uint64_t seed, unsigned stream)
 {
     uint64_t state = seed;
     state = mr_splitmix64(&state) + 0x632be59bd9b4e019u * (stream + 1u);
@@ -68,7 +68,7 @@ enum mr_status draw_landing(const struct landing_series *series,
                             const struct series_landing *landing, uint64_t seed, size_t index,
                             struct draw_path *path, struct error *error)
 {
-    struct draw draw = draw_from(seed, DRAW_LANDING + (unsigned)index);
+    struct draw draw = draw_begin(seed, DRAW_LANDING + (unsigned)index);
     double lb_per_ft_s2 = series->weight_lb / (series->axles * landing->scene.g_ft_s2);
     double at_ft = draw_between(&draw, landing->touchdown_ft),
            v_ft_s = draw_between(&draw, landing->speed_ft_s);
@@ -88,11 +88,11 @@ enum mr_status draw_landing(const struct landing_series *series,
         force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
         if (k % ROW_NODES == 0)
             add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
-        if (t_s > MOST_S)
+        if (t_s > MAX_DURATION_S)
             return error_set(
                 error, MR_USAGE,
                 "no stop: %s: landing %zu is still rolling after %g s; give a higher deceleration",
-                series->name, index + 1, MOST_S);
+                series->name, index + 1, MAX_DURATION_S);
         double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
         at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
         v_ft_s = rest_s < node_s ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
@@ -130,7 +130,7 @@ static double station_ft(const double *rise_ft, size_t first, size_t last, doubl
     return (double)(crest - 1) * length_ft;
 }
 
-int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+int find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                   const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX])
 {
     int count = 0;
@@ -157,7 +157,7 @@ struct side {
     double resist_lb; /* friction of the mats up to it, and the resistance against closing it */
 };
 
-static struct side side_of(const struct flat_runway *r, size_t joint, int step)
+static struct side find_side(const struct flat_runway *r, size_t joint, int step)
 {
     struct side side = {joint, 0.0};
     while ((step < 0 && side.front > 0) || (step > 0 && side.front + 1 < r->joints)) {
@@ -173,17 +173,17 @@ static struct side side_of(const struct flat_runway *r, size_t joint, int step)
 }
 
 /* Move the mats between the joints `low` and `high`. */
-static void shift(const struct flat_runway *r, size_t low, size_t high, double by_ft)
+static void shift_mats(const struct flat_runway *r, size_t low, size_t high, double by_ft)
 {
     for (size_t mat = low + 1; mat <= high; mat++)
         r->u_ft[mat] += by_ft;
 }
 
-void flatten(const struct flat_runway *r)
+void flat_runway_settle(const struct flat_runway *r)
 {
     for (size_t j = 0; j < r->joints; j++) {
         while (r->gap_ft[j] < -CLOSED_FT) {
-            struct side left = side_of(r, j, -1), right = side_of(r, j, 1);
+            struct side left = find_side(r, j, -1), right = find_side(r, j, 1);
             bool to_left = left.resist_lb < right.resist_lb;
             struct side *side = to_left ? &left : &right;
             double over_ft = -r->gap_ft[j] - side->resist_lb / r->kl_lb_ft;
@@ -193,42 +193,42 @@ void flatten(const struct flat_runway *r)
             r->gap_ft[side->front] -= by_ft;
             r->gap_ft[j] += by_ft;
             if (to_left)
-                shift(r, side->front, j, -by_ft);
+                shift_mats(r, side->front, j, -by_ft);
             else
-                shift(r, j, side->front, by_ft);
+                shift_mats(r, j, side->front, by_ft);
         }
     }
 }
 
 /* ---- seeds ---- */
 
-struct work {
+struct ensemble_work {
     const struct landing_series *series;
     struct series_run *runs;
-    atomic_size_t begun, done;
+    atomic_size_t runs_begun, runs_done;
     void (*progress)(void *ctx, size_t done, size_t of);
     void *ctx;
 };
 
 /* Take the next seed that no thread has started, because run times differ. */
-static void play_some(void *context, size_t from, size_t every)
+static void simulate_runs(void *context, size_t from, size_t every)
 {
-    struct work *work = context;
+    struct ensemble_work *work = context;
     (void)every;
-    for (size_t i; (i = atomic_fetch_add(&work->begun, 1)) < work->series->seeds;) {
-        series_play(work->series, work->series->first_seed + i, &work->runs[i]);
-        size_t done = atomic_fetch_add(&work->done, 1) + 1;
+    for (size_t i; (i = atomic_fetch_add(&work->runs_begun, 1)) < work->series->seeds;) {
+        series_simulate(work->series, work->series->first_seed + i, &work->runs[i]);
+        size_t done = atomic_fetch_add(&work->runs_done, 1) + 1;
         if (from == 0 && work->progress)
             work->progress(work->ctx, done, work->series->seeds);
     }
 }
 
-void series_ensemble(const struct landing_series *series, unsigned jobs,
-                     void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
-                     struct series_run *runs)
+void series_simulate_all(const struct landing_series *series, unsigned jobs,
+                         void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                         struct series_run *runs)
 {
-    struct work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
-    parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, play_some, &work);
+    struct ensemble_work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
+    parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, simulate_runs, &work);
     series_errors(series, runs);
 }
 
@@ -260,8 +260,8 @@ static void runway_create(struct runway *r, const struct landing_series *series,
     r->closing_lb = r->gap_ft + r->joints;
     r->ground_ft = r->closing_lb + r->joints;
     r->u_ft = r->ground_ft + r->joints;
-    struct draw gaps = draw_from(seed, DRAW_GAPS), closing = draw_from(seed, DRAW_CLOSING),
-                ground = draw_from(seed, DRAW_GROUND);
+    struct draw gaps = draw_begin(seed, DRAW_GAPS), closing = draw_begin(seed, DRAW_CLOSING),
+                ground = draw_begin(seed, DRAW_GROUND);
     double slack_ft = series->landings[0].scene.slack_ft;
     for (size_t j = 0; j < r->joints; j++) {
         r->gap_ft[j] = fmin(draw_between(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
@@ -277,7 +277,7 @@ static double strength_lb(const struct runway *r)
     return c->strength_lb_in * c->strip_ft * IN_PER_FT;
 }
 
-static void own_list(struct sim_list *list)
+static void copy_list(struct sim_list *list)
 {
     struct sim_list copy = {0};
     sim_scene_set_list(&copy, list->values, list->count);
@@ -285,7 +285,7 @@ static void own_list(struct sim_list *list)
 }
 
 /* Set the modifications from the file before a landing; torn joints stay torn. */
-static void modify(struct runway *r, const struct sim_scene *scene)
+static void apply_mods(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
     r->mods.torn = (struct sim_list){0};
@@ -294,15 +294,15 @@ static void modify(struct runway *r, const struct sim_scene *scene)
     struct sim_list *lists[MODS_LISTS];
     mods_collect_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
-        own_list(lists[i]); /* copy every list, because the originals belong to the series */
+        copy_list(lists[i]); /* copy every list, because the originals belong to the series */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
     }
 }
 
-static void carry(struct runway *r, const struct sim_scene *as_landed,
-                  const struct sim_result *result)
+static void carry_state(struct runway *r, const struct sim_scene *as_landed,
+                        const struct sim_result *result)
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
@@ -327,7 +327,7 @@ static void set_scene(const struct runway *r, const struct sim_scene *made, enum
     sim_scene_set_path(scene, rows, count);
 }
 
-static void drop_scene(struct sim_scene *scene)
+static void free_scene(struct sim_scene *scene)
 {
     free(scene->gap0_ft.values);
     free(scene->grit_lb.values);
@@ -345,7 +345,7 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     const struct landing_series *c = r->series;
     bool chain = model == SIM_CHAIN;
     const struct sim_options options = {
-        .dt_s = first ? first->other_s[!chain]
+        .dt_s = first ? first->check_step_s[!chain]
               : chain ? c->chain_dt_s
                       : c->planar_dt_s,
         .single = true,
@@ -355,10 +355,11 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     *result = (struct sim_result){0};
     set_scene(r, &landing->scene, model, path->rows, path->count, &scene);
     sim_run(&scene, &options, result, error);
-    drop_scene(&scene);
-    double longer_s = SERIES_OTHER_STEP * result->dt_s;
-    out->other_s[!chain] = longer_s < result->dt_limit_s ? longer_s
-                                                         : result->dt_s / SERIES_OTHER_STEP;
+    free_scene(&scene);
+    double longer_s = SERIES_CHECK_STEP_RATIO * result->dt_s;
+    out->check_step_s[!chain] = longer_s < result->dt_limit_s
+                                  ? longer_s
+                                  : result->dt_s / SERIES_CHECK_STEP_RATIO;
     if (result->status == SIM_FOLDED) /* this is an outcome, not a failure */
         *error = (struct error){0};
     return error->status;
@@ -390,8 +391,8 @@ static double joint_station_ft(const struct sim_scene *scene, size_t j)
     return (double)j * scene->length_ft;
 }
 
-static void note_waves(const struct runway *r, const struct sim_scene *scene, const double *rise_ft,
-                       struct series_outcome *out)
+static void record_waves(const struct runway *r, const struct sim_scene *scene,
+                         const double *rise_ft, struct series_outcome *out)
 {
     double limit_ft = r->series->wave_in / IN_PER_FT, highest_ft = 0.0;
     for (size_t j = 1; j + 1 < r->joints; j++) {
@@ -407,10 +408,10 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
 }
 
 /* Record the outcome of the planar engine. `folded`: a mat has turned upright. */
-static void note_planar(const struct runway *r, const struct sim_scene *scene,
-                        const struct sim_result *result, bool folded, struct series_outcome *out)
+static void record_planar(const struct runway *r, const struct sim_scene *scene,
+                          const struct sim_result *result, bool folded, struct series_outcome *out)
 {
-    out->asked_planar = true;
+    out->planar_was_run = true;
     if (result->first_crest > 0 && result->first_crest_wheel > 0) {
         out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
         out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
@@ -423,7 +424,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->failure_ft[0] = out->buckle_ft;
         return;
     }
-    note_waves(r, scene, result->rise_ft, out);
+    record_waves(r, scene, result->rise_ft, out);
     out->crest_deg = result->crest_deg;
     out->sag_deg = result->sag_deg;
     out->unhinged = result->sag_deg > r->series->unhinge_deg;
@@ -435,7 +436,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
                        : out->waves > 0    ? out->wave_ft
                                            : joint_station_ft(scene, (size_t)result->sag_joint - 1);
-    out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft,
+    out->failures = find_failures(result->rise_ft, r->joints, scene->length_ft,
                                   r->series->buckle_in / IN_PER_FT, out->overrun_ft, out->overruns,
                                   out->failure_ft);
     if (out->buckled && out->failures == 0)
@@ -449,8 +450,8 @@ static bool is_loose(const struct sim_result *result, int mat)
     return s && s->torn[mat] != 0.0 && s->torn[mat + 1] != 0.0;
 }
 
-static void note_movement(struct runway *r, const struct sim_scene *scene,
-                          const struct sim_result *result, struct series_outcome *out)
+static void record_movement(struct runway *r, const struct sim_scene *scene,
+                            const struct sim_result *result, struct series_outcome *out)
 {
     const struct landing_series *c = r->series;
     const double *u_ft = result->u_ft;
@@ -471,8 +472,8 @@ static void note_movement(struct runway *r, const struct sim_scene *scene,
     }
 }
 
-static void note_joints(const struct runway *r, const struct sim_result *result,
-                        struct series_outcome *out)
+static void record_joints(const struct runway *r, const struct sim_result *result,
+                          struct series_outcome *out)
 {
     double most_lb = strength_lb(r);
     for (size_t j = 0; j < r->joints; j++) {
@@ -484,8 +485,8 @@ static void note_joints(const struct runway *r, const struct sim_result *result,
 
 /* Find the longest stretch in which any ten joints together are open by less than a third of their
  * opening as laid. Readings of gage points show such a zone. */
-static void note_zone(const struct runway *r, const struct sim_scene *scene,
-                      struct series_outcome *out)
+static void record_zone(const struct runway *r, const struct sim_scene *scene,
+                        struct series_outcome *out)
 {
     double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
     size_t from = 0;
@@ -513,8 +514,8 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene,
 }
 
 /* Count slack segments, which have no tension. */
-static void note_bands(const struct sim_scene *scene, const struct mods_state *state,
-                       struct series_outcome *out)
+static void record_bands(const struct sim_scene *scene, const struct mods_state *state,
+                         struct series_outcome *out)
 {
     size_t segment = 0;
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
@@ -538,21 +539,21 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
     const struct flat_runway flat = {
         r->joints,      r->gap_ft, r->u_ft, r->closing_lb, scene->friction * scene->weight_lb,
         scene->kl_lb_ft};
-    flatten(&flat);
+    flat_runway_settle(&flat);
 }
 
 /* Update the runway and the outcome after a landing. */
-static void settle(struct runway *r, const struct sim_scene *scene, const struct sim_result *moved,
-                   struct series_outcome *out)
+static void settle_runway(struct runway *r, const struct sim_scene *scene,
+                          const struct sim_result *moved, struct series_outcome *out)
 {
-    note_movement(r, scene, moved, out);
+    record_movement(r, scene, moved, out);
     open_gaps(r, moved->u_ft);
     if (r->series->press_flat && out->waves > 0)
         press_flat(r, scene);
-    note_joints(r, moved, out);
-    note_zone(r, scene, out);
-    note_bands(scene, moved->mods, out);
-    carry(r, scene, moved);
+    record_joints(r, moved, out);
+    record_zone(r, scene, out);
+    record_bands(scene, moved->mods, out);
+    carry_state(r, scene, moved);
 }
 
 static enum mr_status simulate_landing_once(struct runway *r, const struct series_landing *landing,
@@ -569,31 +570,31 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     bool asked = c->engine == SERIES_PLANAR ||
                  (c->engine == SERIES_AUTO &&
                   (out->skip_ratio > c->skip_share || is_tipping(scene)));
-    if (error->status == MR_OK && (first ? first->by_planar : asked) &&
+    if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
         run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
-        note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
-        out->by_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0);
+        record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
+        out->is_from_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0);
     }
-    const struct sim_result *moved = out->by_planar ? &planar : &chain;
+    const struct sim_result *moved = out->is_from_planar ? &planar : &chain;
     if (error->status == MR_OK && moved->u_ft)
-        settle(r, scene, moved, out);
+        settle_runway(r, scene, moved, out);
     sim_result_free(&chain);
     sim_result_free(&planar);
     return error->status;
 }
 
-static void clear(struct runway *r)
+static void free_runway(struct runway *r)
 {
     mods_free_lists(&r->mods);
     free(r->storage);
 }
 
-static void play(const struct landing_series *series, uint64_t seed, const struct series_run *first,
-                 struct series_run *run)
+static void simulate_run(const struct landing_series *series, uint64_t seed,
+                         const struct series_run *first, struct series_run *run)
 {
     struct runway runway = {0};
     struct draw_path path = {0};
-    size_t landings = first ? first->played : series->landing_count;
+    size_t landings = first ? first->landings : series->landing_count;
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
     runway_create(&runway, series, seed);
@@ -601,7 +602,7 @@ static void play(const struct landing_series *series, uint64_t seed, const struc
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
         if (i == 0 || landing->modified)
-            modify(&runway, &landing->scene);
+            apply_mods(&runway, &landing->scene);
         if (draw_landing(series, landing, seed, i, &path, &run->error) != MR_OK)
             break;
         out->stop_ft = path.stop_ft;
@@ -609,31 +610,31 @@ static void play(const struct landing_series *series, uint64_t seed, const struc
         if (simulate_landing_once(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out,
                                   &run->error) != MR_OK)
             break;
-        run->played = i + 1;
+        run->landings = i + 1;
         if (out->buckled) {
             run->buckled = (int)i + 1;
             run->buckle_ft = out->buckle_ft;
         }
     }
     draw_path_free(&path);
-    clear(&runway);
+    free_runway(&runway);
 }
 
-void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run)
+void series_simulate(const struct landing_series *series, uint64_t seed, struct series_run *run)
 {
     struct series_run other;
     size_t index = (size_t)(seed - series->first_seed);
-    play(series, seed, NULL, run);
-    if (index % SERIES_EVERY != SERIES_EVERY - 1)
+    simulate_run(series, seed, NULL, run);
+    if (index % SERIES_CHECK_EVERY != SERIES_CHECK_EVERY - 1)
         return;
-    play(series, seed, run, &other);
-    run->other = other.outcomes;
-    run->other_played = other.played;
+    simulate_run(series, seed, run, &other);
+    run->check = other.outcomes;
+    run->check_landings = other.landings;
 }
 
 void series_run_free(struct series_run *run)
 {
     free(run->outcomes);
-    free(run->other);
-    run->outcomes = run->other = NULL;
+    free(run->check);
+    run->outcomes = run->check = NULL;
 }

@@ -11,14 +11,14 @@
 
 /* Factor on the step of the first simulation when a runway is simulated again; not a whole
  * multiple. */
-#define SERIES_OTHER_STEP 1.37
-#define SERIES_EVERY      6 /* one runway in this many is simulated again */
+#define SERIES_CHECK_STEP_RATIO 1.37
+#define SERIES_CHECK_EVERY      6 /* one runway in this many is simulated again */
 
 /* Results of one landing. Movements and stations are those of this landing; total: since the runway
  * was laid. */
 struct series_outcome {
     double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
-    bool asked_planar;                  /* the planar engine was run */
+    bool planar_was_run;                /* the planar engine was run */
     /* Largest lift of a joint by the chain's compression, divided by the weight of a mat. */
     double skip_ratio;
     double peak_in;
@@ -32,9 +32,10 @@ struct series_outcome {
     /* Standard errors, from the step size, of values that are the largest over time; NaN: not
      * known. */
     double skip_error, push_error_lb, pull_error_lb;
-    bool by_planar;    /* movement and forces are from the planar engine; false: from the chain */
-    double other_s[2]; /* time step of the second simulation: of the chain, of the planar engine */
-    int tears;         /* joints that were pulled beyond their strength */
+    bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
+    double check_step_s
+        [2];   /* time step of the second simulation: of the chain, of the planar engine */
+    int tears; /* joints that were pulled beyond their strength */
     int waves;
     double wave_ft; /* station of the highest wave; 0: no wave */
     double rise_in; /* rise of the highest wave */
@@ -61,20 +62,20 @@ struct series_outcome {
 
 struct series_run {
     uint64_t seed;
-    size_t played;    /* number of simulated landings; a buckled runway has no further landings */
+    size_t landings;  /* number of simulated landings; a buckled runway has no further landings */
     int buckled;      /* landing in which the runway buckled, from 1; 0: it did not */
     double buckle_ft; /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count */
     struct error error;              /* reason why this runway could not be simulated to its end */
     /* Second simulation of the same landings, from the first one on, with other steps. NULL: this
      * runway has none. */
-    struct series_outcome *other;
-    size_t other_played;
+    struct series_outcome *check;
+    size_t check_landings;
 };
 
 /* Simulates the runway of a seed; every sixth runway is simulated a second time with other steps.
  * The result depends only on series and seed. */
-void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run);
+void series_simulate(const struct landing_series *series, uint64_t seed, struct series_run *run);
 void series_run_free(struct series_run *run);
 
 /* Sets the errors in all outcomes, from the runways that were simulated twice: README.md, "Errors
@@ -84,9 +85,9 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
 /* Simulates all seeds on `jobs` threads, and computes the errors. One of the threads calls
  * `progress` at intervals; NULL: no calls. A runway that fails stores its error; the others are
  * still simulated. */
-void series_ensemble(const struct landing_series *series, unsigned jobs,
-                     void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
-                     struct series_run *runs);
+void series_simulate_all(const struct landing_series *series, unsigned jobs,
+                         void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                         struct series_run *runs);
 
 /* Random draws: the values that a seed gives for a series' ranges, and the path of a landing.
  * Streams are independent: an additional landing or range does not change other draws. */
@@ -97,7 +98,7 @@ struct draw {
     uint64_t state;
 };
 
-struct draw draw_from(uint64_t seed, unsigned stream);
+struct draw draw_begin(uint64_t seed, unsigned stream);
 
 double draw_between(struct draw *draw, struct series_range range);
 
@@ -125,7 +126,7 @@ void draw_path_free(struct draw_path *path);
  * failure is where the wheel first met it (`met_ft`, in order of time), otherwise its highest node.
  * Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order in
  * `failure_ft`. */
-int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+int find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                   const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
 
 /* Flattening of a wave that a landing left: it is pressed flat when the aircraft is pushed back
@@ -144,7 +145,7 @@ struct flat_runway {
  * toward the side with less resistance. Mats that touch move together until the next opening has
  * closed. Each joint stops at the compression that friction on both sides can hold. Openings are
  * only shifted: their sum does not change. */
-void flatten(const struct flat_runway *runway);
+void flat_runway_settle(const struct flat_runway *runway);
 
 /* Summary: distributions of the results of an ensemble's runways. */
 
@@ -164,7 +165,7 @@ struct series_peak {
 
 /* Results of the runways that had this landing. */
 struct series_landing_summary {
-    size_t played;
+    size_t runways;
     size_t buckled;
     size_t planar, waved, unhinged, torn;
     struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
@@ -193,7 +194,7 @@ void series_summary_free(struct series_summary *summary);
 
 /* Makes a new answer, which the caller owns. The JSON has the units of the keys' names, also with
  * `si`. */
-struct answer *series_answer(const struct landing_series *series, const struct series_run *runs,
-                             const struct series_summary *summary, bool si);
+struct answer *series_to_answer(const struct landing_series *series, const struct series_run *runs,
+                                const struct series_summary *summary, bool si);
 
 #endif

@@ -72,7 +72,7 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
 }
 
 /* "a number from 0 to 10 ft, or as text with ..." */
-static void wanted_text(const struct series_key *key, char out[300])
+static void format_expected(const struct series_key *key, char out[300])
 {
     const char *unit = quantity_unit_of_name(key->name);
     const struct quantity_kind *kind = quantity_kind_of(unit);
@@ -109,7 +109,7 @@ static void read_object(const struct keys *r, const char *where, const json_t *o
         if (has_failed(r))
             return;
         if (i < count && !read_value(&keys[i], value, (char *)base + keys[i].offset)) {
-            wanted_text(&keys[i], wanted);
+            format_expected(&keys[i], wanted);
             refuse_key(r, where, name, wanted);
         } else if (i == count && !others[k] && name[0] != '_') {
             error_set(
@@ -177,7 +177,7 @@ static const struct series_key landing_keys[] = {
     {NULL, "speed_ft_s", SERIES_RANGE, OF_LANDING(speed_ft_s), 1e-3, 1e4, NULL},
     {NULL, "deceleration_ft_s2", SERIES_RANGE, OF_LANDING(deceleration_ft_s2), 0.0, 1e4, NULL},
     {NULL, "tow_lb", SERIES_NUMBER, OF_LANDING(tow_lb), 1e-6, 1e9, NULL},
-    {NULL, "times", SERIES_NUMBER, OF_LANDING(times), 1.0, SERIES_LANDINGS_MAX, NULL},
+    {NULL, "times", SERIES_NUMBER, OF_LANDING(repeats), 1.0, SERIES_LANDINGS_MAX, NULL},
 };
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
@@ -274,7 +274,8 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
 }
 
 /* Apply the changes of a landing to the keys of the scene. */
-static bool modify(const struct keys *r, const char *where, const json_t *landing, json_t *now)
+static bool apply_changes(const struct keys *r, const char *where, const json_t *landing,
+                          json_t *now)
 {
     json_t *apply = json_object_get(landing, "apply");
     if (apply && !json_is_object(apply))
@@ -305,7 +306,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
         read_profile(r, where, profile, landing);
     if (has_failed(r))
         return;
-    landing->modified = modify(r, where, entry, now);
+    landing->modified = apply_changes(r, where, entry, now);
     if (!has_failed(r))
         read_scene(r, where, now, &landing->scene);
     if (!has_failed(r) &&
@@ -363,9 +364,9 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             sim_scene_defaults(&landing->scene);
             landing->touchdown_ft = (struct series_range){SERIES_TOUCHDOWN_FT, SERIES_TOUCHDOWN_FT};
             landing->speed_ft_s = (struct series_range){SERIES_SPEED_FT_S, SERIES_SPEED_FT_S};
-            landing->times = 1.0;
+            landing->repeats = 1.0;
             read_landing(r, where, entry, now, landing);
-            times = landing->times;
+            times = landing->repeats;
             landing->modified = landing->modified && k == 0;
         }
     }
@@ -509,11 +510,11 @@ enum mr_status series_from_json(struct landing_series *c, const char *where, con
 
 enum mr_status series_load(struct landing_series *c, const char *path, struct error *error)
 {
-    return series_load_on(c, path, NULL, error);
+    return series_load_on_ground(c, path, NULL, error);
 }
 
-enum mr_status series_load_on(struct landing_series *c, const char *path, const char *ground,
-                              struct error *error)
+enum mr_status series_load_on_ground(struct landing_series *c, const char *path, const char *ground,
+                                     struct error *error)
 {
     *c = (struct landing_series){0};
     json_t *root = series_json(NULL, path, "study", error);

@@ -54,8 +54,8 @@ struct series_landing {
     /* The runway at this landing: the scene of the file with the modifications applied so far;
      * model and path are not set. */
     struct sim_scene scene;
-    double times;  /* number of identical landings */
-    bool modified; /* a modification was applied before this landing */
+    double repeats; /* number of identical landings */
+    bool modified;  /* a modification was applied before this landing */
 };
 
 struct landing_series {
@@ -113,8 +113,8 @@ enum mr_status series_load(struct landing_series *series, const char *path, stru
 enum mr_status series_from_json(struct landing_series *series, const char *where,
                                 const json_t *root, struct error *error);
 /* As series_load, on the ground "weightless" or "elastic"; NULL: the ground in the file. */
-enum mr_status series_load_on(struct landing_series *series, const char *path, const char *ground,
-                              struct error *error);
+enum mr_status series_load_on_ground(struct landing_series *series, const char *path,
+                                     const char *ground, struct error *error);
 void series_free(struct landing_series *series);
 /* Reads the object of a JSON file. `name` is relative to the folder of `file` (NULL: to the working
  * directory). `what`: its description in error messages. Returns a new reference; NULL: MR_IO,

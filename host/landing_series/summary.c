@@ -17,8 +17,8 @@
 
 /* The prior of a landing's error comes from the pairs of all landings, and weighs as much as this
  * number of its own pairs. */
-#define BORROWED 2
-#define LEAST    1e-3 /* least error, as a part of the value */
+#define POOLED_WEIGHT      2
+#define MIN_ERROR_FRACTION 1e-3 /* least error, as a part of the value */
 
 static const struct {
     size_t value, error; /* offsets in an outcome */
@@ -28,13 +28,13 @@ static const struct {
     {offsetof(struct series_outcome, pull_lb), offsetof(struct series_outcome, pull_error_lb)},
 };
 
-static double *number(const struct series_outcome *outcome, size_t offset)
+static double *outcome_field(const struct series_outcome *outcome, size_t offset)
 {
     return (double *)((char *)(uintptr_t)outcome + offset);
 }
 
 /* Sum of two independent errors. Not hypot, which differs between processors. */
-static double both(double a, double b)
+static double quadrature_sum(double a, double b)
 {
     return sqrt(a * a + b * b);
 }
@@ -43,29 +43,30 @@ static double both(double a, double b)
 struct tally {
     size_t count, pairs;
     double sum, squares;
-    double apart, apart2; /* sums of the pairs' differences and of their squares */
+    double difference_sum,
+        difference_squares; /* sums of the pairs' differences and of their squares */
 };
 
-static struct tally tally_of(const struct landing_series *c, const struct series_run *runs,
-                             size_t landing, bool by_planar, size_t offset)
+static struct tally make_tally(const struct landing_series *c, const struct series_run *runs,
+                               size_t landing, bool by_planar, size_t offset)
 {
     struct tally t = {0};
     for (size_t i = 0; i < c->seeds; i++) {
         const struct series_outcome *o = &runs[i].outcomes[landing], *other = NULL;
-        if (runs[i].played <= landing || o->by_planar != by_planar)
+        if (runs[i].landings <= landing || o->is_from_planar != by_planar)
             continue;
-        double value = *number(o, offset);
+        double value = *outcome_field(o, offset);
         t.count++;
         t.sum += value;
         t.squares += value * value;
-        if (runs[i].other_played > landing)
-            other = &runs[i].other[landing];
-        if (!other || other->by_planar != by_planar)
+        if (runs[i].check_landings > landing)
+            other = &runs[i].check[landing];
+        if (!other || other->is_from_planar != by_planar)
             continue;
-        double apart = value - *number(other, offset);
+        double apart = value - *outcome_field(other, offset);
         t.pairs++;
-        t.apart += apart;
-        t.apart2 += apart * apart;
+        t.difference_sum += apart;
+        t.difference_squares += apart * apart;
     }
     return t;
 }
@@ -76,8 +77,8 @@ static struct tally tally_of(const struct landing_series *c, const struct series
 static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
-    double freedom = (double)(t->pairs + BORROWED), spread2 = 0.0;
-    double r = sqrt((t->apart2 + BORROWED * borrowed2 * mean * mean) / freedom);
+    double freedom = (double)(t->pairs + POOLED_WEIGHT), spread2 = 0.0;
+    double r = sqrt((t->difference_squares + POOLED_WEIGHT * borrowed2 * mean * mean) / freedom);
     if (t->count > 1)
         spread2 = (t->squares - t->sum * mean) / (double)(t->count - 1);
     r *= mr_gates_student_factor((unsigned)fmin(freedom, (double)pairs_in_all));
@@ -91,18 +92,19 @@ static void set_errors(const struct landing_series *c, struct series_run *runs, 
     double apart2 = 0.0;
     size_t pairs = 0;
     for (size_t k = 0; k < 2 * c->landing_count; k++) {
-        struct tally t = tallies[k] = tally_of(c, runs, k / 2, k % 2 == 1, value);
+        struct tally t = tallies[k] = make_tally(c, runs, k / 2, k % 2 == 1, value);
         double mean = t.sum / (double)t.count;
         pairs += t.sum > 0.0 ? t.pairs : 0;
-        apart2 += t.sum > 0.0 ? t.apart2 / (mean * mean) : 0.0;
+        apart2 += t.sum > 0.0 ? t.difference_squares / (mean * mean) : 0.0;
     }
     for (size_t i = 0; i < c->seeds; i++) {
-        for (size_t k = 0; k < runs[i].played; k++) {
+        for (size_t k = 0; k < runs[i].landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
-            const struct tally *t = &tallies[2 * k + o->by_planar];
-            *number(o, error) = pairs > 0 ? fmax(error_of(t, apart2 / (double)pairs, pairs),
-                                                 LEAST * *number(o, value))
-                                          : (double)NAN;
+            const struct tally *t = &tallies[2 * k + o->is_from_planar];
+            *outcome_field(o, error) = pairs > 0
+                                         ? fmax(error_of(t, apart2 / (double)pairs, pairs),
+                                                MIN_ERROR_FRACTION * *outcome_field(o, value))
+                                         : (double)NAN;
         }
     }
     free(tallies);
@@ -114,10 +116,11 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
         set_errors(series, runs, peaks[peak].value, peaks[peak].error);
     /* a joint that was hit weakly in this run may be hit as hard as the most loaded joint */
     for (size_t i = 0; i < series->seeds; i++) {
-        for (size_t k = 0; k < runs[i].played; k++) {
+        for (size_t k = 0; k < runs[i].landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
             if (o->push_lb > 0.0)
-                o->skip_error = both(o->skip_error, o->skip_ratio * o->push_error_lb / o->push_lb);
+                o->skip_error = quadrature_sum(o->skip_error,
+                                               o->skip_ratio * o->push_error_lb / o->push_lb);
         }
     }
 }
@@ -159,17 +162,17 @@ static struct series_spread spread_at(const struct gather *g, size_t offset)
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played > g->landing)
-            g->values[count++] = *number(outcome_at(g, i), offset);
+        if (g->runs[i].landings > g->landing)
+            g->values[count++] = *outcome_field(outcome_at(g, i), offset);
     }
     return series_spread_of(g->values, count);
 }
 
-static struct series_spread zones(const struct gather *g)
+static struct series_spread zone_spread(const struct gather *g)
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played > g->landing)
+        if (g->runs[i].landings > g->landing)
             g->values[count++] = outcome_at(g, i)->zone_mats;
     }
     return series_spread_of(g->values, count);
@@ -185,33 +188,33 @@ static struct series_peak peak_of(const struct gather *g, size_t peak)
     struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
     double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
     for (int by_planar = 0; by_planar < 2; by_planar++) {
-        struct tally t = tally_of(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
+        struct tally t = make_tally(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
         p.mean += t.sum / count; /* NaN without runways */
-        apart += t.apart;
+        apart += t.difference_sum;
         pairs += (double)t.pairs;
     }
     for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played <= g->landing)
+        if (g->runs[i].landings <= g->landing)
             continue;
-        double error = *number(outcome_at(g, i), peaks[peak].error);
+        double error = *outcome_field(outcome_at(g, i), peaks[peak].error);
         errors2 += isnan(error) ? 0.0 : error * error;
         known += !isnan(error);
     }
     p.error = sqrt(errors2 / known); /* NaN if no runway has an error */
-    double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_OTHER_STEP - 1.0);
-    p.mean_error = fmin(both(p.error / sqrt(count), alike), p.error);
+    double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_CHECK_STEP_RATIO - 1.0);
+    p.mean_error = fmin(quadrature_sum(p.error / sqrt(count), alike), p.error);
     return p;
 }
 
 static void summarise_landing(struct series_landing_summary *s, const struct gather *g)
 {
     for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played <= g->landing)
+        if (g->runs[i].landings <= g->landing)
             continue;
         const struct series_outcome *out = outcome_at(g, i);
-        s->played++;
+        s->runways++;
         s->buckled += g->runs[i].buckled == (int)g->landing + 1;
-        s->planar += out->asked_planar;
+        s->planar += out->planar_was_run;
         s->waved += out->waves > 0;
         s->unhinged += out->unhinged;
         s->torn += out->tears > 0;
@@ -219,7 +222,7 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     s->stop_ft = SPREAD(g, stop_ft);
     s->peak_in = SPREAD(g, peak_in);
     s->reach_ft = SPREAD(g, reach_ft);
-    s->zone_mats = zones(g);
+    s->zone_mats = zone_spread(g);
     s->skip_ratio = peak_of(g, 0);
     s->push_lb = peak_of(g, 1);
     s->pull_lb = peak_of(g, 2);
@@ -325,10 +328,10 @@ static void add_peak(struct answer *answer, const char *name, const char *mean, 
 static void add_landing(struct answer *answer, const struct landing_series *c,
                         const struct series_landing_summary *s, size_t number)
 {
-    bool shown = s->played > 0;
+    bool shown = s->runways > 0;
     answer_row(answer);
     answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
-    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
+    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runways);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
     add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
                2);
@@ -358,9 +361,9 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
         snprintf(label, sizeof label,
                  "largest force in a joint: mean over the runways; its error needs %d runways or "
                  "more (--seeds)",
-                 SERIES_EVERY);
+                 SERIES_CHECK_EVERY);
     answer_table(answer, NULL, label);
-    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
+    for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
         const struct series_peak *push = &s[i].push_lb, *pull = &s[i].pull_lb;
         answer_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
@@ -381,7 +384,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     snprintf(label, sizeof label, "total movement (%s), median over the runways, by station (%s)",
              movement->text, station->text);
     answer_table(answer, NULL, label);
-    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
+    for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
         answer_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         for (size_t k = 0; k < c->station_count; k++) {
@@ -409,8 +412,8 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         "s:b,"
         "s:o,s:o}",
         "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
-        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar", o->asked_planar,
-        "lift_ratio", cli_json_number(o->skip_ratio, 4), "lift_ratio_error",
+        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar",
+        o->planar_was_run, "lift_ratio", cli_json_number(o->skip_ratio, 4), "lift_ratio_error",
         cli_json_number(o->skip_error, 2), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
         cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
         cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
@@ -434,7 +437,7 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
 static json_t *run_json(const struct series_run *run)
 {
     json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->played; i++)
+    for (size_t i = 0; i < run->landings; i++)
         json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
@@ -446,14 +449,14 @@ static json_t *run_json(const struct series_run *run)
 }
 
 /* Median over runways of the largest value in the landings before a runway buckled. */
-static double largest(const struct landing_series *c, const struct series_run *runs,
-                      double (*value)(const struct series_outcome *))
+static double find_largest(const struct landing_series *c, const struct series_run *runs,
+                           double (*value)(const struct series_outcome *))
 {
     double *values = xcalloc(c->seeds, sizeof *values);
     size_t count = 0;
     for (size_t i = 0; i < c->seeds; i++) {
         double most = (double)NAN;
-        for (size_t k = 0; k < runs[i].played; k++) {
+        for (size_t k = 0; k < runs[i].landings; k++) {
             if (!runs[i].outcomes[k].buckled)
                 most = fmax(most, value(&runs[i].outcomes[k]));
         }
@@ -484,9 +487,10 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
     answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
     answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.middle, 1);
-    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, largest(c, runs, zone_mats), 0);
-    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT, largest(c, runs, movement_in),
-                 2);
+    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, find_largest(c, runs, zone_mats),
+                 0);
+    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
+                 find_largest(c, runs, movement_in), 2);
 }
 
 static void add_buckled(struct answer *answer, const struct landing_series *c,
@@ -531,7 +535,8 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     for (size_t i = 0; i < c->seeds; i++) {
         if (runs[i].error.status != MR_OK)
             answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
-                         (unsigned long long)runs[i].seed, runs[i].played + 1, runs[i].error.text);
+                         (unsigned long long)runs[i].seed, runs[i].landings + 1,
+                         runs[i].error.text);
     }
     char ground[200];
     series_ground_text(c, ground, sizeof ground);
@@ -562,8 +567,8 @@ static void series_answer_landings(struct answer *answer, const struct landing_s
     add_medians(answer, c, runs, s);
 }
 
-struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
-                             const struct series_summary *s, bool si)
+struct answer *series_to_answer(const struct landing_series *c, const struct series_run *runs,
+                                const struct series_summary *s, bool si)
 {
     struct answer *answer = answer_new(si);
     answer_keep_units(answer);

@@ -442,7 +442,7 @@ static void tension(const struct report *report, FILE *out)
 
 static void overlap(struct answer *answer, const char *label, const struct compare_overlap *overlap)
 {
-    if (!overlap->known)
+    if (!overlap->is_known)
         answer_words(answer, NULL, label, "\xe2\x80\x93");
     else if (overlap->all_mats > 0.0)
         answer_words(answer, NULL, label, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);

@@ -665,11 +665,11 @@ static void channels(const struct report *report, const struct report_landing *l
 
 /* ---- measured against simulated ---- */
 
-static void compared_words(FILE *out, const struct compare_figures *figures, bool si)
+static void compared_words(FILE *out, const struct compare_find_figures *figures, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE];
+    struct compare_find_agreement agreement;
+    char sentence[COMPARE_SENTENCE_SIZE];
     fputs("<p class=\"say\">", out);
     if (figures->against[0]) {
         fputs("Simulation: ", out);
@@ -682,8 +682,8 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
         fprintf(out, "standard error (its own estimate) %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
-    compare_agreement(figures, &agreement);
-    compare_sentence(&agreement, si, sentence);
+    compare_find_agreement(figures, &agreement);
+    compare_write_sentence(&agreement, si, sentence);
     fputs("<p class=\"say\"><strong>", out);
     html_text(out, sentence);
     fputs(".</strong></p>\n", out);
@@ -751,8 +751,8 @@ static void compared(const struct report *report, const struct report_landing *l
         return;
     compared_words(out, landing->compared, report->si);
     answer = answer_new(report->si);
-    compare_channels_answer(landing->compared, answer);
-    compare_zones_answer(&landing->compared->zones, answer);
+    compare_add_channels(landing->compared, answer);
+    compare_add_zones(&landing->compared->zones, answer);
     report_answer(answer, out);
     draw_comparison(landing, report->si, out);
 }

@@ -106,17 +106,18 @@ static void take_zones(const struct report_landing *landing, struct report_facts
 
 /* ---- comparison ---- */
 
-static struct compare_overlap overlap_of(const struct compare_zones *zones, bool rest, bool board)
+static struct compare_overlap overlap_of(const struct compare_find_zones *zones, bool rest,
+                                         bool board)
 {
-    const struct compare_zone_moment *moment = compare_moment_of(zones, rest);
-    return !moment ? (struct compare_overlap){.known = false}
+    const struct compare_zone_moment *moment = compare_find_moment(zones, rest);
+    return !moment ? (struct compare_overlap){.is_known = false}
          : board   ? moment->board
                    : moment->simulated;
 }
 
 static void take_compared(const struct report_landing *landing, struct report_facts *facts)
 {
-    const struct compare_figures *figures = landing->compared;
+    const struct compare_find_figures *figures = landing->compared;
     if (!figures)
         return;
     snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);
@@ -254,8 +255,8 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
 static void compute(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct compare_said reported = {.zone = landing->summary.zones.row,
-                                          .zones = landing->summary.zones.count};
+    const struct compare_board_reports reported = {.zone = landing->summary.zones.row,
+                                                   .zones = landing->summary.zones.count};
     if (measured->fit_status != MR_OK || measured->samples == 0)
         return;
     landing->station_ft = xmalloc(measured->samples * sizeof *landing->station_ft);
@@ -264,8 +265,8 @@ static void compute(struct report_landing *landing)
     if (landing->simulations == 0)
         return;
     landing->compared = xmalloc(sizeof *landing->compared);
-    compare_figures(measured, &landing->survey, &reported, &landing->head, landing->simulation,
-                    landing->simulations, landing->compared);
+    compare_find_figures(measured, &landing->survey, &reported, &landing->head, landing->simulation,
+                         landing->simulations, landing->compared);
 }
 
 /* The weight that the user entered. */

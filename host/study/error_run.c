@@ -12,7 +12,7 @@
 
 #define SOLVERS_MAX 8
 
-static double or_null(bool known, double value)
+static double value_or_nan(bool known, double value)
 {
     return known ? value : (double)NAN;
 }
@@ -22,7 +22,7 @@ static double or_null(bool known, double value)
 static void add_error(struct answer *answer, const char *name, const char *label,
                       const struct error_run *run, double error_ft, double agreement_ft)
 {
-    answer_value(answer, name, NULL, UNIT_NUMBER, or_null(run->status == SIM_OK, error_ft), 0);
+    answer_value(answer, name, NULL, UNIT_NUMBER, value_or_nan(run->status == SIM_OK, error_ft), 0);
     if (run->status != SIM_OK || isnan(error_ft))
         answer_words(answer, NULL, label, "%9s", "-");
     else if (error_ft <= ERROR_FLOOR * agreement_ft)
@@ -39,8 +39,8 @@ static void add_run(struct answer *answer, const struct error_study *study,
     answer_words(answer, "solver", "solver", "%s", run->solver);
     answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
                  fixed ? run->dt_s : run->rtol);
-    answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
-    answer_value(answer, "dt", NULL, UNIT_TIME, or_null(fixed, run->dt_s), 0)->digits = 9;
+    answer_value(answer, "rtol", NULL, UNIT_NUMBER, value_or_nan(run->rtol > 0.0, run->rtol), 0);
+    answer_value(answer, "dt", NULL, UNIT_TIME, value_or_nan(fixed, run->dt_s), 0)->digits = 9;
     answer_count(answer, "steps", "steps", (int64_t)run->steps);
     answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
@@ -52,7 +52,7 @@ static void add_run(struct answer *answer, const struct error_study *study,
     if (run->status != SIM_OK)
         answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
     answer_value(answer, "max_lift", NULL, UNIT_STATION,
-                 or_null(run->status == SIM_OK, run->max_lift_ft), 0)
+                 value_or_nan(run->status == SIM_OK, run->max_lift_ft), 0)
         ->digits = 9;
     answer_flag(answer, "beyond_limit", NULL, run->is_unstable);
 }
@@ -146,7 +146,7 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
 }
 
 /* In feet, like scenes. */
-static struct answer *study_answer(const struct sim_scene *scene, const struct error_study *study)
+static struct answer *make_answer(const struct sim_scene *scene, const struct error_study *study)
 {
     struct answer *answer = answer_new(false);
     answer_words(answer, "scene", "scene", "%s", scene->name);
@@ -175,11 +175,11 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     return answer;
 }
 
-#define LEAST_FT 1e-16 /* below every error that is not 0 */
+#define PLOT_MIN_FT 1e-16 /* below every error that is not 0 */
 
 static double error_ft(const struct error_run *run, bool lift)
 {
-    return fmax(LEAST_FT, lift ? run->lift_ft : run->u_ft);
+    return fmax(PLOT_MIN_FT, lift ? run->lift_ft : run->u_ft);
 }
 
 /* Plot the runs of a solver within its stability limit, or those beyond it. A failed run interrupts
@@ -238,7 +238,7 @@ static enum mr_status write_plot(const char *path, const char *name,
     return plot_write(plot, path, error);
 }
 
-static void report(void *ctx, size_t runs_begun)
+static void show_progress(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
         progress_set(ctx, "refining two methods until they agree, as reference");
@@ -261,13 +261,13 @@ int error_command(int argc, char **argv, const struct cli *cli)
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
     progress_begin(&progress, "error", "an earlier tend", cli->quiet);
-    enum mr_status status = error_study_run(&study, &scene, report, &progress, &error);
+    enum mr_status status = error_study_run(&study, &scene, show_progress, &progress, &error);
     progress_end(&progress);
     if (status != MR_OK)
         return cli_fail(&error);
     if (r.plot)
         write_plot(r.plot, scene.name, &study, fatal);
-    int code = answer_show(cli, study_answer(&scene, &study), 0);
+    int code = answer_show(cli, make_answer(&scene, &study), 0);
     sim_scene_free(&scene);
     return code;
 }

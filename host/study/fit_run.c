@@ -17,7 +17,7 @@
 #include "host/base/xmalloc.h"
 #include "host/study/fit/landings.h"
 
-_Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_LEAST, "the option and the fit agree");
+_Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_MIN, "the option and the fit agree");
 
 static void read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request)
 {
@@ -34,7 +34,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
     output_check(request->out_scene, request->scene, fatal);
 }
 
-static int key_of(const char *option, const char *name, size_t length)
+static int find_key(const char *option, const char *name, size_t length)
 {
     for (int k = 0; k < FIT_KEYS; k++) {
         if (strlen(fit_names[k].key) == length && strncmp(fit_names[k].key, name, length) == 0)
@@ -52,7 +52,7 @@ static void set_fitted(const char *text, struct fit_landings *list)
         list->parameter[k].fitted = false;
     while (text) {
         size_t length = strcspn(text, ",");
-        list->parameter[key_of("--fit", text, length)].fitted = true;
+        list->parameter[find_key("--fit", text, length)].fitted = true;
         text = text[length] == ',' ? text + length + 1 : NULL;
     }
 }
@@ -81,7 +81,7 @@ static void set_priors(const char *text, struct fit_landings *list)
     bool given[FIT_KEYS] = {false};
     while (text) {
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
-        int key = key_of("--prior", text, length);
+        int key = find_key("--prior", text, length);
         double value, spread;
         const char *unit = unit_of(fit_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
@@ -100,8 +100,8 @@ static void set_priors(const char *text, struct fit_landings *list)
 }
 
 /* Add all landings of the campaign. Landings without a known motion are left out with a note. */
-static void add_all(struct store *store, const struct fit_request *request, const struct cli *cli,
-                    struct fit_landings *list)
+static void add_all_landings(struct store *store, const struct fit_request *request,
+                             const struct cli *cli, struct fit_landings *list)
 {
     struct store_landing *rows;
     size_t count;
@@ -130,8 +130,8 @@ static void add_all(struct store *store, const struct fit_request *request, cons
 }
 
 /* Add the named landings, each once: a landing that counts twice would get too small an error. */
-static void add_named(struct store *store, const struct fit_request *request,
-                      struct fit_landings *list)
+static void add_named_landings(struct store *store, const struct fit_request *request,
+                               struct fit_landings *list)
 {
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
@@ -154,9 +154,9 @@ static void load(const struct fit_request *request, const struct cli *cli,
     sim_scene_load(&scene, request->scene, fatal);
     fit_landings_begin(list, &scene);
     sim_scene_free(&scene);
-    add_named(store, request, list);
+    add_named_landings(store, request, list);
     if (!request->words[1])
-        add_all(store, request, cli, list);
+        add_all_landings(store, request, cli, list);
     fit_campaign_set_gap(list);
     set_fitted(request->fitted, list);
     set_priors(request->prior, list);
@@ -164,9 +164,9 @@ static void load(const struct fit_request *request, const struct cli *cli,
 
 /* ---- output: an answer, a scene, a plot ---- */
 
-#define NORMAL_95  1.959963984540054
-#define NEAREST_OF 50u
-#define LIMIT      1.96 /* half width of the plot's band, in standard deviations */
+#define NORMAL_95     1.959963984540054
+#define NEAREST_DRAWS 50u
+#define PLOT_BAND     1.96 /* half width of the plot's band, in standard deviations */
 
 static void add_landings(struct answer *answer, const struct fit_landings *list)
 {
@@ -184,7 +184,8 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
                      "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
                      "(%zu from gage points), %zu after%s",
                      landing->channels, landing->windows, before, landing->gages, after,
-                     landing->follows ? "; initial gaps are those after the previous landing" : "");
+                     landing->is_consecutive ? "; initial gaps are those after the previous landing"
+                                             : "");
         json_array_append_new(runs, json_integer(landing->run));
     }
     answer_json_value(answer, "runs", runs);
@@ -192,13 +193,13 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
 
 /* Each parameter in its own unit: estimate, 95 % interval, prior. */
 static void add_parameters(struct answer *answer, const struct fit_landings *list,
-                           const struct fit_answer *fit, const struct misfit *misfit)
+                           const struct fit_result *fit, const struct misfit *misfit)
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
     answer_table(answer, "parameters",
-                 misfit->cannot ? "parameters, with 95 % intervals (not reliable, see below)"
-                                : "parameters, with 95 % intervals");
+                 misfit->is_rejected ? "parameters, with 95 % intervals (not reliable, see below)"
+                                     : "parameters, with 95 % intervals");
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
         const struct fit_name *name = &fit_names[key[i]];
@@ -226,13 +227,13 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
     answer_close(answer);
 }
 
-static double correlation(const struct fit_answer *fit, size_t i, size_t k)
+static double correlation(const struct fit_result *fit, size_t i, size_t k)
 {
     return fit->covariance[i][k] / sqrt(fit->covariance[i][i] * fit->covariance[k][k]);
 }
 
 static void add_correlations(struct answer *answer, const struct fit_landings *list,
-                             const struct fit_answer *fit)
+                             const struct fit_result *fit)
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
@@ -253,49 +254,49 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     answer_json_value(answer, "correlation", correlations);
 }
 
-static void misfit_text(const struct misfit *misfit, char *text, size_t size)
+static void format_misfit(const struct misfit *misfit, char *text, size_t size)
 {
-    if (!misfit->checked)
+    if (!misfit->is_checked)
         snprintf(text, size,
                  "the model was not checked: it generated %zu data sets, but %u are needed; narrow "
                  "the priors",
-                 misfit->replicas, MISFIT_LEAST);
+                 misfit->replicas, MISFIT_REPLICAS_MIN);
     else
         snprintf(
             text, size,
             "the model %s describe the data: %.0f %% of the data sets that it generates deviate at "
             "least as much as the measurements (the model fails at %.0f %% or less)",
-            misfit->cannot ? "cannot" : "can", 100.0 * misfit->share, 100.0 * MISFIT_FALSE);
+            misfit->is_rejected ? "cannot" : "can", 100.0 * misfit->p_value, 100.0 * MISFIT_LEVEL);
 }
 
 static void add_misfit(struct answer *answer, const struct fit_landings *list,
                        const struct misfit *misfit)
 {
     char text[200];
-    misfit_text(misfit, text, sizeof text);
+    format_misfit(misfit, text, sizeof text);
     answer_sentence(answer, NULL, "%s", text);
-    if (misfit->cannot)
+    if (misfit->is_rejected)
         answer_sentence(
             answer, NULL,
             "Do not use the intervals. --plot shows where the residuals are large: check the "
             "transducers, dirt, the path of the gear and elastic ground there");
-    if (misfit->cannot && list->landing[0].later)
+    if (misfit->is_rejected && list->landing[0].has_earlier_landings)
         answer_sentence(answer, NULL,
                         "RUN %lld began with joints that earlier landings had moved: start the fit "
                         "with the first landing",
                         (long long)list->landing[0].run);
     answer_open(answer, "misfit", NULL);
-    answer_flag(answer, "checked", NULL, misfit->checked);
-    answer_flag(answer, "cannot_be", NULL, misfit->cannot);
-    answer_value(answer, "share", NULL, UNIT_NUMBER, misfit->checked ? misfit->share : (double)NAN,
-                 2);
-    answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_FALSE, 2);
+    answer_flag(answer, "checked", NULL, misfit->is_checked);
+    answer_flag(answer, "cannot_be", NULL, misfit->is_rejected);
+    answer_value(answer, "share", NULL, UNIT_NUMBER,
+                 misfit->is_checked ? misfit->p_value : (double)NAN, 2);
+    answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_LEVEL, 2);
     answer_count(answer, "replicas", NULL, (int64_t)misfit->replicas);
     answer_close(answer);
 }
 
-static struct answer *fit_described(const struct fit_landings *list, const struct fit_answer *fit,
-                                    const struct misfit *misfit, bool si)
+static struct answer *describe_fit(const struct fit_landings *list, const struct fit_result *fit,
+                                   const struct misfit *misfit, bool si)
 {
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
@@ -303,11 +304,11 @@ static struct answer *fit_described(const struct fit_landings *list, const struc
     answer_remark(answer, " data sets in %u rounds%s", fit->rounds,
                   fit->failed ? ", of which some failed" : "");
     answer_count(answer, "rounds", NULL, fit->rounds);
-    answer_flag(answer, "stopped", NULL, fit->stopped);
-    answer_flag(answer, "intervals_trusted", NULL, misfit->checked && !misfit->cannot);
+    answer_flag(answer, "stopped", NULL, fit->not_converged);
+    answer_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
     add_parameters(answer, list, fit, misfit);
     add_correlations(answer, list, fit);
-    if (fit->stopped)
+    if (fit->not_converged)
         answer_sentence(answer, NULL, "the fit did not converge in %u rounds: give narrower priors",
                         fit->rounds);
     add_misfit(answer, list, misfit);
@@ -334,17 +335,18 @@ static json_t *list_json(const struct sim_list *list)
     return values;
 }
 
-/* Number of the draw, of NEAREST_OF draws at the estimate, with statistics nearest to the measured
- * ones. */
-static uint64_t nearest(const struct fit_landings *list, const struct fit_answer *answer)
+/* Of NEAREST_DRAWS draws at the estimate, the number of the one whose statistics are nearest to the
+ * measured ones. */
+static uint64_t find_nearest_draw(const struct fit_landings *list, const struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
-    double *statistic = xcalloc(FIT_SOME * list->statistics, sizeof *statistic),
-           z[FIT_SOME * FIT_PARAMETERS_MAX], least = (double)INFINITY;
-    uint64_t best = 1, draw[FIT_SOME];
-    bool good[FIT_SOME];
-    for (uint64_t first = 1; first <= NEAREST_OF; first += FIT_SOME) {
-        size_t count = NEAREST_OF + 1 - first < FIT_SOME ? NEAREST_OF + 1 - first : FIT_SOME;
+    double *statistic = xcalloc(FIT_BATCH * list->statistics, sizeof *statistic),
+           z[FIT_BATCH * FIT_PARAMETERS_MAX], least = (double)INFINITY;
+    uint64_t best = 1, draw[FIT_BATCH];
+    bool good[FIT_BATCH];
+    for (uint64_t first = 1; first <= NEAREST_DRAWS; first += FIT_BATCH) {
+        size_t count = NEAREST_DRAWS + 1 - first < FIT_BATCH ? NEAREST_DRAWS + 1 - first
+                                                             : FIT_BATCH;
         for (size_t i = 0; i < count; i++) {
             draw[i] = first + i;
             memcpy(z + i * model.parameters, answer->z, model.parameters * sizeof *z);
@@ -375,7 +377,7 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
              "mean resistance %.4g lb, share %.4g; this draw of the joints, of %u, is nearest to "
              "the measurements",
              (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
-             NEAREST_OF);
+             NEAREST_DRAWS);
     json_object_set_new(scene, "_fit", json_string(note));
     json_object_set_new(scene, "gap0", list_json(&joints->gap0_ft));
     json_object_set_new(scene, "grit", list_json(&joints->grit_lb));
@@ -388,7 +390,7 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
  * Its joints come from the draw that is nearest to the measurement. (With equal joints hardly
  * anything would move: a landing moves the weakest joints first.) */
 static enum mr_status fit_write_scene(const struct fit_landings *list,
-                                      const struct fit_answer *answer, const char *from,
+                                      const struct fit_result *answer, const char *from,
                                       const char *path, struct error *error)
 {
     json_error_t where;
@@ -401,7 +403,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     sim_scene_defaults(&joints);
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
-    fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share);
+    fit_landings_draw_joints(list, answer->z, find_nearest_draw(list, answer), &joints, &share);
     set_scene(scene, list, value, &joints, share);
     output_write_json(path, scene, 9, error);
     sim_scene_free(&joints);
@@ -418,14 +420,14 @@ static double station_of(const struct fit_landing *landing, const struct fit_win
 
 /* Plot the residual of each statistic over the station, in standard deviations. */
 static enum mr_status fit_write_plot(const struct fit_landings *list,
-                                     const struct fit_answer *answer, const struct misfit *misfit,
+                                     const struct fit_result *answer, const struct misfit *misfit,
                                      const char *path, struct error *error)
 {
     char text[200], key[60];
     double *station_ft = xcalloc(2 * list->statistics, sizeof *station_ft),
            *residual = station_ft + list->statistics;
-    const double limits[] = {-LIMIT, LIMIT};
-    misfit_text(misfit, text, sizeof text);
+    const double limits[] = {-PLOT_BAND, PLOT_BAND};
+    format_misfit(misfit, text, sizeof text);
     struct plot *plot = plot_new("residuals of a fit", 900, 420, 1);
     plot_panel(plot, text, (struct plot_axis){.label = "station (ft)"},
                (struct plot_axis){.label = "(measured - expected) / standard deviation"});
@@ -472,7 +474,7 @@ int fit_command(int argc, char **argv, const struct cli *cli)
 {
     struct fit_request request = {0};
     struct fit_landings list = {0};
-    struct fit_answer answer = {0};
+    struct fit_result answer = {0};
     struct misfit misfit = {0};
     struct error error = {0};
     struct progress progress;
@@ -493,8 +495,8 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         fit_write_plot(&list, &answer, &misfit, request.plot, fatal);
     if (request.out_scene)
         fit_write_scene(&list, &answer, request.scene, request.out_scene, fatal);
-    int exit_code = answer_show(cli, fit_described(&list, &answer, &misfit, cli->si),
-                                misfit.cannot ? 1 : 0);
+    int exit_code = answer_show(cli, describe_fit(&list, &answer, &misfit, cli->si),
+                                misfit.is_rejected ? 1 : 0);
     fit_free(&answer);
     fit_landings_free(&list);
     return exit_code;

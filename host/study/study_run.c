@@ -15,16 +15,16 @@ static void show_progress(void *ctx, size_t done, size_t of)
     progress_set(ctx, "%zu of %zu runways done", done, of);
 }
 
-#define LINES 8 /* most landings drawn: all, or every n-th */
+#define PLOT_LINES_MAX 8 /* most landings drawn: all, or every n-th */
 
 static void plot_movement(struct plot *plot, const struct landing_series *c,
                           const struct series_summary *s)
 {
     double middle[SERIES_STATIONS_MAX];
     size_t played = 0;
-    while (played < c->landing_count && s->landing[played].played > 0)
+    while (played < c->landing_count && s->landing[played].runways > 0)
         played++;
-    size_t every = (played + LINES - 1) / LINES;
+    size_t every = (played + PLOT_LINES_MAX - 1) / PLOT_LINES_MAX;
     for (size_t i = 0; i < played; i++) {
         char key[32];
         if (i + 1 != played && (i + 1) % every != 0)
@@ -77,8 +77,8 @@ static enum mr_status write_plot(const char *path, const struct landing_series *
     return plot_write(plot, path, error);
 }
 
-static int finish(const struct landing_series *c, const struct study_request *request,
-                  const struct series_run *runs, const struct cli *cli, struct error *error)
+static int write_outputs(const struct landing_series *c, const struct study_request *request,
+                         const struct series_run *runs, const struct cli *cli, struct error *error)
 {
     struct series_summary summary;
     int code = 0;
@@ -91,7 +91,7 @@ static int finish(const struct landing_series *c, const struct study_request *re
                   summary.failed, c->seeds, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
-    code = answer_show(cli, series_answer(c, runs, &summary, cli->si), code);
+    code = answer_show(cli, series_to_answer(c, runs, &summary, cli->si), code);
     series_summary_free(&summary);
     return code;
 }
@@ -104,16 +104,16 @@ int study_command(int argc, char **argv, const struct cli *cli)
     struct progress progress;
     command_parse(&command_study, argc, argv, cli, &request, &request.path, fatal);
     plot_check(request.plot, request.path, fatal);
-    series_load_on(&series, request.path, request.ground, fatal);
+    series_load_on_ground(&series, request.path, request.ground, fatal);
     if (request.seeds)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
     progress_set(&progress, "0 of %zu runways done", series.seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    series_ensemble(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
+    series_simulate_all(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
     progress_end(&progress);
-    int code = finish(&series, &request, runs, cli, &error);
+    int code = write_outputs(&series, &request, runs, cli, &error);
     for (size_t i = 0; i < series.seeds; i++)
         series_run_free(&runs[i]);
     free(runs);

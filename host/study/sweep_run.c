@@ -8,7 +8,7 @@
 #include "host/commands/studies.h"
 #include "host/sweep/sweep_table.h"
 
-static void check_together(const struct sweep_request *r)
+static void check_options(const struct sweep_request *r)
 {
     if (r->cases && r->table)
         error_set(
@@ -47,7 +47,7 @@ static void read_cases(const char *text, size_t cases, size_t *first, size_t *en
 }
 
 /* Print lines one by one, or collect them in one object with --json. */
-static void put_line(json_t *line, json_t *all, FILE *out)
+static void write_line(json_t *line, json_t *all, FILE *out)
 {
     if (all) {
         json_array_append_new(all, line);
@@ -58,7 +58,7 @@ static void put_line(json_t *line, json_t *all, FILE *out)
     json_decref(line);
 }
 
-static int end_lines(json_t *all)
+static int finish_lines(json_t *all)
 {
     return all ? cli_print_json(json_pack("{s:o}", "cases", all), 0) : 0;
 }
@@ -74,9 +74,9 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
     for (size_t i = first; i < end; i++) {
         json_t *line = sweep_line(sweep, i, sweep_case_run(sweep, i, sweep_simulation(sweep)));
         failed += strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
-        put_line(line, all, output.file);
+        write_line(line, all, output.file);
     }
-    int code = end_lines(all);
+    int code = finish_lines(all);
     output_end(&output, fatal);
     if (!r->output)
         return code;
@@ -91,10 +91,10 @@ static int list_cases(const struct sweep *sweep, const struct cli *cli)
 {
     json_t *all = cli->json ? json_array() : NULL;
     for (size_t i = 0; i < sweep->cases; i++)
-        put_line(
+        write_line(
             json_pack("{s:I,s:o}", "case", (json_int_t)i + 1, "values", sweep_values(sweep, i)),
             all, stdout);
-    return end_lines(all);
+    return finish_lines(all);
 }
 
 static int show_table(const struct sweep_request *r, const struct sweep *sweep,
@@ -105,10 +105,10 @@ static int show_table(const struct sweep_request *r, const struct sweep *sweep,
     sweep_table_load(&table, sweep, r->words + 1, fatal);
     if (r->output) {
         output_begin(&output, r->output, fatal);
-        sweep_table_csv(&table, output.file);
+        sweep_table_write_csv(&table, output.file);
         output_end(&output, fatal);
     }
-    struct answer *answer = sweep_table_answer(&table, !r->output);
+    struct answer *answer = sweep_table_to_answer(&table, !r->output);
     int code = table.missing ? mr_status_exit_code(MR_LIMIT) : 0;
     sweep_table_free(&table);
     return answer_show(cli, answer, code);
@@ -119,7 +119,7 @@ int sweep_command(int argc, char **argv, const struct cli *cli)
     struct sweep_request request = {.cases = NULL};
     struct sweep sweep;
     command_parse(&command_sweep, argc, argv, cli, &request, request.words, fatal);
-    check_together(&request);
+    check_options(&request);
     sweep_load(&sweep, request.words[0], fatal);
     int code = request.table ? show_table(&request, &sweep, cli)
              : request.cases ? run_cases(&request, &sweep, cli)

@@ -29,7 +29,7 @@ static bool next_part(const char **path, char part[JSONPATH_MAX])
     return true;
 }
 
-static bool place_in(const json_t *list, const char *part, size_t *place)
+static bool find_index(const json_t *list, const char *part, size_t *place)
 {
     char *end;
     long number = strtol(part, &end, 10);
@@ -40,21 +40,21 @@ static bool place_in(const json_t *list, const char *part, size_t *place)
     return true;
 }
 
-static json_t *child(const json_t *parent, const char *part)
+static json_t *get_child(const json_t *parent, const char *part)
 {
     size_t place;
     if (json_is_object(parent))
         return json_object_get(parent, part);
-    return json_is_array(parent) && place_in(parent, part, &place) ? json_array_get(parent, place)
-                                                                   : NULL;
+    return json_is_array(parent) && find_index(parent, part, &place) ? json_array_get(parent, place)
+                                                                     : NULL;
 }
 
-static bool put(json_t *parent, const char *part, json_t *value)
+static bool set_child(json_t *parent, const char *part, json_t *value)
 {
     size_t place;
     if (json_is_object(parent))
         return json_object_set_new(parent, part, value) == 0;
-    if (json_is_array(parent) && place_in(parent, part, &place))
+    if (json_is_array(parent) && find_index(parent, part, &place))
         return json_array_set_new(parent, place, value) == 0;
     json_decref(value);
     return false;
@@ -67,7 +67,7 @@ json_t *jsonpath_get(const json_t *root, const char *path)
     while (*path) {
         if (!next_part(&path, part))
             return NULL;
-        found = child(root, part);
+        found = get_child(root, part);
         if (!found)
             return NULL;
         root = found;
@@ -81,11 +81,11 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
     json_t *at = object;
     while (next_part(&path, part)) {
         if (!*path)
-            return put(at, part, json_deep_copy(value));
-        json_t *inner = json_copy(child(at, part));
+            return set_child(at, part, json_deep_copy(value));
+        json_t *inner = json_copy(get_child(at, part));
         if (!inner)
             return false;
-        if (!put(at, part, inner))
+        if (!set_child(at, part, inner))
             return false;
         at = inner; /* the parent owns it now */
     }
@@ -145,9 +145,10 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
         return error_set(error, MR_MALFORMED,
                          "unknown choice: %s: scale; give \"linear\", \"log\" or \"whole\"", where);
     range->log = strcmp(name, "log") == 0;
-    range->whole = strcmp(name, "whole") == 0;
+    range->is_integer = strcmp(name, "whole") == 0;
     if (range->from == range->to ||
-        (range->whole && (range->from != floor(range->from) || range->to != floor(range->to))) ||
+        (range->is_integer &&
+         (range->from != floor(range->from) || range->to != floor(range->to))) ||
         (range->log && !(range->from > 0.0 && range->to > 0.0)))
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s goes from %g to %g; give two different ends "
@@ -208,7 +209,7 @@ static size_t design_levels(const struct design_range *range)
 
 double design_number(const struct design_range *range, double u)
 {
-    if (range->whole) {
+    if (range->is_integer) {
         double low = fmin(range->from, range->to), high = fmax(range->from, range->to);
         double part = range->from < range->to ? u : 1.0 - u;
         return fmin(low + floor(part * (high - low + 1.0)), high);
@@ -227,7 +228,7 @@ json_t *design_level(const struct design_range *range, size_t i)
 
 /* Value at the part u of the range, 0 to 1; for a list, the level at u. The caller owns the
  * reference. */
-static json_t *design_at(const struct design_range *range, double u)
+static json_t *design_value(const struct design_range *range, double u)
 {
     if (!range->levels)
         return design_json(design_number(range, u));
@@ -309,8 +310,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
                          "%s: %s: base; give the name of a scene or study file, or its content",
                          base ? "wrong type" : "key missing", path);
     sweep->base = base;
-    sweep->study = json_object_get(base, "landings") != NULL;
-    return sweep->study ? complete_study(sweep, file, error) : MR_OK;
+    sweep->is_study = json_object_get(base, "landings") != NULL;
+    return sweep->is_study ? complete_study(sweep, file, error) : MR_OK;
 }
 
 /* Refuse a sweep with an unknown key of a scene, because every case would fail. Keys of a study are
@@ -320,7 +321,7 @@ static enum mr_status check_key(const struct sweep *sweep, const char *where, co
 {
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
-    if (!sweep->study && !sim_key_find(first))
+    if (!sweep->is_study && !sim_key_find(first))
         return error_set(error, MR_MALFORMED,
                          "unknown key: %s: a scene has no \"%s\"; correct it, or use \"set\" to "
                          "name the keys that it sets",
@@ -372,7 +373,7 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
 /* Unit of a scene's key, or from the ending of the name: "aircraft.weight_lb". */
 static const char *unit_of_axis(const struct sweep *sweep, const char *name)
 {
-    const struct sim_key *key = !sweep->study ? sim_key_find(name) : NULL;
+    const struct sim_key *key = !sweep->is_study ? sim_key_find(name) : NULL;
     const char *unit = key ? key->unit : quantity_unit_of_name(name);
     return quantity_kind_of(unit) ? unit : "";
 }
@@ -417,7 +418,7 @@ static enum mr_status read_vary(struct sweep *sweep, const char *path, struct er
     const json_t *vary = json_object_get(sweep->root, "vary");
     const char *name;
     json_t *value;
-    sweep->grid = 1;
+    sweep->grid_cases = 1;
     if (vary && !json_is_object(vary))
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
@@ -431,11 +432,11 @@ static enum mr_status read_vary(struct sweep *sweep, const char *path, struct er
         if (levels == 0)
             return error_set(error, MR_MALFORMED, "key missing: %s: vary %s; give \"count\"", path,
                              name);
-        if (sweep->grid > SWEEP_CASES_MAX / levels)
+        if (sweep->grid_cases > SWEEP_CASES_MAX / levels)
             return error_set(error, MR_MALFORMED,
                              "too many cases: %s: more than %d; split the sweep", path,
                              SWEEP_CASES_MAX);
-        sweep->grid *= levels;
+        sweep->grid_cases *= levels;
     }
     return MR_OK;
 }
@@ -469,7 +470,7 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
     size_t points = (size_t)json_integer_value(n);
     sweep->points = indices ? points : 0;
     sweep->samples = indices ? points * (count + 2) : points;
-    if (sweep->grid > SWEEP_CASES_MAX / sweep->samples)
+    if (sweep->grid_cases > SWEEP_CASES_MAX / sweep->samples)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
                          path, SWEEP_CASES_MAX);
     json_object_foreach((json_t *)(uintptr_t)keys, name, value)
@@ -543,14 +544,14 @@ static enum mr_status read_find(struct sweep *sweep, const char *path, struct er
     find->below = !isnan(below) || is == 0;
     find->level = is >= 0 ? 0.5 : isnan(above) ? below : above;
     find->scan = (unsigned)scan;
-    find->wanted = true;
+    find->is_given = true;
     return MR_OK;
 }
 
 static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct error *error)
 {
     const json_t *outputs = json_object_get(sweep->root, "outputs");
-    if (!outputs && sweep->find.wanted)
+    if (!outputs && sweep->find.is_given)
         return MR_OK;
     for (size_t i = 0; i < json_array_size(outputs); i++) {
         const char *name = json_string_value(json_array_get(outputs, i));
@@ -563,7 +564,7 @@ static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct
              ? MR_OK
              : error_set(error, MR_MALFORMED,
                          "key missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                         path, sweep->study ? "study" : "sim");
+                         path, sweep->is_study ? "study" : "sim");
 }
 
 static enum mr_status check_names(const struct sweep *sweep, const char *path, struct error *error)
@@ -592,7 +593,7 @@ static json_t *axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];
     if (a->u)
-        return design_at(&a->range, a->u[index % sweep->samples]);
+        return design_value(&a->range, a->u[index % sweep->samples]);
     size_t place = index / sweep->samples;
     for (size_t k = sweep->axis_count; k-- > axis + 1;) {
         if (!sweep->axis[k].u)
@@ -609,7 +610,7 @@ json_t *sweep_values(const struct sweep *sweep, size_t index)
     return values;
 }
 
-static json_t *times(const json_t *factor, double value)
+static json_t *multiply(const json_t *factor, double value)
 {
     if (json_is_number(factor))
         return design_json(json_number_value(factor) * value);
@@ -620,7 +621,7 @@ static json_t *times(const json_t *factor, double value)
     return list;
 }
 
-static bool apply(const struct sweep_axis *axis, json_t *input, json_t *value)
+static bool apply_value(const struct sweep_axis *axis, json_t *input, json_t *value)
 {
     const char *key;
     json_t *factor;
@@ -629,7 +630,7 @@ static bool apply(const struct sweep_axis *axis, json_t *input, json_t *value)
     bool done = true;
     json_object_foreach(axis->set, key, factor)
     {
-        json_t *product = times(factor, json_number_value(value));
+        json_t *product = multiply(factor, json_number_value(value));
         done &= jsonpath_set(input, key, product);
         json_decref(product);
     }
@@ -642,7 +643,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
     bool done = true;
     for (size_t i = 0; i < sweep->axis_count; i++) {
         json_t *value = axis_value(sweep, i, index);
-        done &= apply(&sweep->axis[i], input, value);
+        done &= apply_value(&sweep->axis[i], input, value);
         json_decref(value);
     }
     if (done)
@@ -654,7 +655,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value)
 {
     json_t *at = json_copy((json_t *)(uintptr_t)input), *number = design_json(value);
-    bool done = apply(&sweep->find.key, at, number);
+    bool done = apply_value(&sweep->find.key, at, number);
     json_decref(number);
     if (done)
         return at;
@@ -669,7 +670,7 @@ const json_t *sweep_outputs(const struct sweep *sweep)
 
 /* ---- loading a sweep ---- */
 
-static uint64_t hash_of(const json_t *root)
+static uint64_t hash_json(const json_t *root)
 {
     char *text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     uint64_t hash = fnv1a(FNV_BASIS, text, strlen(text));
@@ -683,7 +684,7 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
     struct sim_scene scene;
     struct landing_series series;
     json_t *input = sweep_input(sweep, 0);
-    if (input && sweep->find.wanted) {
+    if (input && sweep->find.is_given) {
         json_t *at = sweep_input_at(sweep, input, sweep->find.key.range.from);
         json_decref(input);
         input = at;
@@ -692,7 +693,7 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
         return error_set(error, MR_MALFORMED,
                          "no such key: %s: a dotted key is not in the base; correct it", path);
     snprintf(where, sizeof where, "%s: first case", path);
-    if (sweep->study) {
+    if (sweep->is_study) {
         if (series_from_json(&series, where, input, error) == MR_OK)
             series_free(&series);
     } else if (sim_scene_from_json(&scene, where, input, error) == MR_OK) {
@@ -712,8 +713,8 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
         return error_set(error, MR_MALFORMED,
                          "key missing: %s varies nothing; give \"vary\", \"lhs\" or \"sobol\"",
                          path);
-    sweep->cases = sweep->grid * sweep->samples;
-    sweep->hash = hash_of(sweep->root);
+    sweep->cases = sweep->grid_cases * sweep->samples;
+    sweep->hash = hash_json(sweep->root);
     return check_first(sweep, path, error);
 }
 

@@ -38,10 +38,10 @@ uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
 /* A range of numbers, or a list of any values. */
 struct design_range {
     double from, to;
-    bool log;       /* equal steps of the logarithm; from and to are above 0 */
-    bool whole;     /* whole numbers, both ends included */
-    size_t count;   /* number of steps in a range; 0: not given */
-    json_t *levels; /* list of values; NULL: a range. Owned */
+    bool log;        /* equal steps of the logarithm; from and to are above 0 */
+    bool is_integer; /* whole numbers, both ends included */
+    size_t count;    /* number of steps in a range; 0: not given */
+    json_t *levels;  /* list of values; NULL: a range. Owned */
 };
 
 /* Reads [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}. `unit`: unit of
@@ -76,7 +76,7 @@ struct sweep_axis {
 
 /* A search for the smallest value of a key for which a field is beyond a level. */
 struct sweep_find {
-    bool wanted;
+    bool is_given;
     struct sweep_axis key; /* the key with its range, searched from the low end; no levels */
     const char *field;     /* path in the result */
     bool below;            /* beyond means below the level; false: above it */
@@ -89,12 +89,12 @@ struct sweep_find {
 };
 
 struct sweep {
-    json_t *root; /* the file with its base included: sufficient to be read again */
-    json_t *base; /* base of the sweep, borrowed from root */
-    bool study;   /* the base is a study; false: a scene */
+    json_t *root;  /* the file with its base included: sufficient to be read again */
+    json_t *base;  /* base of the sweep, borrowed from root */
+    bool is_study; /* the base is a study; false: a scene */
     struct sweep_axis axis[SWEEP_AXES_MAX];
     size_t axis_count;
-    size_t grid; /* number of cases in the Cartesian part */
+    size_t grid_cases; /* number of cases in the Cartesian part */
     /* number of samples of the Latin hypercube, or of the design for the indices; otherwise 1 */
     size_t samples;
     /* Points of the design for sensitivity indices; `samples` is then points times (number of

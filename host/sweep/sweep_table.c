@@ -12,13 +12,13 @@
 #include "host/landing_series/ensemble.h"
 #include "host/sim/sim.h"
 
-#define LEAST_POINTS 8
-#define DRAWS        1000
-#define REASONS_MAX  20
+#define MIN_POINTS      8
+#define BOOTSTRAP_DRAWS 1000
+#define REASONS_MAX     20
 
 /* ---- one simulation ---- */
 
-static json_t *refused(const struct error *error)
+static json_t *refused_json(const struct error *error)
 {
     return json_pack("{s:s,s:s}", "status", "refused", "reason", error->text);
 }
@@ -30,7 +30,7 @@ static json_t *simulate_scene(const json_t *input)
     struct sim_scene scene;
     struct error error = {0};
     if (sim_scene_from_json(&scene, "scene", (json_t *)(uintptr_t)input, &error) != MR_OK)
-        return refused(&error);
+        return refused_json(&error);
     struct progress progress;
     progress_begin(&progress, "sweep",
                    "an earlier tend, fewer mats, a looser rtol or a different solver", false);
@@ -40,7 +40,7 @@ static json_t *simulate_scene(const json_t *input)
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
-                           : refused(&error);
+                           : refused_json(&error);
     /* over all mats and times; `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
@@ -53,12 +53,12 @@ static json_t *simulate_scene(const json_t *input)
 
 /* Play a series on one core: the cases of a sweep already run in parallel. The seeds are those of
  * the series. */
-static json_t *play_series(const struct landing_series *series, struct series_run *runs)
+static json_t *simulate_series(const struct landing_series *series, struct series_run *runs)
 {
     struct series_summary summary;
-    series_ensemble(series, 1, NULL, NULL, runs);
+    series_simulate_all(series, 1, NULL, NULL, runs);
     series_summarise(&summary, series, runs);
-    json_t *object = answer_into_json(series_answer(series, runs, &summary, false));
+    json_t *object = answer_into_json(series_to_answer(series, runs, &summary, false));
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
     for (size_t i = 0; i < series->seeds && summary.failed > 0; i++) {
         if (runs[i].error.status != MR_OK) {
@@ -79,9 +79,9 @@ static json_t *simulate_study(const json_t *input)
     struct error error = {0};
     struct landing_series series;
     if (series_from_json(&series, "study", input, &error) != MR_OK)
-        return refused(&error);
+        return refused_json(&error);
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
-    json_t *object = play_series(&series, runs);
+    json_t *object = simulate_series(&series, runs);
     for (size_t i = 0; i < series.seeds; i++)
         series_run_free(&runs[i]);
     free(runs);
@@ -91,7 +91,7 @@ static json_t *simulate_study(const json_t *input)
 
 sweep_simulate *sweep_simulation(const struct sweep *sweep)
 {
-    return sweep->study ? simulate_study : simulate_scene;
+    return sweep->is_study ? simulate_study : simulate_scene;
 }
 
 /* ---- stored part of a result ---- */
@@ -102,21 +102,21 @@ static bool is_ok(const json_t *result)
     return status && strcmp(status, "ok") == 0;
 }
 
-static json_t *failure(const char *status, const char *format, const char *what)
+static json_t *failure_json(const char *status, const char *format, const char *what)
 {
     return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
 }
 
-static json_t *no_field(const struct sweep *sweep, const char *what, const char *name)
+static json_t *missing_field_json(const struct sweep *sweep, const char *what, const char *name)
 {
     return json_pack("{s:s,s:o}", "status", "refused", "reason",
                      json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
-                                  sweep->study ? "study FILE" : "sim SCENE"));
+                                  sweep->is_study ? "study FILE" : "sim SCENE"));
 }
 
 /* Reduce a finished simulation to status, reason and result. If a field is missing, the case
  * fails. */
-static json_t *kept(const struct sweep *sweep, const json_t *result)
+static json_t *output_values(const struct sweep *sweep, const json_t *result)
 {
     const json_t *outputs = sweep_outputs(sweep);
     json_t *values = json_object();
@@ -131,7 +131,7 @@ static json_t *kept(const struct sweep *sweep, const json_t *result)
         json_t *value = jsonpath_get(result, name);
         if (!value) {
             json_decref(values);
-            return no_field(sweep, "field", name);
+            return missing_field_json(sweep, "field", name);
         }
         json_object_set(values, name, value);
     }
@@ -160,7 +160,7 @@ static bool counts_as_beyond(const struct sweep_find *find, const json_t *result
     return false;
 }
 
-static void keep(json_t **where, json_t *value)
+static void replace_json(json_t **where, json_t *value)
 {
     json_t *before = *where;
     *where = json_incref(value);
@@ -174,7 +174,7 @@ static bool is_beyond(struct search *s, double value)
     const struct sweep_find *find = &s->sweep->find;
     json_t *input = sweep_input_at(s->sweep, s->input, value);
     json_t *result = input ? s->simulate(input)
-                           : failure("refused", "%s cannot be set", find->key.name);
+                           : failure_json("refused", "%s cannot be set", find->key.name);
     json_t *field = jsonpath_get(result, find->field);
     double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
                   : json_is_number(field)  ? json_number_value(field)
@@ -182,20 +182,20 @@ static bool is_beyond(struct search *s, double value)
     bool counts = counts_as_beyond(find, result), is = counts;
     s->runs++;
     if (!counts && !is_ok(result)) {
-        s->failed = kept(s->sweep, result);
+        s->failed = output_values(s->sweep, result);
         json_object_set_new(s->failed, "reason",
                             json_sprintf("at %s = %.12g: %s", find->key.name, value,
                                          json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
-        s->failed = no_field(s->sweep, "number", find->field);
+        s->failed = missing_field_json(s->sweep, "number", find->field);
     } else if (!counts) {
         is = find->below ? number < find->level : number > find->level;
     }
     if (!s->failed && is) {
-        keep(&s->first, result);
-        keep(&s->first_field, counts ? json_object_get(result, "status") : field);
+        replace_json(&s->first, result);
+        replace_json(&s->first_field, counts ? json_object_get(result, "status") : field);
     } else if (!s->failed) {
-        keep(&s->last_field, field);
+        replace_json(&s->last_field, field);
     }
     json_decref(result);
     json_decref(input);
@@ -203,7 +203,7 @@ static bool is_beyond(struct search *s, double value)
 }
 
 /* Middle between two values, on the scale of the range. */
-static double between(const struct design_range *range, double low, double high)
+static double middle_value(const struct design_range *range, double low, double high)
 {
     return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
 }
@@ -222,7 +222,7 @@ static bool search_range(struct search *s, double *low, double *high)
         *(found ? high : low) = value;
     }
     while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
-        double middle = between(range, *low, *high);
+        double middle = middle_value(range, *low, *high);
         if (middle <= *low || middle >= *high)
             break;
         bool is = is_beyond(s, middle);
@@ -240,7 +240,7 @@ static json_t *run_search(struct search *s)
         return s->failed;
     json_t *outcome = found ? counts_as_beyond(&s->sweep->find, s->first)
                                 ? json_pack("{s:s}", "status", "ok")
-                                : kept(s->sweep, s->first)
+                                : output_values(s->sweep, s->first)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
     json_object_set_new(bracket, "key", json_string(s->sweep->find.key.name));
@@ -262,8 +262,9 @@ json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *
 {
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
-        return failure("refused", "%s cannot be created", sweep->study ? "the study" : "the scene");
-    if (sweep->find.wanted) {
+        return failure_json("refused", "%s cannot be created",
+                            sweep->is_study ? "the study" : "the scene");
+    if (sweep->find.is_given) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
         json_decref(s.first);
@@ -271,7 +272,7 @@ json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *
         json_decref(s.last_field);
     } else {
         json_t *result = simulate(input);
-        outcome = kept(sweep, result);
+        outcome = output_values(sweep, result);
         json_decref(result);
     }
     json_decref(input);
@@ -370,7 +371,7 @@ void sweep_table_free(struct sweep_table *table)
 /* ---- sensitivity indices ---- */
 
 /* xorshift64 (Marsaglia 2003): the same draws in every run. */
-static size_t draw(uint64_t *state, size_t count)
+static size_t draw_index(uint64_t *state, size_t count)
 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
@@ -406,36 +407,37 @@ static struct pair pair_of(const double *values, size_t points, size_t key, cons
                          total / (double)count / twice_variance};
 }
 
-static void bound(struct sweep_index *index, double *drawn, size_t count)
+static void set_interval(struct sweep_index *index, double *drawn, size_t count)
 {
     sort_numbers(drawn, count);
     index->low = count ? drawn[(size_t)(0.025 * (double)count)] : (double)NAN;
     index->high = count ? drawn[(size_t)(0.975 * (double)count)] : (double)NAN;
 }
 
-static void estimate(const double *values, size_t points, size_t key, const size_t *row,
-                     size_t count, size_t *picked, double *drawn, struct sweep_influence *result)
+static void estimate_indices(const double *values, size_t points, size_t key, const size_t *row,
+                             size_t count, size_t *picked, double *drawn,
+                             struct sweep_influence *result)
 {
     uint64_t state = 0x9e3779b97f4a7c15u;
     size_t good = 0;
     struct pair pair = pair_of(values, points, key, row, count);
     result->first.value = pair.first;
     result->total.value = pair.total;
-    for (size_t d = 0; d < DRAWS; d++) {
+    for (size_t d = 0; d < BOOTSTRAP_DRAWS; d++) {
         for (size_t i = 0; i < count; i++)
-            picked[i] = row[draw(&state, count)];
+            picked[i] = row[draw_index(&state, count)];
         pair = pair_of(values, points, key, picked, count);
         if (isnan(pair.first))
             continue;
         drawn[good] = pair.first;
-        drawn[DRAWS + good++] = pair.total;
+        drawn[BOOTSTRAP_DRAWS + good++] = pair.total;
     }
-    bound(&result->first, drawn, good);
-    bound(&result->total, drawn + DRAWS, good);
+    set_interval(&result->first, drawn, good);
+    set_interval(&result->total, drawn + BOOTSTRAP_DRAWS, good);
 }
 
 /* List the points with all values; returns how many. */
-static size_t complete(const double *values, size_t points, size_t keys, size_t *row)
+static size_t select_complete(const double *values, size_t points, size_t keys, size_t *row)
 {
     size_t count = 0;
     for (size_t i = 0; i < points; i++) {
@@ -452,11 +454,11 @@ bool sweep_indices(const double *values, size_t points, size_t keys,
                    struct sweep_influence *influence, size_t *used)
 {
     size_t *row = xcalloc(2 * points + 1, sizeof *row);
-    double *drawn = xcalloc(2 * (size_t)DRAWS, sizeof *drawn);
-    *used = complete(values, points, keys, row);
-    bool good = *used >= LEAST_POINTS && !isnan(pair_of(values, points, 0, row, *used).first);
+    double *drawn = xcalloc(2 * (size_t)BOOTSTRAP_DRAWS, sizeof *drawn);
+    *used = select_complete(values, points, keys, row);
+    bool good = *used >= MIN_POINTS && !isnan(pair_of(values, points, 0, row, *used).first);
     for (size_t k = 0; good && k < keys; k++)
-        estimate(values, points, k, row, *used, row + points, drawn, &influence[k]);
+        estimate_indices(values, points, k, row, *used, row + points, drawn, &influence[k]);
     free(row);
     free(drawn);
     return good;
@@ -478,8 +480,8 @@ static double number_of(const json_t *line, const char *field)
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-static void answer_index(struct answer *answer, const char *name, const char *label,
-                         const struct sweep_index *index)
+static void add_index(struct answer *answer, const char *name, const char *label,
+                      const struct sweep_index *index)
 {
     char words[80];
     snprintf(words, sizeof words, "%.2f (%.2f to %.2f)", index->value, index->low, index->high);
@@ -488,7 +490,7 @@ static void answer_index(struct answer *answer, const char *name, const char *la
 }
 
 /* Values of the stepped keys at one of their combinations. */
-static json_t *place_of(const struct sweep *sweep, size_t place)
+static json_t *place_json(const struct sweep *sweep, size_t place)
 {
     json_t *values = sweep_values(sweep, place * sweep->samples);
     for (size_t i = 0; i < sweep->axis_count; i++) {
@@ -509,7 +511,7 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
     for (size_t i = 0; i < sweep->samples; i++)
         values[i] = number_of(table->line[first + i], field);
     bool known = sweep_indices(values, sweep->points, keys, influence, &used);
-    json_t *at = place_of(sweep, place);
+    json_t *at = place_json(sweep, place);
     char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
         if (!sweep->axis[i].u)
@@ -517,11 +519,11 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
         answer_row(answer);
         answer_words(answer, "output", "output", "%s", field ? field : "threshold");
         answer_json_value(answer, "at", json_incref(at));
-        if (sweep->grid > 1)
+        if (sweep->grid_cases > 1)
             answer_words(answer, NULL, "at", "%s", where);
         answer_words(answer, "key", "key", "%s", sweep->axis[i].name);
-        answer_index(answer, "first", "first order (95 %)", &influence[key].first);
-        answer_index(answer, "total", "total (95 %)", &influence[key].total);
+        add_index(answer, "first", "first order (95 %)", &influence[key].first);
+        add_index(answer, "total", "total (95 %)", &influence[key].total);
         answer_count(answer, "points", "points", (int64_t)used);
         key++;
     }
@@ -531,14 +533,14 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
     free(values);
 }
 
-static void answer_indices(struct answer *answer, const struct sweep_table *table)
+static void add_all_indices(struct answer *answer, const struct sweep_table *table)
 {
     const json_t *outputs = sweep_outputs(table->sweep);
     answer_table(answer, "indices",
                  "sensitivity indices: share of the variance that the key causes alone (first "
                  "order) and together with other keys (total)");
-    for (size_t place = 0; place < table->sweep->grid; place++) {
-        if (table->sweep->find.wanted)
+    for (size_t place = 0; place < table->sweep->grid_cases; place++) {
+        if (table->sweep->find.is_given)
             add_indices(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
             add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
@@ -553,7 +555,7 @@ struct reason {
     size_t first, count;
 };
 
-static void answer_failures(struct answer *answer, const struct sweep_table *table)
+static void add_failures(struct answer *answer, const struct sweep_table *table)
 {
     struct reason reasons[REASONS_MAX];
     size_t count = 0;
@@ -605,7 +607,7 @@ static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell 
         cell(ctx, sweep->axis[i].name,
              json_object_get(json_object_get(line, "values"), sweep->axis[i].name));
     cell(ctx, "status", json_object_get(line, "status"));
-    if (sweep->find.wanted) {
+    if (sweep->find.is_given) {
         cell(ctx, "above", json_object_get(find, "low"));
         cell(ctx, "threshold", json_object_get(find, "high"));
     }
@@ -615,14 +617,14 @@ static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell 
     }
 }
 
-static void answer_cell_of(void *ctx, const char *head, const json_t *value)
+static void add_cell(void *ctx, const char *head, const json_t *value)
 {
     char *text = cell_text(value);
     answer_words(ctx, NULL, head, "%s", text);
     free(text);
 }
 
-struct answer *sweep_table_answer(const struct sweep_table *table, bool rows)
+struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
 {
     struct answer *answer = answer_new(false);
     const char *name = json_string_value(json_object_get(table->sweep->root, "name"));
@@ -633,9 +635,9 @@ struct answer *sweep_table_answer(const struct sweep_table *table, bool rows)
     answer_count(answer, "failed", "failed", (int64_t)table->failed);
     answer_count(answer, "missing", "missing", (int64_t)table->missing);
     answer_count(answer, "repeated", table->repeated ? "repeated" : NULL, (int64_t)table->repeated);
-    answer_failures(answer, table);
+    add_failures(answer, table);
     if (table->sweep->points)
-        answer_indices(answer, table);
+        add_all_indices(answer, table);
     answer_table(answer, NULL, "all cases");
     for (size_t i = 0; i < table->sweep->cases; i++) {
         if (!table->line[i])
@@ -644,7 +646,7 @@ struct answer *sweep_table_answer(const struct sweep_table *table, bool rows)
         if (!rows)
             continue;
         answer_row(answer);
-        each_cell(table->sweep, table->line[i], answer_cell_of, answer);
+        each_cell(table->sweep, table->line[i], add_cell, answer);
     }
     answer_close(answer);
     answer_json_value(answer, "rows", lines);
@@ -653,20 +655,20 @@ struct answer *sweep_table_answer(const struct sweep_table *table, bool rows)
 
 struct csv {
     FILE *out;
-    bool heads, begun;
+    bool heads, has_cells;
 };
 
 static void csv_cell(void *ctx, const char *head, const json_t *value)
 {
     struct csv *csv = ctx;
     char *text = csv->heads ? xstrdup(head) : cell_text(value);
-    fputs(csv->begun ? "," : "", csv->out);
+    fputs(csv->has_cells ? "," : "", csv->out);
     csv_write_cell(csv->out, text);
-    csv->begun = true;
+    csv->has_cells = true;
     free(text);
 }
 
-void sweep_table_csv(const struct sweep_table *table, FILE *out)
+void sweep_table_write_csv(const struct sweep_table *table, FILE *out)
 {
     each_cell(table->sweep, NULL, csv_cell, &(struct csv){.out = out, .heads = true});
     fputc('\n', out);

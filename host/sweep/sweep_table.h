@@ -40,9 +40,9 @@ enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *s
 void sweep_table_free(struct sweep_table *table);
 
 /* Counts, failures by reason, indices and, with `rows`, all cases. */
-struct answer *sweep_table_answer(const struct sweep_table *table, bool rows);
+struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows);
 /* Writes the cases as CSV: number, values, status, threshold, results. */
-void sweep_table_csv(const struct sweep_table *table, FILE *out);
+void sweep_table_write_csv(const struct sweep_table *table, FILE *out);
 
 /* Sensitivity indices: the share of the variance of a quantity that is due to a key.
  *

@@ -47,7 +47,7 @@ int main(int argc, char **argv)
         double z[FIT_KEYS];
         struct fit_landings list;
         struct error error = {0};
-        struct fit_answer answer = {0};
+        struct fit_result answer = {0};
         for (int k = 0; k < FIT_KEYS; k++)
             z[k] = gsl_cdf_ugaussian_Pinv(
                 fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
@@ -57,8 +57,8 @@ int main(int argc, char **argv)
         if (good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK) {
             struct misfit misfit = misfit_check(&list, &answer, first + n);
             fitted++;
-            checked += misfit.checked;
-            cannot += misfit.cannot;
+            checked += misfit.is_checked;
+            cannot += misfit.is_rejected;
             simulated += (double)answer.simulated;
             for (int k = 0; k < FIT_KEYS; k++) {
                 double miss = answer.z[k] - z[k];
@@ -73,7 +73,7 @@ int main(int argc, char **argv)
                            "share %.3f\n",
                            n, fit_names[k].key, z[k], answer.z[k], answer.low[k], answer.high[k],
                            answer.bias[k], sqrt(answer.covariance[k][k]), answer.rounds,
-                           misfit.share);
+                           misfit.p_value);
             }
         } else {
             printf("case %zu: %s\n", n, error.text);

@@ -27,7 +27,7 @@ struct head {
     double z[FIT_PARAMETERS_MAX], low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX];
 };
 
-static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_answer *answer)
+static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
     struct fit_options options = {.draws = DRAWS, .replicas = REPLICAS, .seed = seed};
@@ -38,7 +38,7 @@ static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_answe
     return false;
 }
 
-static bool load(const char *path, const struct fit_landings *list, struct fit_answer *answer)
+static bool load(const char *path, const struct fit_landings *list, struct fit_result *answer)
 {
     struct head head;
     FILE *file = fopen(path, "rb");
@@ -64,7 +64,7 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_a
 }
 
 /* One that was not checked, for want of replicas, has the measured row alone, of zeros. */
-static bool save(const char *path, struct fit_answer *answer)
+static bool save(const char *path, struct fit_result *answer)
 {
     if (!answer->residual) {
         answer->replicas = 0;
@@ -96,19 +96,19 @@ struct tally {
     unsigned held[FIT_KEYS], flagged_held, flagged, unflagged_held, unflagged;
 };
 
-static void count(const struct fit_landings *list, const struct fit_answer *answer, const double *z,
+static void count(const struct fit_landings *list, const struct fit_result *answer, const double *z,
                   const struct misfit *misfit, struct tally *tally)
 {
     enum fit_key key[FIT_KEYS];
     size_t fitted = fit_landings_fitted(list, key);
     tally->cases++;
-    tally->unchecked += !misfit->checked;
-    tally->cannot += misfit->cannot;
+    tally->unchecked += !misfit->is_checked;
+    tally->cannot += misfit->is_rejected;
     for (size_t i = 0; i < fitted; i++) {
         bool held = answer->low[i] <= z[key[i]] && z[key[i]] <= answer->high[i];
         tally->held[key[i]] += held;
-        *(misfit->cannot ? &tally->flagged : &tally->unflagged) += 1;
-        *(misfit->cannot ? &tally->flagged_held : &tally->unflagged_held) += held;
+        *(misfit->is_rejected ? &tally->flagged : &tally->unflagged) += 1;
+        *(misfit->is_rejected ? &tally->flagged_held : &tally->unflagged_held) += held;
     }
 }
 
@@ -117,7 +117,7 @@ static bool play(const char *folder, enum runway_kind kind, int mats, uint64_t s
 {
     const struct runway_wanted wanted = {.kind = kind, .surveyed = true, .mats = mats};
     struct fit_landings list;
-    struct fit_answer answer = {0};
+    struct fit_result answer = {0};
     struct misfit misfit = {0};
     struct error error = {0};
     double z[FIT_KEYS];
@@ -132,8 +132,8 @@ static bool play(const char *folder, enum runway_kind kind, int mats, uint64_t s
         count(&list, &answer, z, &misfit, tally);
     }
     if (good && getenv("MISFITS_ROWS"))
-        printf("%-7s %4llu %d %.2f\n", runway_names[kind], (unsigned long long)seed, misfit.cannot,
-               misfit.share);
+        printf("%-7s %4llu %d %.2f\n", runway_names[kind], (unsigned long long)seed,
+               misfit.is_rejected, misfit.p_value);
     fit_free(&answer);
     fit_landings_free(&list);
     return good;

@@ -187,7 +187,7 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     struct fit_series series[MR_TRANSDUCERS];
     struct fit_landing landing = {.run = (int64_t)number + 1,
                                   .thrust_error = THRUST_ERROR,
-                                  .follows = number > 0,
+                                  .is_consecutive = number > 0,
                                   .survey_error_in = SURVEY_ERROR_IN,
                                   .after_error_in = SURVEY_ERROR_IN};
     size_t samples = 0;

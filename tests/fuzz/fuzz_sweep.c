@@ -13,7 +13,7 @@ static enum mr_status read_results(const uint8_t *data, size_t size, struct erro
                             error) == MR_OK);
     const char *const paths[] = {fuzz_file("r.jsonl", data, size), NULL};
     if (sweep_table_load(&table, &sweep, paths, error) == MR_OK)
-        answer_free(sweep_table_answer(&table, true));
+        answer_free(sweep_table_to_answer(&table, true));
     sweep_table_free(&table);
     sweep_free(&sweep);
     return error->status;

@@ -120,8 +120,8 @@ TEST(differences_of_a_known_series)
     struct zones_closure survey;
     struct compare_model model;
     struct compare_landing landing;
-    struct compare_figures f;
-    const struct compare_said nothing = {0};
+    struct compare_find_figures f;
+    const struct compare_board_reports nothing = {0};
     load_one(&s, &m, &survey);
     assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error),
                      MR_OK);
@@ -135,26 +135,27 @@ TEST(differences_of_a_known_series)
         m.channel[5].raw[i] = NAN;
         m.channel[5].validity[i] = MR_INVALID_OPEN;
     }
-    compare_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.rows, &f);
+    compare_find_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.rows, &f);
     assert_int_equal(f.channels, 8);
-    assert_near(f.channel[2].f.rms, 0.0, 1e-5);
-    assert_near(f.channel[2].f.bias, 0.0, 1e-5);
+    assert_near(f.channel[2].figures.rms, 0.0, 1e-5);
+    assert_near(f.channel[2].figures.bias, 0.0, 1e-5);
     assert_near(f.channel[2].end_en, 0.0, 1e-3);
-    assert_near(f.channel[3].f.rms, 0.1, 1e-5);
-    assert_near(f.channel[3].f.bias, 0.1, 1e-5);
+    assert_near(f.channel[3].figures.rms, 0.1, 1e-5);
+    assert_near(f.channel[3].figures.bias, 0.1, 1e-5);
     assert_near(f.channel[3].end_measured.value - f.channel[3].end_simulated.value, 0.1, 1e-5);
     /* En is the difference over twice the error of both */
     double u = hypot(f.channel[3].end_measured.error, f.channel[3].end_simulated.error);
     assert_near(f.channel[3].end_en, 0.1 / (2.0 * u), 0.01);
-    assert_near(f.channel[4].f.arrival_measured.t_s - f.channel[4].f.arrival_simulated.t_s, 0.04,
-                2e-3);
+    assert_near(f.channel[4].figures.arrival_measured.t_s -
+                    f.channel[4].figures.arrival_simulated.t_s,
+                0.04, 2e-3);
     assert_false(f.channel[5].compared);
-    assert_non_null(strstr(f.channel[5].why, "0 % of its readings are valid"));
+    assert_non_null(strstr(f.channel[5].reason, "0 % of its readings are valid"));
     /* untouched: as the landing had it */
-    assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms &&
-                f.channel[1].f.rms > 0.01);
+    assert_true(f.channel[1].figures.rms == landing.figures.channel[1].figures.rms &&
+                f.channel[1].figures.rms > 0.01);
     struct answer *answer = answer_new(false);
-    compare_answer(&f, &(struct compare_verdict){0}, answer);
+    compare_to_answer(&f, &(struct compare_verdict){0}, answer);
     json_t *json = answer_json(answer);
     char *text = json_dumps(json, 0);
     assert_non_null(text);
@@ -182,24 +183,25 @@ TEST(kept_and_made_again)
     struct zones_closure survey;
     struct compare_model model;
     struct compare_landing landing;
-    struct compare_figures again;
+    struct compare_find_figures again;
     struct store_simulation *rows;
     struct store_simulation_head head;
-    const struct compare_said nothing = {0};
+    const struct compare_board_reports nothing = {0};
     size_t count;
     load_one(&s, &m, &survey);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
     store_simulations(s.store, 1, &rows, &count, &s.error);
     store_simulation_head(s.store, 1, &head, &s.error);
-    compare_figures(&m, &survey, &nothing, &head, rows, count, &again);
+    compare_find_figures(&m, &survey, &nothing, &head, rows, count, &again);
     assert_no_error(&s.error);
     assert_string_equal(again.against, "model_runway.json");
     assert_int_equal(again.seeds, 1);
     for (size_t c = 0; c < 8; c++) {
-        assert_true(again.channel[c].f.rms == landing.figures.channel[c].f.rms);
+        assert_true(again.channel[c].figures.rms == landing.figures.channel[c].figures.rms);
         assert_true(again.channel[c].peak_en == landing.figures.channel[c].peak_en);
-        assert_true(again.channel[c].f.bias_error == landing.figures.channel[c].f.bias_error);
+        assert_true(again.channel[c].figures.bias_error ==
+                    landing.figures.channel[c].figures.bias_error);
     }
     assert_int_equal(again.zones.count, landing.figures.zones.count);
     assert_true(again.zones.moment[0].zone[COMPARE_SIMULATED].mats ==
@@ -229,7 +231,7 @@ TEST(errors_of_a_sample)
     }
     const struct store_simulation row = {
         .number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
-    compare_clock_make(&m, &clock);
+    compare_clock_init(&m, &clock);
     /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest
      * to no more than the stop's */
     assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
@@ -263,33 +265,33 @@ TEST(zones_by_segments)
     float left_in[MR_SEGMENTS];
     for (unsigned k = 0; k < MR_SEGMENTS; k++)
         left_in[k] = 0.2f;
-    struct compare_zone none = compare_closed_run(left_in, 50.0);
-    assert_true(none.known && none.mats == 0.0);
+    struct compare_zone none = compare_find_closed(left_in, 50.0);
+    assert_true(none.is_known && none.mats == 0.0);
     for (unsigned k = 20; k < 25; k++)
         left_in[k] = 0.01f;
     left_in[30] = 0.01f;
-    struct compare_zone ahead = compare_closed_run(left_in, 50.0);
+    struct compare_zone ahead = compare_find_closed(left_in, 50.0);
     assert_near(ahead.mats, 50.0, 1e-3);
     assert_near(ahead.start_ft, 20.0 * segment_ft, 1e-4);
     assert_near(ahead.end_ft, 25.0 * segment_ft, 1e-4);
-    struct compare_zone in = compare_closed_run(left_in, 60.0); /* the wheel is in it */
+    struct compare_zone in = compare_find_closed(left_in, 60.0); /* the wheel is in it */
     assert_near(in.start_ft, 60.0, 1e-9);
     assert_near(in.mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
-    struct compare_zone beyond = compare_closed_run(left_in, 75.0);
+    struct compare_zone beyond = compare_find_closed(left_in, 75.0);
     assert_near(beyond.start_ft, 30.0 * segment_ft, 1e-4);
     /* 57.14 to 71.43 against 60 to 80: 11.43 ft of 22.86 */
     struct compare_overlap o =
-        compare_overlap_of(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
+        compare_find_overlap(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
     assert_near(o.common_mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
     assert_near(o.all_mats, (80.0 - 20.0 * segment_ft) * 3.5, 1e-3);
     assert_near(o.share, o.common_mats / o.all_mats, 1e-9);
     assert_near(o.start_ft, 20.0 * segment_ft - 60.0, 1e-3);
     assert_near(o.end_ft, 25.0 * segment_ft - 80.0, 1e-3);
-    o = compare_overlap_of(&none, &none);
-    assert_true(o.known && o.share == 1.0 && isnan(o.start_ft));
-    o = compare_overlap_of(&ahead, &none);
+    o = compare_find_overlap(&none, &none);
+    assert_true(o.is_known && o.share == 1.0 && isnan(o.start_ft));
+    o = compare_find_overlap(&ahead, &none);
     assert_true(o.share == 0.0 && isnan(o.end_ft));
-    assert_false(compare_overlap_of(&ahead, &(struct compare_zone){.known = false}).known);
+    assert_false(compare_find_overlap(&ahead, &(struct compare_zone){.is_known = false}).is_known);
 }
 
 static const char campaign_text[] =
@@ -360,7 +362,7 @@ TEST(a_series_of_one)
     assert_no_error(&s.error);
     assert_int_equal(set.compared, 1);
     for (size_t c = 0; c < 8; c++) {
-        const struct signal_figures *f = &set.landing[0].figures.channel[c].f;
+        const struct signal_figures *f = &set.landing[0].figures.channel[c].figures;
         n += (double)f->compared;
         rms += (double)f->compared * f->rms * f->rms;
     }
@@ -383,23 +385,24 @@ static struct compare_limits limits_of(const char *text, struct error *error)
     return limits;
 }
 
-static struct compare_figures two_channels(void)
+static struct compare_find_figures two_channels(void)
 {
-    struct compare_figures f = {.run = 7, .channels = 2};
+    struct compare_find_figures f = {.run = 7, .channels = 2};
     for (int c = 0; c < 2; c++)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
             .compared = true,
-            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .chi = (double)NAN}};
+            .figures = {.rms = 0.02 * (c + 1), .bias = -0.03, .chi = (double)NAN}};
     f.zones.count = 1;
     f.zones.moment[0] =
         (struct compare_zone_moment){.what = "at rest",
                                      .simulated = {true, 20.0, 50.0, 0.4, (double)NAN, (double)NAN},
-                                     .board = {.known = false}};
+                                     .board = {.is_known = false}};
     return f;
 }
 
-static struct compare_verdict verdict_of(const char *text, const struct compare_figures *figures)
+static struct compare_verdict verdict_of(const char *text,
+                                         const struct compare_find_figures *figures)
 {
     struct error error = {0};
     struct compare_verdict verdict = {0};
@@ -412,7 +415,7 @@ static struct compare_verdict verdict_of(const char *text, const struct compare_
 
 TEST(limits_decide)
 {
-    struct compare_figures f = two_channels();
+    struct compare_find_figures f = two_channels();
     struct compare_verdict v;
     v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04}", &f);
     assert_true(v.failed == 0 && v.checked == 5); /* two of each, and that none is missing */
@@ -444,7 +447,7 @@ TEST(limits_decide)
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "not known"));
     f.channel[0].compared = false;
-    snprintf(f.channel[0].why, sizeof f.channel[0].why, "open");
+    snprintf(f.channel[0].reason, sizeof f.channel[0].reason, "open");
     v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
     assert_true(v.failed == 1);
     assert_string_equal(
@@ -475,41 +478,42 @@ TEST(limits_that_are_wrong)
 }
 
 /* Two transducers that agree in all six values. */
-static struct compare_figures agreeing(void)
+static struct compare_find_figures agreeing(void)
 {
-    struct compare_figures figures = {.run = 7, .against = "x.json", .channels = 2};
+    struct compare_find_figures figures = {.run = 7, .against = "x.json", .channels = 2};
     for (size_t i = 0; i < 2; i++) {
         struct compare_channel *c = &figures.channel[i];
         c->number = (int64_t)(3 + i);
         c->station_ft = 60.0 + 10.0 * (double)i;
         c->compared = true;
-        c->f.peak_measured.value = 0.8;
-        c->f.peak_simulated.value = 0.804;
-        c->f.arrival_measured.t_s = 1.5;
-        c->f.arrival_simulated.t_s = 1.509;
+        c->figures.peak_measured.value = 0.8;
+        c->figures.peak_simulated.value = 0.804;
+        c->figures.arrival_measured.t_s = 1.5;
+        c->figures.arrival_simulated.t_s = 1.509;
         c->peak_en = 0.4;
         c->arrival_en = 0.9;
     }
     return figures;
 }
 
-static void assert_sentence(const struct compare_figures *figures, bool si, const char *expected)
+static void assert_sentence(const struct compare_find_figures *figures, bool si,
+                            const char *expected)
 {
-    struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE];
-    compare_agreement(figures, &agreement);
-    compare_sentence(&agreement, si, sentence);
+    struct compare_find_agreement agreement;
+    char sentence[COMPARE_SENTENCE_SIZE];
+    compare_find_agreement(figures, &agreement);
+    compare_write_sentence(&agreement, si, sentence);
     assert_string_equal(sentence, expected);
 }
 
 TEST(a_sentence_has_the_largest_difference)
 {
-    struct compare_figures figures = agreeing();
+    struct compare_find_figures figures = agreeing();
     assert_sentence(&figures, false,
                     "Landing 7 agrees with x.json: 0 of 6 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the arrival at transducer 3, 60.0 ft, "
                     "measured 1.5000 s, simulated 1.5090 s, En 0.9");
-    figures.channel[1].f.peak_simulated.value = 0.85;
+    figures.channel[1].figures.peak_simulated.value = 0.85;
     figures.channel[1].peak_en = 5.0;
     figures.channel[0].end_en = 1.01;
     figures.channel[0].arrival_en = (double)NAN;

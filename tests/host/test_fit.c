@@ -52,7 +52,7 @@ static const struct linear plain = {
 };
 
 static void fit_linear(const struct linear *linear, const double *measured, size_t draws,
-                       unsigned threads, struct fit_answer *answer)
+                       unsigned threads, struct fit_result *answer)
 {
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear};
     struct fit_options options = {.draws = draws, .threads = threads, .seed = 5};
@@ -90,7 +90,7 @@ TEST(linear_is_the_closed_form)
 {
     const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
     double f[2][2], side[2];
-    struct fit_answer answer;
+    struct fit_result answer;
     closed_form(&plain, measured, f, side);
     double a = f[0][0] + 1.0, b = f[0][1], d = f[1][1] + 1.0, det = a * d - b * b;
     fit_linear(&plain, measured, 4000, 0, &answer);
@@ -114,7 +114,7 @@ TEST(linear_is_the_closed_form)
 TEST(threads_change_nothing)
 {
     const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
-    struct fit_answer one, three;
+    struct fit_result one, three;
     fit_linear(&plain, measured, 100, 1, &one);
     fit_linear(&plain, measured, 100, 3, &three);
     assert_memory_equal(one.z, three.z, sizeof one.z);
@@ -142,7 +142,7 @@ TEST(slopes_are_those_of_the_misfit)
     curved.curve = 0.4;
     for (int i = 2; i < LINEAR_STATISTICS; i++) /* scores here are the first two statistics */
         curved.slope[i][0] = curved.slope[i][1] = 0.0;
-    assert_int_equal(ensemble_make(&model, &place, &options, 0, &ensemble, &error), MR_OK);
+    assert_int_equal(ensemble_simulate(&model, &place, &options, 0, &ensemble, &error), MR_OK);
     gsl_matrix *weight = gsl_matrix_calloc(LINEAR_STATISTICS, 2);
     gsl_matrix_set(weight, 0, 0, 1.0);
     gsl_matrix_set(weight, 1, 1, 1.0);
@@ -192,9 +192,9 @@ TEST(surface_slopes_are_those_of_means)
     assert_true(list.statistics <= STATISTICS && list.statistics > 8);
     for (int i = 0; i < FIT_KEYS; i++)
         place.spread[i][i] = step;
-    assert_int_equal(ensemble_make(&model, &place, &options, 0, &ensemble, &error), MR_OK);
+    assert_int_equal(ensemble_simulate(&model, &place, &options, 0, &ensemble, &error), MR_OK);
     assert_int_equal(surface_make(&ensemble, &surface, &error), MR_OK);
-    surface_at(&surface, middle, expected, slope);
+    surface_evaluate(&surface, middle, expected, slope);
     for (int i = 0; i < FIT_KEYS; i += FIT_SHARE) { /* gaps, share: the rest goes the same way */
         double sum[2][STATISTICS] = {{0.0}}, square[2][STATISTICS] = {{0.0}}, squares = 0.0;
         for (uint64_t n = 0; n < 2 * DRAWS; n++) {
@@ -235,7 +235,7 @@ TEST(sum_alone_cannot_be_told_apart)
 {
     struct linear sum = plain;
     const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
-    struct fit_answer answer;
+    struct fit_result answer;
     for (int i = 0; i < LINEAR_STATISTICS; i++)
         sum.slope[i][1] = sum.slope[i][0] = 1.0 + i;
     fit_linear(&sum, measured, 300, 0, &answer);
@@ -248,7 +248,7 @@ TEST(what_changes_nothing_keeps_its_prior)
 {
     struct linear one = plain;
     const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
-    struct fit_answer answer;
+    struct fit_result answer;
     for (int i = 0; i < LINEAR_STATISTICS; i++)
         one.slope[i][1] = 0.0;
     fit_linear(&one, measured, 300, 0, &answer);
@@ -257,7 +257,7 @@ TEST(what_changes_nothing_keeps_its_prior)
 }
 
 static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, double widen,
-                      struct fit_landings *list, struct fit_answer *answer)
+                      struct fit_landings *list, struct fit_result *answer)
 {
     struct error error = {0};
     struct fit_options options = {.draws = 200, .seed = 11};
@@ -279,7 +279,7 @@ TEST(known_parameters_are_found)
         {0.0}, {0.5, -0.8, 1.0, 0.3, -0.5}, {-0.6, 0.7, -1.2, -0.4, 0.8}};
     for (uint64_t n = 0; n < 3; n++) {
         struct fit_landings list;
-        struct fit_answer answer;
+        struct fit_result answer;
         fit_cheap(truth[n], 31 + n, 31, 1.0, &list, &answer);
         for (int k = 0; k < FIT_KEYS; k++) {
             double error_z = sqrt(answer.covariance[k][k]);
@@ -353,7 +353,7 @@ TEST(gaps_given_their_sum)
     list.landing[0].survey_in[0] = 0.03;
     for (uint64_t n = 0; n < DRAWS; n++) {
         double sum_in = 0.0;
-        fit_landings_joints(&list, z, 500 + n, &scene, &share);
+        fit_landings_draw_joints(&list, z, 500 + n, &scene, &share);
         for (int j = 1; j <= 10; j++) {
             double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
             sum_in += gap_in;
@@ -367,7 +367,7 @@ TEST(gaps_given_their_sum)
     list.parameter[FIT_GAP].value = 0.024;
     list.landing[0].survey_in[0] = (double)NAN;
     for (uint64_t n = 0; n < DRAWS; n++) {
-        fit_landings_joints(&list, z, 500 + n, &scene, &share);
+        fit_landings_draw_joints(&list, z, 500 + n, &scene, &share);
         double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
         hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
         mean_in += gap_in / DRAWS;
@@ -392,7 +392,7 @@ TEST(bad_input_is_refused)
     const double measured[LINEAR_STATISTICS] = {0.0};
     struct fit_model model = {2, 1, simulate_linear, &plain};
     struct fit_options options = {.draws = 100, .threads = 1};
-    struct fit_answer answer;
+    struct fit_result answer;
     struct error few = {0}, draws = {0}, failed = {0};
     fit_run(&model, measured, &options, &answer, &few);
     assert_error(&few, MR_TOO_FEW, "measured statistics: 1 for 2 parameters");
@@ -473,12 +473,12 @@ static void board(struct store *store, int64_t run, double slack_in)
 TEST(nothing_is_known)
 {
     struct store *store = fresh("surveyed0.db");
-    struct fit_surveyed found;
+    struct fit_load_survey found;
     int64_t run = land(store, 1);
-    assert_int_equal(fit_surveyed(store, run, false, run, &found, &failure), MR_OK);
+    assert_int_equal(fit_load_survey(store, run, false, run, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
     assert_true(isnan(found.sum_in[0]) && found.error_in == 0.0);
-    assert_int_equal(fit_surveyed(store, run, true, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(fit_load_survey(store, run, true, STORE_NONE, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
     store_close(store);
 }
@@ -488,7 +488,7 @@ TEST(nothing_is_known)
 TEST(the_newest_between_two_landings)
 {
     struct store *store = fresh("surveyed1.db");
-    struct fit_surveyed found;
+    struct fit_load_survey found;
     survey(store, 500, 42, 0.25, 0.004);
     int64_t first = land(store, 1);
     board(store, first, 0.20);
@@ -498,26 +498,26 @@ TEST(the_newest_between_two_landings)
     board(store, second, 0.18);
     survey(store, 2500, 42, 0.05, 0.004);
 
-    assert_int_equal(fit_surveyed(store, first, false, first, &found, &failure), MR_OK);
+    assert_int_equal(fit_load_survey(store, first, false, first, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 42);
     assert_near(found.sum_in[0], 0.26, 1e-9);
     assert_near(found.sum_in[41], 0.26, 1e-9);
     /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
     assert_near(found.error_in, 0.01, 1e-9);
 
-    assert_int_equal(fit_surveyed(store, first, true, second, &found, &failure), MR_OK);
+    assert_int_equal(fit_load_survey(store, first, true, second, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 10);
     assert_int_equal(found.segments, 42);
     assert_near(found.sum_in[9], 0.16, 1e-9);
     assert_near(found.sum_in[10], 0.18, 1e-6); /* not read: the board's */
     assert_near(found.error_in, 0.1 / sqrt(2.0), 1e-9);
 
-    struct fit_surveyed before;
-    assert_int_equal(fit_surveyed(store, second, false, second, &before, &failure), MR_OK);
+    struct fit_load_survey before;
+    assert_int_equal(fit_load_survey(store, second, false, second, &before, &failure), MR_OK);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         assert_near(before.sum_in[s], found.sum_in[s], 0.0);
 
-    assert_int_equal(fit_surveyed(store, second, true, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(fit_load_survey(store, second, true, STORE_NONE, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 42);
     assert_near(found.sum_in[20], 0.06, 1e-9);
     store_close(store);
@@ -529,7 +529,7 @@ enum { REPLICAS = 99, ROWS = REPLICAS + 1 };
 
 struct rows {
     struct fit_landings list;
-    struct fit_answer answer;
+    struct fit_result answer;
 };
 
 /* A campaign's statistics with residuals that are normal, neighbours' correlated by a third. */
@@ -541,7 +541,7 @@ static void begin(struct rows *rows, uint64_t seed)
     struct cheap_random random = {seed};
     assert_true(runway_campaign(&wanted, seed, z, &rows->list, &error));
     size_t p = rows->list.statistics;
-    rows->answer = (struct fit_answer){.statistics = p, .replicas = REPLICAS};
+    rows->answer = (struct fit_result){.statistics = p, .replicas = REPLICAS};
     rows->answer.residual = calloc(ROWS * p, sizeof(double));
     assert_non_null(rows->answer.residual);
     for (size_t i = 0; i < ROWS; i++) {
@@ -576,8 +576,8 @@ TEST(one_among_equals)
         rows.list.landing[0].survey_in[s] = (double)NAN;
     for (size_t i = 0; i < ROWS; i++) {
         struct misfit misfit = check(&rows);
-        assert_true(misfit.checked);
-        cannot += misfit.cannot;
+        assert_true(misfit.is_checked);
+        cannot += misfit.is_rejected;
         memcpy(first, rows.answer.residual, p * sizeof *first);
         for (size_t k = 0; k + 1 < ROWS; k++)
             memcpy(rows.answer.residual + k * p, rows.answer.residual + (k + 1) * p,
@@ -603,12 +603,12 @@ TEST(what_is_odd_is_found)
     begin(&rows, 12);
     for (size_t s = 0; s < rows.list.statistics; s++)
         rows.answer.residual[s] += station(&rows, s) > 50.0 / 3.5 ? 4.0 : 0.0;
-    assert_true(check(&rows).cannot);
+    assert_true(check(&rows).is_rejected);
     end(&rows);
 
     begin(&rows, 14);
     rows.answer.residual[7] = 9.0;
-    assert_true(check(&rows).cannot);
+    assert_true(check(&rows).is_rejected);
     end(&rows);
 }
 
@@ -616,9 +616,9 @@ TEST(too_few_are_not_checked)
 {
     struct rows rows;
     begin(&rows, 15);
-    rows.answer.replicas = MISFIT_LEAST - 1;
+    rows.answer.replicas = MISFIT_REPLICAS_MIN - 1;
     struct misfit misfit = check(&rows);
-    assert_false(misfit.checked || misfit.cannot);
+    assert_false(misfit.is_checked || misfit.is_rejected);
     end(&rows);
 }
 
@@ -641,8 +641,8 @@ TEST(gaps_in_stretches)
         fit_run(&model, rows.list.measured, &options, &rows.answer, &error);
         assert_no_error(&error);
         struct misfit misfit = check(&rows);
-        assert_true(misfit.checked);
-        assert_int_equal(misfit.cannot, patchy);
+        assert_true(misfit.is_checked);
+        assert_int_equal(misfit.is_rejected, patchy);
         end(&rows);
     }
 }
@@ -664,8 +664,8 @@ static double *simulated(struct fit_landings *list)
         for (int k = 0; k < FIT_KEYS; k++)
             z[n * FIT_KEYS + (unsigned)k] = 0.5 * sin(3.0 * n + 2.0 * k);
     }
-    for (unsigned n = 0; n < DRAWS; n += FIT_SOME)
-        model.simulate(model.context, FIT_SOME, z + n * FIT_KEYS, draw + n,
+    for (unsigned n = 0; n < DRAWS; n += FIT_BATCH)
+        model.simulate(model.context, FIT_BATCH, z + n * FIT_KEYS, draw + n,
                        statistic + n * list->statistics, good + n);
     for (unsigned n = 0; n < DRAWS; n++)
         assert_true(good[n]);
@@ -679,12 +679,12 @@ TEST(as_host_sim)
     struct error error = {0};
     double z[FIT_KEYS], squares = 0.0, offset = 0.0, worst = 0.0;
     assert_true(runway_campaign(&wanted, 7, z, &list, &error));
-    assert_true(parallel_is_possible(&list.landing[0].scene));
+    assert_true(parallel_can_run(&list.landing[0].scene));
     size_t p = list.statistics;
     double *beside = simulated(&list);
     for (size_t l = 0; l < list.count; l++)
         list.landing[l].scene.wheel_load_lb = 1e-9; /* the chains have none */
-    assert_false(parallel_is_possible(&list.landing[0].scene));
+    assert_false(parallel_can_run(&list.landing[0].scene));
     double *alone = simulated(&list);
     for (size_t s = 0; s < p; s++) {
         double mean = 0.0, spread = 0.0, difference = 0.0, square = 0.0;

@@ -137,9 +137,9 @@ TEST(test_gaps_carry_over)
     struct series_run run;
     struct draw_path path = {0};
     double gap[121], closing = 2.0;
-    series_play(&series, 1, &run);
+    series_simulate(&series, 1, &run);
     assert_int_equal(run.error.status, MR_OK);
-    assert_int_equal(run.played, 2);
+    assert_int_equal(run.landings, 2);
     assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
     for (int j = 0; j <= 120; j++)
         gap[j] = 0.02 / 12.0;
@@ -175,7 +175,7 @@ TEST(test_gaps_carry_over)
 static void play_all(struct landing_series *series, unsigned jobs, struct series_run *runs)
 {
     error = (struct error){0};
-    series_ensemble(series, jobs, NULL, NULL, runs);
+    series_simulate_all(series, jobs, NULL, NULL, runs);
     for (size_t i = 0; i < series->seeds; i++) {
         if (runs[i].error.status != MR_OK)
             fail_msg("%s", runs[i].error.text);
@@ -187,7 +187,7 @@ static void compare(const struct landing_series *series, struct series_run *a, s
 {
     for (size_t i = 0; i < series->seeds; i++) {
         assert_int_equal(a[i].buckled, b[i].buckled);
-        for (size_t k = 0; k < a[i].played && a[i].outcomes[k].waves == 0; k++) {
+        for (size_t k = 0; k < a[i].landings && a[i].outcomes[k].waves == 0; k++) {
             if (a[i].buckled == (int)k + 1 || b[i].outcomes[k].waves > 0)
                 break;
             assert_memory_equal(a[i].outcomes[k].movement_in, b[i].outcomes[k].movement_in,
@@ -209,15 +209,16 @@ TEST(test_neither_jobs_nor_skipping_change_an_answer)
         assert_int_equal(one[i].seed, 5 + i);
         assert_int_equal(one[i].buckled, three[i].buckled);
         assert_memory_equal(one[i].outcomes, three[i].outcomes, 2 * sizeof *one[i].outcomes);
-        skipped += !one[i].outcomes[0].asked_planar;
+        skipped += !one[i].outcomes[0].planar_was_run;
         buckled += one[i].buckled > 0;
     }
     series.skip_share = -1.0;
     play_all(&series, 2, whole);
     compare(&series, one, whole);
     for (size_t i = 0; i < 3; i++) {
-        if (!one[i].outcomes[0].asked_planar)
-            assert_true(whole[i].outcomes[0].asked_planar && whole[i].outcomes[0].rise_in < 0.001);
+        if (!one[i].outcomes[0].planar_was_run)
+            assert_true(whole[i].outcomes[0].planar_was_run &&
+                        whole[i].outcomes[0].rise_in < 0.001);
         series_run_free(&one[i]);
         series_run_free(&three[i]);
         series_run_free(&whole[i]);
@@ -251,8 +252,8 @@ TEST(test_errors_of_peaks)
     for (int i = 0; i < 6; i++) {
         outcomes[i].push_lb = 10.0 + 2.0 * i;
         other[i].push_lb = again_lb[i];
-        runs[i] = (struct series_run){.played = 1, .outcomes = &outcomes[i], .other = &other[i]};
-        runs[i].other_played = again_lb[i] > 0.0;
+        runs[i] = (struct series_run){.landings = 1, .outcomes = &outcomes[i], .check = &other[i]};
+        runs[i].check_landings = again_lb[i] > 0.0;
     }
     series_errors(&series, runs);
     for (int i = 0; i < 6; i++)
@@ -264,11 +265,11 @@ TEST(test_errors_of_peaks)
     series_summary_free(&summary);
     /* the other engine's runways, the pair of 3 lb among them, are no pairs, but borrow: a pair of
      * 4 lb at a mean of 16 lb is a quarter of it */
-    outcomes[1].by_planar = outcomes[2].by_planar = true;
+    outcomes[1].is_from_planar = outcomes[2].is_from_planar = true;
     series_errors(&series, runs);
     assert_near(outcomes[1].push_error_lb, 21.765, 1e-2);
     assert_near(outcomes[4].push_error_lb, 28.009, 1e-2);
-    runs[4].other_played = 0;
+    runs[4].check_landings = 0;
     series_errors(&series, runs);
     assert_true(isnan(outcomes[1].push_error_lb) && isnan(outcomes[4].push_error_lb));
     series_free(&series);
@@ -286,7 +287,7 @@ TEST(test_peaks_are_as_wrong_as_they_say)
     series.chain_dt_s = 1e-5;
     play_all(&series, 2, fine);
     for (int i = 0; i < 30; i++) {
-        assert_int_equal(stated[i].other_played, i % 6 == 5 ? 3 : 0);
+        assert_int_equal(stated[i].check_landings, i % 6 == 5 ? 3 : 0);
         for (int k = 0; k < 3; k++, all += 2) {
             const struct series_outcome *a = &stated[i].outcomes[k], *b = &fine[i].outcomes[k];
             double push = fabs(a->push_lb - b->push_lb) / a->push_error_lb,
@@ -341,9 +342,9 @@ TEST(test_tied_mats_under_weight_are_asked_for)
                  "\"deceleration_ft_s2\":4,\"apply\":{%s}}]",
                  cases[i].ground, cases[i].modification);
         struct landing_series series = load(60, rest);
-        series_play(&series, 1, &run);
+        series_simulate(&series, 1, &run);
         assert_int_equal(run.error.status, MR_OK);
-        assert_int_equal(run.outcomes[0].asked_planar, cases[i].asked);
+        assert_int_equal(run.outcomes[0].planar_was_run, cases[i].asked);
         series_run_free(&run);
         series_free(&series);
     }
@@ -415,8 +416,8 @@ TEST(test_the_standard_series_moves_as_observed)
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
     series.engine = SERIES_CHAIN;
-    series_play(&series, 1, &run);
-    assert_int_equal(run.played, 5);
+    series_simulate(&series, 1, &run);
+    assert_int_equal(run.landings, 5);
     for (int i = 0; i < 4; i++)
         assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 &&
                     run.outcomes[i].reach_ft > 9.0 && run.outcomes[i].reach_ft < 18.0);
@@ -433,7 +434,7 @@ TEST(test_a_wave_that_is_ridden_is_met_once)
     error = (struct error){0};
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
-    series_play(&series, 2, &run);
+    series_simulate(&series, 2, &run);
     assert_int_equal(run.buckled, 5);
     const struct series_outcome *o = &run.outcomes[4];
     assert_int_equal(o->overruns, 1);
@@ -541,8 +542,8 @@ TEST(test_every_series_can_be_read)
             continue;
         for (int elastic = 0; elastic < 2; elastic++) {
             error = (struct error){0};
-            if (series_load_on(&series, files.gl_pathv[i], elastic ? "elastic" : NULL, &error) !=
-                MR_OK)
+            if (series_load_on_ground(&series, files.gl_pathv[i], elastic ? "elastic" : NULL,
+                                      &error) != MR_OK)
                 fail_msg("%s", error.text);
             series_ground_text(&series, ground, sizeof ground);
             assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
@@ -658,8 +659,9 @@ static void write_down(struct case_ *c)
     c->buckling[2].failures = 2;
     c->buckling[2].failure_ft[0] = 85.0;
     c->buckling[2].failure_ft[1] = 91.0;
-    c->runs[0] = (struct series_run){.seed = 1, .played = 4, .outcomes = c->lasting};
-    c->runs[1] = (struct series_run){.seed = 2, .played = 3, .buckled = 3, .outcomes = c->buckling};
+    c->runs[0] = (struct series_run){.seed = 1, .landings = 4, .outcomes = c->lasting};
+    c->runs[1] =
+        (struct series_run){.seed = 2, .landings = 3, .buckled = 3, .outcomes = c->buckling};
 }
 
 /* The value of a fact on both runways. */
@@ -723,18 +725,18 @@ TEST(test_failures)
     static const double met_ft[] = {4.5, 1.5}, low_ft[] = {2.5};
     double at_ft[SERIES_FAILURES_MAX];
     /* the ends are held */
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
+    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12); /* crests: nodes 4 and 9 */
     assert_near(at_ft[1], 4.0, 1e-12);
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
+    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12);
     assert_near(at_ft[1], 4.5, 1e-12);
     /* met between them: neither's */
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2);
+    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2);
     assert_near(at_ft[1], 4.0, 1e-12);
     /* nothing lies between them */
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1);
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
+    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1);
+    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
 }
 
 TEST(test_agreement)
@@ -796,7 +798,7 @@ static void press(const double *gaps)
     struct flat_runway runway = {JOINTS, gap_ft, u_ft, closing_lb, RUB, KL};
     memcpy(gap_ft, gaps, sizeof gap_ft);
     memset(u_ft, 0, sizeof u_ft);
-    flatten(&runway);
+    flat_runway_settle(&runway);
 }
 
 static void near(double value, double expected)

@@ -59,12 +59,13 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
 {
     struct series_run x, y;
     double worst_in = 0.0;
-    series_play(a, 1, &x);
-    series_play(b, 1, &y);
+    series_simulate(a, 1, &x);
+    series_simulate(b, 1, &y);
     assert_int_equal(x.error.status, MR_OK);
     assert_int_equal(y.error.status, MR_OK);
-    *same_fate = x.played == y.played && x.buckled == y.buckled && x.buckle_ft == y.buckle_ft / n;
-    for (size_t i = 0; i < x.played && i < y.played; i++) {
+    *same_fate = x.landings == y.landings && x.buckled == y.buckled &&
+                 x.buckle_ft == y.buckle_ft / n;
+    for (size_t i = 0; i < x.landings && i < y.landings; i++) {
         const struct series_outcome *p = &x.outcomes[i], *q = &y.outcomes[i];
         for (size_t k = 0; k < a->station_count; k++)
             worst_in = fmax(worst_in, fabs(p->total_in[k] - q->total_in[k] / n));
@@ -72,7 +73,7 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
                      p->tears == q->tears && p->reach_ft == q->reach_ft / n &&
                      p->push_lb == q->push_lb / (n * n * n);
     }
-    assert_true(x.played > 0 && x.outcomes[x.played - 1].peak_in > 0.003);
+    assert_true(x.landings > 0 && x.outcomes[x.landings - 1].peak_in > 0.003);
     series_run_free(&x);
     series_run_free(&y);
     return worst_in;
@@ -103,8 +104,8 @@ TEST(elastic_ground_is_the_same_to_the_last_bit)
     make(&p, STANDARD, "4");
     series_free(&p.model);
     series_free(&p.prototype);
-    assert_int_equal(series_load_on(&p.model, STANDARD, "elastic", &error), MR_OK);
-    assert_int_equal(series_load_on(&p.prototype, p.big, "elastic", &error), MR_OK);
+    assert_int_equal(series_load_on_ground(&p.model, STANDARD, "elastic", &error), MR_OK);
+    assert_int_equal(series_load_on_ground(&p.prototype, p.big, "elastic", &error), MR_OK);
     assert_true(p.prototype.landings[0].scene.gear.lines_ft.values[3] == 4.0 * 3.39);
     assert_true(p.prototype.landings[0].scene.wheel_load_lb == 64.0 * 108.3);
     for (struct landing_series *c = &p.model; c; c = c == &p.model ? &p.prototype : NULL) {

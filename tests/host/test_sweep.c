@@ -247,7 +247,7 @@ TEST(nothing_varies_nothing_is_said)
 
 TEST(whole_ranges_have_both_ends)
 {
-    struct design_range range = {.from = 3.0, .to = 5.0, .whole = true};
+    struct design_range range = {.from = 3.0, .to = 5.0, .is_integer = true};
     unsigned seen[6] = {0};
     for (unsigned i = 0; i < 300; i++)
         seen[(unsigned)design_number(&range, (i + 0.5) / 300.0)]++;

@@ -49,13 +49,13 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
     if (!runs)
         error_set(error, MR_FULL, "out of memory: %zu seeds", seeds);
     else
-        series_ensemble(&c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, runs);
+        series_simulate_all(&c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, runs);
     for (size_t i = 0; runs && i < seeds; i++) {
         if (runs[i].error.status != MR_OK)
             *error = runs[i].error;
         t->runways++;
         t->buckled += runs[i].buckled > 0;
-        for (size_t k = 0; k < runs[i].played; k++) {
+        for (size_t k = 0; k < runs[i].landings; k++) {
             const struct series_outcome *o = &runs[i].outcomes[k];
             t->landings++;
             t->low_waves += o->waves > 0 && !o->buckled;

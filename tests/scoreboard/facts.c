@@ -147,7 +147,7 @@ static double over(const struct landing_series *c, const struct series_fact *fac
     bool buckling = fact->when == SERIES_AT_BUCKLING;
     double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
-    for (size_t i = first - 1; i < last && i < run->played; i++) {
+    for (size_t i = first - 1; i < last && i < run->landings; i++) {
         if ((int)i + 1 == run->buckled && !buckling)
             break;
         double value = of_landing(c, fact, &outcomes[i]);

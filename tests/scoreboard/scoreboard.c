@@ -32,7 +32,7 @@ static void print_movements(const struct landing_series *c, const struct series_
         sum += s->landing[i].peak_in.middle / (double)c->landing_count;
         most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
         waved += s->landing[i].waved;
-        played += s->landing[i].played;
+        played += s->landing[i].runways;
     }
     printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved,
            played);
@@ -152,7 +152,7 @@ static int play(struct played *p, const char *path, const char *ground)
     struct error error = {0};
     *p = (struct played){0};
     json_t *root = json_load_file(path, 0, NULL);
-    if (series_load_on(&p->series, path, ground, &error) == MR_OK &&
+    if (series_load_on_ground(&p->series, path, ground, &error) == MR_OK &&
         facts_read(path, root, &p->series, &p->facts, &error) != MR_OK)
         series_free(&p->series);
     json_decref(root);
@@ -169,7 +169,7 @@ static int play(struct played *p, const char *path, const char *ground)
     if (!p->runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seeds);
     else {
-        series_ensemble(c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, p->runs);
+        series_simulate_all(c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, p->runs);
         series_summarise(&p->summary, c, p->runs);
     }
     p->cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s;

@@ -20,9 +20,9 @@
 
 /* ---- ensemble ---- */
 
-#define FAILED_SHARE 0.1
+#define MAX_FAILED_SHARE 0.1
 
-struct work {
+struct sampling {
     const struct fit_model *model;
     const struct ensemble_place *place;
     const struct fit_options *options;
@@ -43,7 +43,7 @@ static void ensemble_at(const struct ensemble_place *place, const double *w, dou
 }
 
 /* Number of a draw: different for every seed, round and place in the ensemble. */
-static uint64_t draw_number(const struct work *work, size_t i)
+static uint64_t draw_number(const struct sampling *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
     x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
@@ -51,12 +51,12 @@ static uint64_t draw_number(const struct work *work, size_t i)
     return x ^ x >> 31;
 }
 
-static void simulate_rows(const struct work *work, size_t from, size_t count)
+static void simulate_rows(const struct sampling *work, size_t from, size_t count)
 {
     const struct fit_model *model = work->model;
     struct ensemble *ensemble = work->ensemble;
-    double z[FIT_SOME * FIT_PARAMETERS_MAX];
-    uint64_t draw[FIT_SOME];
+    double z[FIT_BATCH * FIT_PARAMETERS_MAX];
+    uint64_t draw[FIT_BATCH];
     for (size_t k = 0; k < count; k++) {
         ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
                     z + k * ensemble->parameters);
@@ -66,13 +66,13 @@ static void simulate_rows(const struct work *work, size_t from, size_t count)
                     ensemble->statistic + from * ensemble->statistics, work->good + from);
 }
 
-static void simulate_share(void *context, size_t from, size_t every)
+static void simulate_draws(void *context, size_t from, size_t every)
 {
-    struct work *work = context;
+    struct sampling *work = context;
     const struct fit_options *options = work->options;
     size_t draws = work->ensemble->draws;
-    for (size_t i = FIT_SOME * from; i < draws; i += FIT_SOME * every) {
-        size_t count = draws - i < FIT_SOME ? draws - i : FIT_SOME;
+    for (size_t i = FIT_BATCH * from; i < draws; i += FIT_BATCH * every) {
+        size_t count = draws - i < FIT_BATCH ? draws - i : FIT_BATCH;
         simulate_rows(work, i, count);
         size_t done = atomic_fetch_add(&work->done, count) + count;
         if (from == 0 && options->progress)
@@ -91,7 +91,7 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
 
 /* Sobol points, shifted by a random vector per round and taken modulo 1: even, and different in
  * every round. */
-static void spread_evenly(const struct work *work)
+static void draw_evenly(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
     gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameters);
@@ -109,7 +109,7 @@ static void spread_evenly(const struct work *work)
 }
 
 /* Remove draws that failed or are not finite. */
-static void close_ranks(struct ensemble *ensemble, const bool *good)
+static void remove_failed(struct ensemble *ensemble, const bool *good)
 {
     size_t kept = 0, q = ensemble->parameters, p = ensemble->statistics;
     for (size_t i = 0; i < ensemble->draws; i++) {
@@ -127,9 +127,9 @@ static void close_ranks(struct ensemble *ensemble, const bool *good)
     ensemble->draws = kept;
 }
 
-enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
-                             const struct fit_options *options, unsigned round,
-                             struct ensemble *ensemble, struct error *error)
+enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
+                                 const struct fit_options *options, unsigned round,
+                                 struct ensemble *ensemble, struct error *error)
 {
     *ensemble = (struct ensemble){
         .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
@@ -137,20 +137,20 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
     ensemble->statistic = xcalloc(ensemble->draws * ensemble->statistics, sizeof(double));
     ensemble->draw = xcalloc(ensemble->draws, sizeof *ensemble->draw);
     bool *good = xcalloc(ensemble->draws, sizeof *good);
-    struct work work = {.model = model,
-                        .place = place,
-                        .options = options,
-                        .ensemble = ensemble,
-                        .round = round,
-                        .good = good};
+    struct sampling work = {.model = model,
+                            .place = place,
+                            .options = options,
+                            .ensemble = ensemble,
+                            .round = round,
+                            .good = good};
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    spread_evenly(&work);
+    draw_evenly(&work);
     parallel_for(options->threads ? options->threads
                  : processors > 1 ? (unsigned)processors
                                   : 1u,
-                 simulate_share, &work);
-    close_ranks(ensemble, good);
-    if ((double)ensemble->failed > FAILED_SHARE * (double)options->draws)
+                 simulate_draws, &work);
+    remove_failed(ensemble, good);
+    if ((double)ensemble->failed > MAX_FAILED_SHARE * (double)options->draws)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
                   "scene with matrig sim",
@@ -186,7 +186,8 @@ static void set_terms(size_t q, const double *w, double *term)
     }
 }
 
-void surface_at(const struct surface *surface, const double *w, double *statistic, double *slope)
+void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
+                      double *slope)
 {
     size_t q = surface->parameters, p = surface->statistics;
     double term[SURFACE_TERMS_MAX];
@@ -215,7 +216,7 @@ void surface_at(const struct surface *surface, const double *w, double *statisti
     }
 }
 
-/* Variance of the prediction of surface_at, over the variance of a data set. */
+/* Variance of the prediction of surface_evaluate, over the variance of a data set. */
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
@@ -407,22 +408,23 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
 /* Value and slopes of the surface at w. Outside the simulated range the surface continues as a
  * straight line from the nearest place inside. Slopes by the parameters that are inside still vary
  * along this line; being linear in w, they equal the slopes at w. */
-static void expected(const struct solve *solve, const double *w, double *score, double *slope)
+static void expected_score(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
     double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX],
            beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < q; i++)
-        inside[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
-    surface_at(solve->surface, inside, score, slope);
+        inside[i] = fmax(-SOLVE_LINEAR_BEYOND, fmin(SOLVE_LINEAR_BEYOND, w[i]));
+    surface_evaluate(solve->surface, inside, score, slope);
     if (memcmp(inside, w, q * sizeof *w) == 0)
         return;
-    surface_at(solve->surface, w, there, beyond);
+    surface_evaluate(solve->surface, w, there, beyond);
     for (size_t s = 0; s < q; s++) {
         for (size_t i = 0; i < q; i++)
             score[s] += slope[s * q + i] * (w[i] - inside[i]);
         for (size_t i = 0; i < q; i++)
-            slope[s * q + i] = fabs(w[i]) < SOLVE_STRAIGHT ? beyond[s * q + i] : slope[s * q + i];
+            slope[s * q + i] = fabs(w[i]) < SOLVE_LINEAR_BEYOND ? beyond[s * q + i]
+                                                                : slope[s * q + i];
     }
 }
 
@@ -431,7 +433,7 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
     size_t q = solve->surface->parameters;
     double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX];
-    expected(solve, w, score, change);
+    expected_score(solve, w, score, change);
     ensemble_at(solve->place, w, z);
     for (size_t r = 0; r < q; r++) {
         residual[r] = 0.0;
@@ -448,14 +450,14 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
     }
 }
 
-static int residual_of(const gsl_vector *w, void *context, gsl_vector *f)
+static int residual_callback(const gsl_vector *w, void *context, gsl_vector *f)
 {
     double slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     solve_residual(context, w->data, f->data, slope);
     return GSL_SUCCESS;
 }
 
-static int slope_of(const gsl_vector *w, void *context, gsl_matrix *jacobian)
+static int slope_callback(const gsl_vector *w, void *context, gsl_matrix *jacobian)
 {
     double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     solve_residual(context, w->data, residual, slope);
@@ -465,7 +467,7 @@ static int slope_of(const gsl_vector *w, void *context, gsl_matrix *jacobian)
     return GSL_SUCCESS;
 }
 
-double solve_least(const struct solve *solve, double *w)
+double solve_least_squares(const struct solve *solve, double *w)
 {
     size_t q = solve->surface->parameters;
     gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
@@ -475,7 +477,7 @@ double solve_least(const struct solve *solve, double *w)
         return (double)NAN;
     struct solve copy = *solve;
     gsl_multifit_nlinear_fdf fdf = {
-        .f = residual_of, .df = slope_of, .n = 2 * q, .p = q, .params = &copy};
+        .f = residual_callback, .df = slope_callback, .n = 2 * q, .p = q, .params = &copy};
     gsl_vector_const_view start = gsl_vector_const_view_array(w, q);
     int info = 0;
     int status = gsl_multifit_nlinear_init(&start.vector, &fdf, work);
@@ -544,13 +546,13 @@ static void solve_covariance(size_t parameters, square information, square covar
 
 /* ---- fit ---- */
 
-#define DRAWS    300u
-#define REPLICAS 99u /* with the measured data set: rank among 100 */
-#define WIDEN    1.3 /* spread of the next design, in standard errors of the present estimate */
+#define DRAWS          300u
+#define REPLICAS       99u /* with the measured data set: rank among 100 */
+#define DESIGN_WIDTH   1.3 /* spread of the next design, in standard errors of the estimate */
 /* the search ends when the estimate is this near to the middle of its design (in w) */
-#define STANDS   1.2
-#define REFITS   640u /* approximate number of bootstrap refits */
-#define MOST_W   (1.2 * ENSEMBLE_REACH)
+#define CONVERGED_STEP 1.2
+#define REFITS         640u /* approximate number of bootstrap refits */
+#define W_MAX          (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
     const struct fit_model *model;
@@ -561,7 +563,7 @@ struct fitting {
     /* Cholesky factor of the statistics' correlation; `scale` holds their standard deviations */
     gsl_matrix *metric;
     double *scale;
-    struct fit_answer *answer;
+    struct fit_result *answer;
 };
 
 /* Set `metric` and `scale`. A statistic that never changes gets an infinite scale, so it has no
@@ -618,19 +620,19 @@ static void set_score(const struct fitting *fitting, const double *statistic, do
 }
 
 /* Set the next design: centred at w, with the width of the estimate's uncertainty. */
-static void move(struct fitting *fitting, const double *w,
-                 double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
+static void move_place(struct fitting *fitting, const double *w,
+                       double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
     struct ensemble_place next = {.parameters = fitting->place.parameters};
     double inside[FIT_PARAMETERS_MAX], lower[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < next.parameters; i++)
-        inside[i] = fmax(-MOST_W, fmin(MOST_W, w[i]));
+        inside[i] = fmax(-W_MAX, fmin(W_MAX, w[i]));
     ensemble_at(&fitting->place, inside, next.middle);
     if (!solve_cholesky(next.parameters, covariance, lower))
         return;
     for (size_t i = 0; i < next.parameters; i++) {
         for (size_t k = 0; k <= i; k++)
-            next.spread[i][k] = WIDEN * lower[i][k];
+            next.spread[i][k] = DESIGN_WIDTH * lower[i][k];
     }
     fitting->place = next;
 }
@@ -652,7 +654,7 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
                          "fit fewer parameters");
     set_score(fitting, fitting->measured, solve->score);
     memset(w, 0, fitting->model->parameters * sizeof *w);
-    if (isnan(solve_least(solve, w)))
+    if (isnan(solve_least_squares(solve, w)))
         return error_set(
             error, MR_NUMERICS,
             "the fit does not converge: %zu parameters; narrow the priors, or fit fewer",
@@ -660,7 +662,7 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
     return MR_OK;
 }
 
-static double farthest(const double *w, size_t count)
+static double max_distance(const double *w, size_t count)
 {
     double most = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -671,9 +673,9 @@ static double farthest(const double *w, size_t count)
 static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *ensemble,
                                     struct error *error)
 {
-    struct fit_answer *answer = fitting->answer;
-    enum mr_status status = ensemble_make(fitting->model, &fitting->place, &fitting->options,
-                                          answer->rounds, ensemble, error);
+    struct fit_result *answer = fitting->answer;
+    enum mr_status status = ensemble_simulate(fitting->model, &fitting->place, &fitting->options,
+                                              answer->rounds, ensemble, error);
     if (status == MR_OK) {
         answer->rounds++;
         answer->simulated += ensemble->draws + ensemble->failed;
@@ -710,8 +712,8 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
         (first || choose_scores(fitting, &ensemble, error) == MR_OK)) {
         solve_information(&solve, w, information);
         solve_covariance(fitting->model->parameters, information, covariance);
-        *moved = farthest(w, fitting->model->parameters);
-        move(fitting, w, covariance);
+        *moved = max_distance(w, fitting->model->parameters);
+        move_place(fitting, w, covariance);
     }
     surface_free(&scores);
     ensemble_free(&ensemble);
@@ -731,7 +733,7 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
     double scale = sqrt(1.0 + surface_leverage(surface, w));
     gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
     gsl_rng_set(random, (unsigned long)(fitting->options.seed + 1));
-    surface_at(surface, w, score, slope);
+    surface_evaluate(surface, w, score, slope);
     ensemble_at(solve->place, w, z);
     for (size_t i = 0; i < times * surface->draws; i++) {
         struct solve again = *solve;
@@ -742,7 +744,7 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
             again.prior[k] = z[k] + gsl_ran_gaussian_ziggurat(random, 1.0);
         }
         memcpy(again_w, w, q * sizeof *w);
-        if (isnan(solve_least(&again, again_w)))
+        if (isnan(solve_least_squares(&again, again_w)))
             continue;
         ensemble_at(solve->place, again_w, again_z);
         for (size_t k = 0; k < q; k++)
@@ -756,13 +758,13 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
 static enum mr_status set_intervals(const struct fitting *fitting, const struct solve *solve,
                                     const double *w, struct error *error)
 {
-    struct fit_answer *answer = fitting->answer;
+    struct fit_result *answer = fitting->answer;
     size_t q = answer->parameters, rows = (REFITS + solve->surface->draws) * q;
     double *error_z = xcalloc(rows, sizeof *error_z);
     double within = gsl_cdf_tdist_Pinv(0.975,
                                        (double)(solve->surface->draws - solve->surface->terms));
     size_t count = refit(fitting, solve, w, error_z);
-    if (count < FIT_DRAWS_LEAST)
+    if (count < FIT_DRAWS_MIN)
         error_set(error, MR_NUMERICS,
                   "no intervals: only %zu refits of the bootstrap converged; narrow the priors, or "
                   "fit fewer parameters",
@@ -780,26 +782,26 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
 }
 
 /* Set the expected value of each statistic at the estimate, and its scatter. */
-static void set_expected(const struct surface *surface, const double *w, struct fit_answer *answer)
+static void set_expected(const struct surface *surface, const double *w, struct fit_result *answer)
 {
-    surface_at(surface, w, answer->expected, NULL);
+    surface_evaluate(surface, w, answer->expected, NULL);
     for (size_t s = 0; s < answer->statistics; s++)
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
 /* Residual of a data set after its fit. False: the fit does not converge. */
-static bool leave(const struct fitting *fitting, const struct solve *fitted,
-                  const struct surface *all, const double *statistic, double *residual)
+static bool leave_one_out(const struct fitting *fitting, const struct solve *fitted,
+                          const struct surface *all, const double *statistic, double *residual)
 {
-    const struct fit_answer *answer = fitting->answer;
+    const struct fit_result *answer = fitting->answer;
     struct solve solve = *fitted;
     double w[FIT_PARAMETERS_MAX] = {0.0};
     set_score(fitting, statistic, solve.score);
-    if (isnan(solve_least(&solve, w)))
+    if (isnan(solve_least_squares(&solve, w)))
         return false;
     for (size_t i = 0; i < answer->parameters; i++)
-        w[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
-    surface_at(all, w, residual, NULL);
+        w[i] = fmax(-SOLVE_LINEAR_BEYOND, fmin(SOLVE_LINEAR_BEYOND, w[i]));
+    surface_evaluate(all, w, residual, NULL);
     for (size_t s = 0; s < answer->statistics; s++)
         residual[s] = answer->scatter[s] > 0.0 ? (statistic[s] - residual[s]) / answer->scatter[s]
                                                : 0.0;
@@ -814,7 +816,7 @@ static bool leave(const struct fitting *fitting, const struct solve *fitted,
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {
-    struct fit_answer *answer = fitting->answer;
+    struct fit_result *answer = fitting->answer;
     struct fit_options options = fitting->options;
     struct ensemble_place place = {.parameters = answer->parameters, .normal = true};
     struct ensemble ensemble;
@@ -824,22 +826,22 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
     memcpy(place.middle, answer->z, sizeof place.middle);
     if (!solve_cholesky(answer->parameters, answer->covariance, place.spread))
         return;
-    if (ensemble_make(fitting->model, &place, &options, answer->rounds, &ensemble, &failed) ==
+    if (ensemble_simulate(fitting->model, &place, &options, answer->rounds, &ensemble, &failed) ==
         MR_OK) {
         answer->simulated += ensemble.draws + ensemble.failed;
         answer->residual = xcalloc((1 + ensemble.draws) * p, sizeof *answer->residual);
-        bool good = leave(fitting, solve, all, fitting->measured, answer->residual);
+        bool good = leave_one_out(fitting, solve, all, fitting->measured, answer->residual);
         for (size_t i = 0; good && i < ensemble.draws; i++)
-            answer->replicas += leave(fitting, solve, all, ensemble.statistic + i * p,
-                                      answer->residual + (1 + answer->replicas) * p);
+            answer->replicas += leave_one_out(fitting, solve, all, ensemble.statistic + i * p,
+                                              answer->residual + (1 + answer->replicas) * p);
     }
     ensemble_free(&ensemble);
 }
 
 /* Conclude with the last ensemble, whose scores come from earlier ensembles. */
-static enum mr_status conclude(struct fitting *fitting, struct error *error)
+static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
 {
-    struct fit_answer *answer = fitting->answer;
+    struct fit_result *answer = fitting->answer;
     struct ensemble ensemble;
     struct surface scores = {0}, all = {0};
     struct solve solve;
@@ -863,18 +865,18 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
 
 static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
-    struct fit_answer *answer = fitting->answer;
+    struct fit_result *answer = fitting->answer;
     double moved = (double)INFINITY;
-    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2)) {
+    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > CONVERGED_STEP || answer->rounds < 2)) {
         if (find_place(fitting, &moved, error) != MR_OK)
             return error->status;
     }
-    answer->stopped = moved > STANDS;
-    return conclude(fitting, error);
+    answer->not_converged = moved > CONVERGED_STEP;
+    return finish_fit(fitting, error);
 }
 
-static enum mr_status check(const struct fit_model *model, const struct fit_options *options,
-                            struct error *error)
+static enum mr_status check_request(const struct fit_model *model,
+                                    const struct fit_options *options, struct error *error)
 {
     size_t least = 2 * surface_terms(model->parameters) + 1;
     if (model->parameters == 0 || model->parameters > FIT_PARAMETERS_MAX)
@@ -885,25 +887,24 @@ static enum mr_status check(const struct fit_model *model, const struct fit_opti
             error, MR_TOO_FEW,
             "wrong number of measured statistics: %zu for %zu parameters; give %zu to %u",
             model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
-    if (options->draws < FIT_DRAWS_LEAST || options->draws < least)
+    if (options->draws < FIT_DRAWS_MIN || options->draws < least)
         return error_set(error, MR_USAGE,
                          "too few draws: %zu for %zu parameters; give at least %zu", options->draws,
-                         model->parameters,
-                         least > FIT_DRAWS_LEAST ? least : (size_t)FIT_DRAWS_LEAST);
+                         model->parameters, least > FIT_DRAWS_MIN ? least : (size_t)FIT_DRAWS_MIN);
     return MR_OK;
 }
 
 enum mr_status fit_run(const struct fit_model *model, const double *measured,
-                       const struct fit_options *options, struct fit_answer *answer,
+                       const struct fit_options *options, struct fit_result *answer,
                        struct error *error)
 {
     size_t q = model->parameters, p = model->statistics;
     struct fitting fitting = {
         .model = model, .measured = measured, .options = *options, .answer = answer};
-    *answer = (struct fit_answer){.parameters = q, .statistics = p};
+    *answer = (struct fit_result){.parameters = q, .statistics = p};
     if (fitting.options.draws == 0)
         fitting.options.draws = DRAWS;
-    if (check(model, &fitting.options, error) != MR_OK)
+    if (check_request(model, &fitting.options, error) != MR_OK)
         return error->status;
     gsl_error_handler_t *before = gsl_set_error_handler_off();
     fitting.place.parameters = q;
@@ -922,10 +923,10 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
     return error->status;
 }
 
-void fit_free(struct fit_answer *answer)
+void fit_free(struct fit_result *answer)
 {
     free(answer->expected);
     free(answer->scatter);
     free(answer->residual);
-    *answer = (struct fit_answer){0};
+    *answer = (struct fit_result){0};
 }

@@ -25,12 +25,12 @@
 
 #define FIT_PARAMETERS_MAX 6
 #define FIT_STATISTICS_MAX 1200
-#define FIT_DRAWS_LEAST    60u
+#define FIT_DRAWS_MIN      60u
 #define FIT_ROUNDS_MAX     8u
-#define FIT_SOME           8u
+#define FIT_BATCH          8u
 
-/* The model to be fitted. simulate() writes the statistics of 1 to FIT_SOME data sets, as rows of z
- * and of statistics, and which of them are valid. All random values of a data set depend only on
+/* The model to be fitted. simulate() writes the statistics of 1 to FIT_BATCH data sets, as rows of
+ * z and of statistics, and which of them are valid. All random values of a data set depend only on
  * its `draw`, so that equal calls give equal answers. It is called from several threads; the
  * grouping of data sets into calls does not depend on the number of threads. */
 struct fit_model {
@@ -50,7 +50,7 @@ struct fit_options {
     void *progress_context;
 };
 
-struct fit_answer {
+struct fit_result {
     size_t parameters, statistics;
     double z[FIT_PARAMETERS_MAX];
     double low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX]; /* 95 % interval of each parameter */
@@ -62,9 +62,9 @@ struct fit_answer {
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     unsigned rounds; /* number of ensembles */
     size_t simulated, failed;
-    bool stopped;     /* the estimate did not converge within the maximum number of rounds */
-    double *expected; /* expected value of each statistic, at z */
-    double *scatter;  /* standard deviation of each statistic */
+    bool not_converged; /* the estimate did not converge within the maximum number of rounds */
+    double *expected;   /* expected value of each statistic, at z */
+    double *scatter;    /* standard deviation of each statistic */
     /* 1 + replicas rows of statistics: residuals, in standard deviations, of the measured data set
      * and of the replicas. `replicas` is 0 if their simulations failed. */
     size_t replicas;
@@ -75,9 +75,9 @@ struct fit_answer {
  * or no parameter changes a statistic. The caller releases `answer` with fit_free, also after an
  * error. */
 enum mr_status fit_run(const struct fit_model *model, const double *measured,
-                       const struct fit_options *options, struct fit_answer *answer,
+                       const struct fit_options *options, struct fit_result *answer,
                        struct error *error);
-void fit_free(struct fit_answer *answer);
+void fit_free(struct fit_result *answer);
 
 /* Ensemble: many simulated data sets with parameters spread about a point, on several threads. */
 
@@ -101,9 +101,9 @@ struct ensemble {
 
 /* Makes an ensemble. `round`: makes its draws different from those of other rounds. MR_NUMERICS:
  * more than a tenth failed. Release with ensemble_free, also after an error. */
-enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
-                             const struct fit_options *options, unsigned round,
-                             struct ensemble *ensemble, struct error *error);
+enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
+                                 const struct fit_options *options, unsigned round,
+                                 struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
 
 /* Surface: statistics as second-degree polynomials of w, fitted to an ensemble, and the scatter
@@ -130,7 +130,8 @@ void surface_free(struct surface *surface);
 
 /* Expected statistics at w, and their derivatives (statistics rows of parameters; NULL: not
  * computed). */
-void surface_at(const struct surface *surface, const double *w, double *statistic, double *slope);
+void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
+                      double *slope);
 
 /* Shrinks a covariance estimated from n data sets toward its diagonal, as far as its correlations
  * are due to scatter (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, on standardised data;
@@ -148,7 +149,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
 
 /* Limit of w beyond which the surface is continued linearly, because a polynomial is not valid
  * where nothing was simulated. */
-#define SOLVE_STRAIGHT (1.3 * ENSEMBLE_REACH)
+#define SOLVE_LINEAR_BEYOND (1.3 * ENSEMBLE_REACH)
 
 /* The minimised function of w is |root (surface(w) - score)|^2 + |z(w) - prior|^2. */
 struct solve {
@@ -166,7 +167,7 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
                  const struct ensemble_place *place);
 /* Minimises, from w (start) to w (minimum). Returns the minimum of the sum of squares; NaN: no
  * convergence. */
-double solve_least(const struct solve *solve, double *w);
+double solve_least_squares(const struct solve *solve, double *w);
 /* residual: 2 q values; slope: 2 q rows of q, as passed to multifit_nlinear. For tests. */
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope);
 /* Information of the data at w, without priors, in terms of z. */

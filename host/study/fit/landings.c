@@ -22,9 +22,10 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S 1e-3
-#define CLEAR    0.98 /* step used / longest step allowed; below 1: the chain checks it in float */
+#define STEP_MARGIN \
+    0.98 /* step used / longest step allowed; below 1: the chain checks it in float */
 
-bool parallel_is_possible(const struct sim_scene *scene)
+bool parallel_can_run(const struct sim_scene *scene)
 {
     bool plain = scene->model == SIM_CHAIN && scene->thrust == SIM_JUMP && scene->slack_ft > 0.0 &&
                  scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
@@ -45,9 +46,9 @@ static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
 }
 
-struct playing {
+struct simulation {
     const struct sim_scene *scene;
-    struct beside_lane *lane;
+    struct parallel_lane *lane;
     struct chains *chains;
     struct sim_wheel wheel;
     double step_s;
@@ -56,8 +57,8 @@ struct playing {
     size_t stations;
 };
 
-static struct mr_chain_params params_of(const struct sim_scene *scene,
-                                        const struct beside_lane *lane)
+static struct mr_chain_params chain_params(const struct sim_scene *scene,
+                                           const struct parallel_lane *lane)
 {
     return (struct mr_chain_params){
         .mats = (uint16_t)scene->mats,
@@ -70,7 +71,7 @@ static struct mr_chain_params params_of(const struct sim_scene *scene,
     };
 }
 
-static bool start(struct playing *p)
+static bool start_chains(struct simulation *p)
 {
     size_t joints = (size_t)p->scene->mats + 1;
     struct mr_chain_params params[CHAINS_LANES];
@@ -80,7 +81,7 @@ static bool start(struct playing *p)
     float *values = xcalloc(2 * CHAINS_LANES * joints, sizeof *values);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         float *gap_ft = values + 2 * k * joints, *grit_lb = gap_ft + joints;
-        params[k] = params_of(p->scene, &p->lane[k]);
+        params[k] = chain_params(p->scene, &p->lane[k]);
         limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params[k]));
         for (size_t j = 0; j < joints; j++) {
             gap_ft[j] = (float)p->lane[k].gap_ft[j];
@@ -89,7 +90,7 @@ static bool start(struct playing *p)
         gap[k] = gap_ft;
         grit[k] = grit_lb;
     }
-    p->steps = (unsigned)ceil(SETTLE_S / (CLEAR * (double)MR_CHAIN_STEP_MARGIN * limit_s));
+    p->steps = (unsigned)ceil(SETTLE_S / (STEP_MARGIN * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     p->step_s = SETTLE_S / p->steps;
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)p->step_s;
@@ -99,7 +100,7 @@ static bool start(struct playing *p)
 }
 
 /* Thrust of the path in a step, and the mat that carries most of it. */
-static double thrust_of(struct playing *p, double from_s, unsigned *mat)
+static double advance_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
     int count = sim_wheel_span(&p->wheel, from_s, from_s + p->step_s, touch);
@@ -115,7 +116,7 @@ static double thrust_of(struct playing *p, double from_s, unsigned *mat)
     return sum;
 }
 
-static void take_sample(const struct playing *p, size_t row)
+static void record_sample(const struct simulation *p, size_t row)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         for (size_t s = 0; s < p->stations; s++)
@@ -124,21 +125,21 @@ static void take_sample(const struct playing *p, size_t row)
     }
 }
 
-static unsigned march(struct playing *p, size_t samples, unsigned each)
+static unsigned advance_chains(struct simulation *p, size_t samples, unsigned each)
 {
     unsigned away = 0, mat[CHAINS_LANES];
     float thrust_lb[CHAINS_LANES];
     bool over = false;
-    take_sample(p, 0);
+    record_sample(p, 0);
     for (size_t row = 1; row < samples; row++) {
         for (unsigned n = 0; n < each && !over; n++) {
             size_t block = (row - 1) * each + n;
             for (unsigned i = 0; i < p->steps; i++) {
                 double t_s = SETTLE_S * (double)block + p->step_s * i, lb;
-                lb = thrust_of(p, t_s, &mat[0]);
+                lb = advance_thrust_lb(p, t_s, &mat[0]);
                 for (unsigned k = 0; k < CHAINS_LANES; k++) {
                     mat[k] = mat[0];
-                    thrust_lb[k] = (float)(lb * p->lane[k].thrust);
+                    thrust_lb[k] = (float)(lb * p->lane[k].thrust_factor);
                 }
                 chains_step(p->chains, mat, thrust_lb);
             }
@@ -146,25 +147,25 @@ static unsigned march(struct playing *p, size_t samples, unsigned each)
             over = sim_wheel_is_over(&p->wheel, SETTLE_S * (double)(block + 1)) &&
                    chains_mats_awake(p->chains) == 0; /* nothing will move again */
         }
-        take_sample(p, row);
+        record_sample(p, row);
     }
     return away;
 }
 
 /* Run the lanes in parallel. sample_dt_s: whole milliseconds. False: invalid parameter. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
-                         double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
+                         double sample_dt_s, struct parallel_lane lane[CHAINS_LANES])
 {
-    struct playing p = {.scene = scene, .lane = lane, .stations = stations};
-    if (stations > MR_CHAIN_MATS || !start(&p))
+    struct simulation p = {.scene = scene, .lane = lane, .stations = stations};
+    if (stations > MR_CHAIN_MATS || !start_chains(&p))
         return false;
     sim_wheel_start(&p.wheel, scene);
     for (size_t s = 0; s < stations; s++) {
         int mat = (int)floor(station_ft[s] / scene->length_ft + 1e-9) + 1;
         p.station_mat[s] = (unsigned)(mat > scene->mats ? scene->mats : mat);
     }
-    unsigned away = march(&p, parallel_samples(scene, sample_dt_s),
-                          (unsigned)(sample_dt_s / SETTLE_S + 0.5));
+    unsigned away = advance_chains(&p, parallel_samples(scene, sample_dt_s),
+                                   (unsigned)(sample_dt_s / SETTLE_S + 0.5));
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         lane[k].good = !(away >> k & 1u);
         for (int j = 0; j <= scene->mats; j++)
@@ -230,7 +231,8 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
 /* Redraw two gaps with the same sum. Each is uniform over 0 to `most_ft`, limited to the slack.
  * Either both are below the slack, evenly over the values that the sum allows, or one is hooked at
  * the slack. The weight of a hooked gap is 1 - slack/most, and 1/most for each other value. */
-static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
+static void redraw_pair(gsl_rng *random, double *one, double *other, double most_ft,
+                        double slack_ft)
 {
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
@@ -256,7 +258,7 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
         return; /* all hooked */
     for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
         size_t i = gsl_rng_uniform_int(random, count), k = gsl_rng_uniform_int(random, count - 1);
-        draw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
+        redraw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
     }
 }
 
@@ -292,7 +294,7 @@ struct drawing {
 
 /* Factor from the sums of a survey to the true sums: one gauge reads all surveys, so all have the
  * same factor. 1 without a survey. */
-static double gauge_of(const struct drawing *drawing)
+static double gage_factor(const struct drawing *drawing)
 {
     const struct fit_landings *list = drawing->list;
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -302,7 +304,7 @@ static double gauge_of(const struct drawing *drawing)
     return 1.0;
 }
 
-static double error_of(double own_in, const struct fit_landings *list)
+static double survey_error_in(double own_in, const struct fit_landings *list)
 {
     return own_in > 0.0 ? own_in : list->survey_error_in;
 }
@@ -311,9 +313,9 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
 {
     const struct sim_scene *scene = &landing->scene;
     double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
-    double gauge = gauge_of(drawing);
-    double error_in = error_of(landing->survey_error_in, drawing->list);
-    for (int j = 0; j <= scene->mats && !landing->follows; j++)
+    double gauge = gage_factor(drawing);
+    double error_in = survey_error_in(landing->survey_error_in, drawing->list);
+    for (int j = 0; j <= scene->mats && !landing->is_consecutive; j++)
         drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
@@ -322,7 +324,7 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
         double sum_in = gauge * landing->survey_in[s] +
                         gsl_ran_gaussian_ziggurat(drawing->random, error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
-        if (!landing->follows)
+        if (!landing->is_consecutive)
             draw_with_sum(drawing->random, drawing->gap_ft + first, count,
                           drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
@@ -334,7 +336,7 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
 {
     const struct sim_scene *scene = &landing->scene;
     double half_ft = half_range_ft(list->parameter[FIT_GAP].value / IN_PER_FT, scene->slack_ft);
-    double error_in = error_of(landing->survey_error_in, list);
+    double error_in = survey_error_in(landing->survey_error_in, list);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
         sum_in[s] = gsl_ran_gaussian_ziggurat(random, error_in);
@@ -345,12 +347,12 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
     }
 }
 
-#define BEND_IN 0.05 /* u0 in asinh(u/u0) */
+#define ASINH_SCALE_IN 0.05 /* u0 in asinh(u/u0) */
 
 /* Statistic of a displacement. */
-static double fit_bent(double u_in)
+static double asinh_scaled(double u_in)
 {
-    return BEND_IN * asinh(u_in / BEND_IN);
+    return ASINH_SCALE_IN * asinh(u_in / ASINH_SCALE_IN);
 }
 
 /* Result of one landing of a data set. */
@@ -369,8 +371,8 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
         baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random,
                                                    landing->channel[c].baseline_in);
     }
-    double after_error_in = error_of(landing->after_error_in, drawing->list);
-    double gauge = gauge_of(drawing);
+    double after_error_in = survey_error_in(landing->after_error_in, drawing->list);
+    double gauge = gage_factor(drawing);
     for (size_t w = 0; w < landing->windows; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
@@ -387,7 +389,8 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
             sum_in += IN_PER_FT * outcome->sample_u_ft[k * landing->channels + c];
         double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
                                                                          sqrt(window->samples));
-        statistic[w] = fit_bent(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
+        statistic[w] =
+            asinh_scaled(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
     }
 }
 
@@ -434,16 +437,16 @@ static bool run_parallel(struct drawing *drawing, size_t count, const struct fit
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
 {
-    struct beside_lane lane[CHAINS_LANES];
+    struct parallel_lane lane[CHAINS_LANES];
     size_t joints = (size_t)landing->scene.mats + 1;
     for (size_t k = 0; k < CHAINS_LANES; k++) {
         size_t of = k < count ? k : 0;
-        lane[k] = (struct beside_lane){.gap_ft = drawing[of].gap_ft,
-                                       .grit_lb = drawing[of].grit_lb,
-                                       .friction = drawing[of].value[FIT_FRICTION],
-                                       .kl_lb_ft = drawing[of].value[FIT_STIFFNESS],
-                                       .thrust = thrust[of],
-                                       .sample_u_ft = outcome[k].sample_u_ft};
+        lane[k] = (struct parallel_lane){.gap_ft = drawing[of].gap_ft,
+                                         .grit_lb = drawing[of].grit_lb,
+                                         .friction = drawing[of].value[FIT_FRICTION],
+                                         .kl_lb_ft = drawing[of].value[FIT_STIFFNESS],
+                                         .thrust_factor = thrust[of],
+                                         .sample_u_ft = outcome[k].sample_u_ft};
         if (k >= count) {
             memcpy(spare_gap_ft + k * joints, drawing[0].gap_ft, joints * sizeof(double));
             lane[k].gap_ft = spare_gap_ft + k * joints;
@@ -472,7 +475,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
         draw_gaps(&drawing[k], landing);
         outcome[k].gap_ft = drawing[k].gap_ft;
     }
-    if (parallel_is_possible(&landing->scene)) {
+    if (parallel_can_run(&landing->scene)) {
         run_parallel(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
                      outcome);
     } else {
@@ -520,7 +523,7 @@ static void simulate(const void *context, size_t count, const double *z, const u
                      double *statistic, bool *good)
 {
     const struct fit_landings *list = context;
-    struct drawing drawing[FIT_SOME];
+    struct drawing drawing[FIT_BATCH];
     enum fit_key key[FIT_KEYS];
     size_t fitted = fit_landings_fitted(list, key);
     for (size_t k = 0; k < count; k++)
@@ -533,8 +536,8 @@ static void simulate(const void *context, size_t count, const double *z, const u
     }
 }
 
-void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                         struct sim_scene *scene, double *share)
+void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                              struct sim_scene *scene, double *share)
 {
     struct drawing drawing;
     size_t joints = (size_t)scene->mats + 1;
@@ -554,9 +557,9 @@ struct fit_model fit_landings_model(const struct fit_landings *list)
 
 /* ---- landings ---- */
 
-#define END_S          0.2
-#define LEAST_WINDOW_S 0.01
-#define VALID_SHARE    0.5
+#define END_S           0.2
+#define MIN_WINDOW_S    0.01
+#define MIN_VALID_SHARE 0.5
 
 const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", UNIT_DISPLACEMENT},
@@ -594,7 +597,7 @@ void fit_landings_free(struct fit_landings *list)
 /* ---- measurements ---- */
 
 /* Time at which the wheel reaches a station; INFINITY: never. 0: before the path begins. */
-static double passes_s(const struct sim_scene *scene, double x_ft)
+static double passage_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
     if (row[0].x_ft >= x_ft)
@@ -619,19 +622,19 @@ static double mean_over(const struct fit_series *series, double from_s, double t
         sum += series->value_in[i];
         *samples += 1.0;
     }
-    return *samples > 0.0 && *samples >= VALID_SHARE * wanted ? sum / *samples : (double)NAN;
+    return *samples > 0.0 && *samples >= MIN_VALID_SHARE * wanted ? sum / *samples : (double)NAN;
 }
 
 static void add_window(struct fit_landing *landing, const struct fit_series *series, size_t channel,
                        double from_s, double to_s, double *measured)
 {
     struct fit_window window = {.channel = channel, .from_s = from_s, .to_s = to_s};
-    double mean_in = to_s - from_s >= LEAST_WINDOW_S
+    double mean_in = to_s - from_s >= MIN_WINDOW_S
                        ? mean_over(series, from_s, to_s, &window.samples)
                        : (double)NAN;
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
-    measured[landing->windows] = fit_bent(mean_in);
+    measured[landing->windows] = asinh_scaled(mean_in);
     landing->window[landing->windows++] = window;
 }
 
@@ -646,8 +649,9 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
     landing->channel[channel].baseline_in = series->baseline_in;
     landing->channel[channel].gain = series->gain;
     for (size_t e = 0; e + 1 < EDGES; e++) {
-        double from_s = passes_s(&landing->scene, series->station_ft - edges_ft[e]);
-        double to_s = fmin(passes_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
+        double from_s = passage_s(&landing->scene, series->station_ft - edges_ft[e]);
+        double to_s = fmin(passage_s(&landing->scene, series->station_ft - edges_ft[e + 1]),
+                           stop_s);
         add_window(landing, series, channel, from_s, to_s, measured);
     }
     add_window(landing, series, channel, end_s - END_S, end_s, measured);
@@ -656,8 +660,8 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
 static void add_segments(struct fit_landing *landing, double *measured)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        if ((isnan(landing->survey_in[s]) && !landing->follows) || isnan(landing->after_in[s]) ||
-            landing->windows == FIT_WINDOWS_MAX)
+        if ((isnan(landing->survey_in[s]) && !landing->is_consecutive) ||
+            isnan(landing->after_in[s]) || landing->windows == FIT_WINDOWS_MAX)
             continue;
         struct fit_window window = {.channel = SIZE_MAX, .segment = s, .samples = 1.0};
         measured[landing->windows] = landing->after_in[s];
@@ -710,7 +714,7 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 /* ---- misfit ---- */
 
 /* Squared Mahalanobis distance of each row of residuals. */
-static void add_residuals(const struct fit_answer *answer, size_t rows, double *square)
+static void add_residuals(const struct fit_result *answer, size_t rows, double *square)
 {
     size_t p = answer->statistics;
     gsl_matrix *z = gsl_matrix_alloc(rows, p), *covariance = gsl_matrix_alloc(p, p);
@@ -735,7 +739,7 @@ static void add_residuals(const struct fit_answer *answer, size_t rows, double *
 }
 
 /* Logarithm of the spread between the segments' sums. False: too few segments have a survey. */
-static bool spread_of(const double *sum_in, double *spread)
+static bool find_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
     size_t count = 0;
@@ -754,12 +758,12 @@ static void add_survey(const struct fit_landings *list, uint64_t seed, size_t ro
     const struct fit_landing *first = &list->landing[0];
     double sum_in[MR_SEGMENTS], *spread = xcalloc(2 * rows, sizeof *spread),
                                 *sorted = spread + rows;
-    if (!first->later && spread_of(first->survey_in, &spread[0])) {
+    if (!first->has_earlier_landings && find_spread(first->survey_in, &spread[0])) {
         gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
         gsl_rng_set(random, (unsigned long)(seed * 2654435761u + 17u) & 0xffffffffu);
         for (size_t i = 1; i < rows; i++) {
             draw_survey(list, first, random, sum_in);
-            spread_of(sum_in, &spread[i]);
+            find_spread(sum_in, &spread[i]);
         }
         gsl_rng_free(random);
         for (size_t i = 0; i < rows; i++)
@@ -773,12 +777,12 @@ static void add_survey(const struct fit_landings *list, uint64_t seed, size_t ro
     free(spread);
 }
 
-struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
+struct misfit misfit_check(const struct fit_landings *list, const struct fit_result *answer,
                            uint64_t seed)
 {
     size_t rows = 1 + answer->replicas, out = 0;
     struct misfit misfit = {.replicas = answer->replicas};
-    if (answer->replicas < MISFIT_LEAST)
+    if (answer->replicas < MISFIT_REPLICAS_MIN)
         return misfit;
     double *square = xcalloc(rows, sizeof *square);
     add_residuals(answer, rows, square);
@@ -786,16 +790,16 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_ans
     for (size_t i = 0; i < rows; i++)
         out += square[i] >= square[0];
     free(square);
-    misfit.checked = true;
-    misfit.share = (double)out / (double)rows;
-    misfit.cannot = misfit.share <= MISFIT_FALSE;
+    misfit.is_checked = true;
+    misfit.p_value = (double)out / (double)rows;
+    misfit.is_rejected = misfit.p_value <= MISFIT_LEVEL;
     return misfit;
 }
 
 /* ---- landings of a campaign ---- */
 
-enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
-                            struct fit_surveyed *surveyed, struct error *error)
+enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
+                               struct fit_load_survey *surveyed, struct error *error)
 {
     static struct survey_found found;
     struct zones_closure told = {.surveyed = 0};
@@ -804,7 +808,7 @@ enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_
     bool there = false;
     double squares = 0.0;
     int64_t from_us = INT64_MIN, to_us = INT64_MAX;
-    *surveyed = (struct fit_surveyed){0};
+    *surveyed = (struct fit_load_survey){0};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         told.slack_in[s] = NAN;
     if (store_landings(store, &rows, &count, error) != MR_OK)
@@ -844,8 +848,8 @@ static double gain_error(const struct measured *measured, const struct measured_
 }
 
 /* Copy every channel's values from touchdown on into one array. Returns the number of channels. */
-static size_t take_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
-                          double *values)
+static size_t set_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
+                         double *values)
 {
     size_t count = 0, first = 0;
     while (first < measured->samples && measured_time_s(measured, first) < 0.0)
@@ -876,7 +880,7 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
 }
 
 /* True if a survey differs from the survey before the landing. */
-static bool is_survey_new(const struct fit_landing *landing, const struct fit_surveyed *after)
+static bool is_survey_new(const struct fit_landing *landing, const struct fit_load_survey *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(after->sum_in[s]) && !(fabs(after->sum_in[s] - landing->survey_in[s]) < 1e-9))
@@ -885,7 +889,8 @@ static bool is_survey_new(const struct fit_landing *landing, const struct fit_su
     return false;
 }
 
-static bool is_following(struct store *store, const struct store_landing *landing, int64_t before)
+static bool follows_directly(struct store *store, const struct store_landing *landing,
+                             int64_t before)
 {
     struct store_landing previous;
     struct error ignored = {0};
@@ -899,7 +904,7 @@ static enum mr_status load_after(struct store *store, const struct store_landing
                                  struct fit_landing *landing, struct error *error)
 {
     struct store_landing *rows;
-    struct fit_surveyed after;
+    struct fit_load_survey after;
     size_t count;
     int64_t next = STORE_NONE;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
@@ -907,10 +912,10 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
-        next = rows[i].id > now->id && is_following(store, &rows[i], now->id) ? rows[i].id
-                                                                              : STORE_NONE;
+        next = rows[i].id > now->id && follows_directly(store, &rows[i], now->id) ? rows[i].id
+                                                                                  : STORE_NONE;
     free(rows);
-    if (fit_surveyed(store, now->id, true, next, &after, error) != MR_OK)
+    if (fit_load_survey(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
     if (is_survey_new(landing, &after))
         memcpy(landing->after_in, after.sum_in, sizeof landing->after_in);
@@ -922,15 +927,15 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
                                   const char *scene_path, const struct fit_landings *list,
                                   struct fit_landing *landing, struct error *error)
 {
-    struct fit_surveyed before;
+    struct fit_load_survey before;
     const struct mr_gates_summary *summary = &measured->summary;
     landing->run = measured->landing.id;
-    if (fit_surveyed(store, landing->run, false, landing->run, &before, error) != MR_OK)
+    if (fit_load_survey(store, landing->run, false, landing->run, &before, error) != MR_OK)
         return error->status;
     memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
     landing->survey_error_in = before.error_in;
     landing->gages = before.gages;
-    landing->later = measured->landing.board_landing > 1;
+    landing->has_earlier_landings = measured->landing.board_landing > 1;
     struct zones_closure survey = {.surveyed = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
@@ -951,8 +956,9 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* the energy v0^2/2 is spread over the distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
-    landing->follows = list->count > 0 &&
-                       is_following(store, &measured->landing, list->landing[list->count - 1].run);
+    landing->is_consecutive = list->count > 0 &&
+                              follows_directly(store, &measured->landing,
+                                               list->landing[list->count - 1].run);
     return MR_OK;
 }
 
@@ -972,7 +978,7 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
         status = set_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {
         double *values = xcalloc(measured.samples * MR_TRANSDUCERS + 1, sizeof *values);
-        size_t count = take_series(&measured, series, values);
+        size_t count = set_series(&measured, series, values);
         status = fit_landings_add(list, &landing, series, count, error);
         free(values);
         if (status != MR_OK)

@@ -66,11 +66,11 @@ struct fit_landing {
     int64_t run;
     struct sim_scene scene; /* owned; the path's force is that of the whole aircraft: weight a/g */
     double thrust_error;    /* relative standard error of the thrust */
-    bool follows; /* it follows the landing before it in the list, without changes in between */
+    bool is_consecutive; /* follows the previous landing of the list without changes in between */
     /* surveyed sums before and after the landing; NaN: not surveyed */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS];
     double survey_error_in, after_error_in; /* standard error of a sum; 0: that of the list */
-    bool later; /* the board had earlier landings on this runway; only for output */
+    bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
     /* Number of segments in survey_in that were read at gage points after the landing before; only
      * for output. */
     size_t gages;
@@ -108,8 +108,8 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Sets the joints of a draw, as at the start of the first landing, in a scene with the same number
  * of mats, and returns in `share` the share of the thrust in that draw. */
-void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                         struct sim_scene *scene, double *share);
+void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                              struct sim_scene *scene, double *share);
 
 /* Beside: simulation of a scene's landing on eight runways together (sim/models/chains), which
  * differ in joints, friction, stiffness and share of the thrust.
@@ -118,20 +118,20 @@ void fit_landings_joints(const struct fit_landings *list, const double *z, uint6
  * than the scatter due to unknown joints. host/sim computes the same landing in double precision
  * with a check and takes ten times as long; tests/host/test_fit.c compares the two. */
 
-struct beside_lane {
+struct parallel_lane {
     /* Joints 0 .. mats: openings before the landing, replaced by those after it; none is
      * negative. */
     double *gap_ft;
     const double *grit_lb;
     double friction, kl_lb_ft;
-    double thrust;       /* factor on the scene's thrust */
-    double *sample_u_ft; /* movements: samples rows of stations */
-    bool good;           /* output: the chain has not diverged */
+    double thrust_factor; /* factor on the scene's thrust */
+    double *sample_u_ft;  /* movements: samples rows of stations */
+    bool good;            /* output: the chain has not diverged */
 };
 
 /* True if that chain supports the scene: only mats, slack, grit, dry friction under the mats' own
  * weight, fixed ends, and a path whose thrust moves from mat to mat. */
-bool parallel_is_possible(const struct sim_scene *scene);
+bool parallel_can_run(const struct sim_scene *scene);
 
 /* Misfit: a posterior predictive check of whether the fitted model can explain the data.
  *
@@ -140,22 +140,22 @@ bool parallel_is_possible(const struct sim_scene *scene);
  * If every segment was surveyed before the runway's first landing, the square of a second term is
  * added: the excess of the spread of these sums over that of equally laid gaps, in standard
  * deviations. If the model is right, the measured row is equivalent to the replicas. `share` is the
- * share of rows, including the measured one, whose measure is at least as large; it is MISFIT_FALSE
+ * share of rows, including the measured one, whose measure is at least as large; it is MISFIT_LEVEL
  * or less for this share of right models. */
 
-#define MISFIT_FALSE 0.05
-#define MISFIT_LEAST 39u /* minimum number of replicas for a decision */
+#define MISFIT_LEVEL        0.05
+#define MISFIT_REPLICAS_MIN 39u /* minimum number of replicas for a decision */
 
 struct misfit {
-    bool checked; /* there were enough replicas */
-    bool cannot;  /* share <= MISFIT_FALSE: the model cannot explain the data */
-    double share;
+    bool is_checked;  /* there were enough replicas */
+    bool is_rejected; /* share <= MISFIT_LEVEL: the model cannot explain the data */
+    double p_value;
     size_t replicas;
 };
 
 /* Checks an answer with its replicas. `seed`: for the random sums of a survey of equally laid
  * gaps. */
-struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
+struct misfit misfit_check(const struct fit_landings *list, const struct fit_result *answer,
                            uint64_t seed);
 
 /* ---- from a campaign ---- */
@@ -176,7 +176,7 @@ size_t fit_campaign_set_gap(struct fit_landings *list);
  * between two landings (`matrig survey`, with their error) are used first; for a segment without
  * such a reading, the value is that of the board when the landing was armed. */
 
-struct fit_surveyed {
+struct fit_load_survey {
     double sum_in[MR_SEGMENTS]; /* sum of each segment; NaN: not surveyed */
     double error_in; /* standard error of a sum of openings between gage points; 0: not read */
     size_t segments, gages; /* number of known segments, and of those read at gage points */
@@ -184,7 +184,7 @@ struct fit_surveyed {
 
 /* Loads the survey before landing `run`, or after it and before the next landing is armed. `board`:
  * landing whose survey in the board is also used, or STORE_NONE. */
-enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
-                            struct fit_surveyed *surveyed, struct error *error);
+enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
+                               struct fit_load_survey *surveyed, struct error *error);
 
 #endif
