@@ -643,6 +643,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 #define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_S)
 #define CONFIRM_TIMEOUT_US 30000000u /* time to confirm */
 #define TYPING_HOLD_US     15000000u
+
 /* reply to an unknown command */
 #define HELP               "type arm [N], with N from 0 to 65535 (default: the next number), or disarm"
 
