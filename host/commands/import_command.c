@@ -50,8 +50,8 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     answer_count(answer, "session", NULL, result->session);
     answer_words_or_none(answer, "bus", row->bus[0] ? "bus" : NULL, row->bus[0] ? row->bus : NULL,
                          NULL);
-    answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL,
-                 (int64_t)result->elsewhere)
+    answer_count(answer, "other_interfaces", result->other_interface ? "other buses" : NULL,
+                 (int64_t)result->other_interface)
         ->end = " frames, left out";
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
@@ -96,9 +96,9 @@ static enum mr_status read_readings(const struct textfile *file,
 {
     if (!mapping->text)
         return import_candump_check(file, request, result, error);
-    return mapping->signals ? import_read_signals(file, request, mapping, result, error)
-                            : csv_read(file->text, file->length, request->path, mapping,
-                                       &result->rows, &result->verdict, error);
+    return mapping->reads_signals ? import_read_signals(file, request, mapping, result, error)
+                                  : csv_read(file->text, file->length, request->path, mapping,
+                                             &result->rows, &result->parsed, error);
 }
 
 /* Imports the data and records its source. If a log breaks a rule, the part before is kept. */
@@ -117,7 +117,7 @@ static enum mr_status import(struct store *store, const struct textfile *file,
         return status;
     struct error late = {0};
     row->made_us = (int64_t)link_now_us();
-    parse_result_text(&result->verdict, row->verdict, sizeof row->verdict);
+    parse_result_text(&result->parsed, row->verdict, sizeof row->verdict);
     if (status != MR_OK)
         snprintf(row->verdict, sizeof row->verdict, "given up: %.250s", error->text);
     if (store_import_put(store, result->session, row, &late) != MR_OK ||
@@ -142,13 +142,13 @@ static enum mr_status describe(const struct textfile *file, const struct import_
         if (error->status != MR_OK)
             return error->status;
     }
-    bool csv = mapping->text && !mapping->signals;
+    bool csv = mapping->text && !mapping->reads_signals;
     row->mapping = mapping->text;
     snprintf(row->format, sizeof row->format, "%s",
              csv             ? "csv"
              : mapping->text ? "signals"
                              : "candump");
-    if (request->like && !mapping->text)
+    if (request->template_run && !mapping->text)
         return error_set(error, MR_USAGE,
                          "--like is only for readings of other instruments: %s is a log of a "
                          "matrig board; leave --like out",
@@ -195,7 +195,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
            (is_new = program_new(words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
                MR_OK &&
-           store_run_find(store, &request->like, &error) == MR_OK &&
+           store_run_find(store, &request->template_run, &error) == MR_OK &&
            import(store, &file, request, &mapping, &row, r.again, &result, &error));
     if (is_new && store)
         program_note_new(cli, words[0]);
@@ -205,8 +205,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK &&
         status == MR_OK)
         status = error_set(&error, unread.status, "%s", unread.text);
-    if (status == MR_OK && result.verdict.status != MR_OK)
-        status = error_set(&error, result.verdict.status, "%s: %s; the valid part was imported",
+    if (status == MR_OK && result.parsed.status != MR_OK)
+        status = error_set(&error, result.parsed.status, "%s: %s; the valid part was imported",
                            row.verdict, request->path);
     int exit_code = status != MR_OK ? cli_fail(&error) : 0;
     if (told)

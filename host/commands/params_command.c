@@ -22,7 +22,7 @@
 struct found {
     const char *key; /* scene key */
     const char *unit;
-    char from[PUSH_REASON];
+    char from[PUSH_REASON_SIZE];
     struct estimate estimate;
     double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
     bool given;       /* given, not measured: no error */
@@ -87,9 +87,9 @@ static const struct found *find(const struct reader *r, const char *key)
 
 /* Adds a value, with value and interval clamped to the limits of the scene key. */
 static void add_value(struct reader *r, const char *key, const char *unit,
-                      const struct push_told *told, double least, double most)
+                      const struct push_parameter *told, double least, double most)
 {
-    const struct push_interval *of = &told->of;
+    const struct push_interval *of = &told->interval;
     if (isnan(of->value) || find(r, key))
         return;
     struct found *found = add(
@@ -117,7 +117,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     };
     push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
     add_value(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
-    if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.of.value))
+    if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.interval.value))
         return; /* the other keys need an elastic law */
     add_value(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_value(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
@@ -133,7 +133,7 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
                        const struct push_fit *fit)
 {
     double top_lb = 0.0, right_in = fit->zero_in;
-    bool known = fit->slid > 0;
+    bool known = fit->slid_count > 0;
     for (size_t i = 0; i < series->count; i++) {
         top_lb = fmax(top_lb, series->force_lb[i]);
         right_in = fmax(right_in, series->moved_in[i]);
@@ -159,7 +159,7 @@ static void push_plot(const struct params_request *request, const struct push *p
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_series *series = &readings->series[i];
         const struct push_fit *fit = &push->ground.fit[i];
-        char title[PUSH_NAME + 40];
+        char title[PUSH_NAME_SIZE + 40];
         snprintf(title, sizeof title, "test %s, %.4g lb", series->name, series->load_lb);
         plot_panel(plot, title, (struct plot_axis){.label = "displacement (in)"},
                    (struct plot_axis){.label = "force (lb)"});
@@ -458,7 +458,7 @@ static json_t *scene_of(const struct reader *r)
     json_t *scene = json_object();
     for (size_t i = 0; i < r->count; i++) {
         const struct found *p = &r->parameters[i];
-        char key[24], text[PUSH_REASON + 80];
+        char key[24], text[PUSH_REASON_SIZE + 80];
         snprintf(key, sizeof key, "_%s", p->key);
         if (p->given)
             snprintf(text, sizeof text, "%s", p->from);
@@ -577,7 +577,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--push", "F.csv", push_path,
                 "readings in order; the first line names the columns with their units (also N, kg, "
                 "mm): test,load (lb),force (lb),displacement (in). See docs/howto/push-test.md"),
-    OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
+    OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MAX, 0,
                  "number of mats under the load that moved together; k is given per mat"),
     OPTION_TEXT("--plot", "F", plot_path,
                 "plot each test with the elastic and the rigid fit (.svg, .png, .pdf)"),

@@ -71,7 +71,7 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
     cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf);
     enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run,
                                              error)
-                              ?: answers_load(answers, run, &replay->replayed, error);
+                              ?: board_messages_load(answers, run, &replay->replayed, error);
     store_close(answers);
     return status;
 }
@@ -92,10 +92,10 @@ static enum mr_status write_configuration(struct replay *replay, struct store *s
                               : store_configuration_get(store, (uint32_t)crc, &text, error);
     if (status == MR_OK && text)
         status = config_text_read(text, replay->db, &config, error);
-    replay->board.flash = status == MR_OK && text && config.site[0].revision > 0;
-    replay->board.can_base = replay->board.flash ? config.site[0].can_base : 0;
+    replay->board.has_flash_file = status == MR_OK && text && config.site[0].revision > 0;
+    replay->board.can_base = replay->board.has_flash_file ? config.site[0].can_base : 0;
     free(text);
-    if (!replay->board.flash)
+    if (!replay->board.has_flash_file)
         return status;
     memset(flash, 0xff, sizeof flash);
     mr_config_encode(&config, flash + CONFIG_COPY_A);
@@ -120,7 +120,7 @@ static enum mr_status find_image(struct replay *replay, struct store *store, str
     if (bundled)
         replay->board.elf = replay->elf_unpacked;
     else
-        replay_image_of(&replay->recorded, replay->elf, sizeof replay->elf);
+        replay_image_path(&replay->recorded, replay->elf, sizeof replay->elf);
     return status;
 }
 
@@ -135,7 +135,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
                                  struct error *error)
 {
     struct diff_options options = {0};
-    if (!(answers_load(store, replay->run, &replay->recorded, error) == MR_OK &&
+    if (!(board_messages_load(store, replay->run, &replay->recorded, error) == MR_OK &&
           temporary_folder_create(replay->directory, "replay", error) == MR_OK &&
           find_image(replay, store, error) == MR_OK &&
           replay_board_check(&replay->board, error) == MR_OK &&
@@ -164,7 +164,7 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     answer_count(answer, "last_block", "last block", input->last_block);
     answer_count(answer, "edges", "edges", (int64_t)input->edges);
     answer_count(answer, "commands", "commands", (int64_t)input->commands);
-    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->surveyed)->end =
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segments)->end =
         " segments";
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
@@ -205,7 +205,7 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, const 
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
     replay->db = words[0];
-    replay->board.real = replay->speed && strcmp(replay->speed, "real") == 0;
+    replay->board.real_time = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
 }
 
@@ -226,10 +226,10 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct answer *answer = answer_new(cli->si);
     if (status == MR_OK)
         replay_answer(replay, answer);
-    int exit_code = answer_end(cli, answer, replay->diff.differ ? mr_status_exit_code(MR_LIMIT) : 0,
-                               &error);
-    answers_free(&replay->recorded);
-    answers_free(&replay->replayed);
+    int exit_code = answer_end(cli, answer,
+                               replay->diff.differing ? mr_status_exit_code(MR_LIMIT) : 0, &error);
+    board_messages_free(&replay->recorded);
+    board_messages_free(&replay->replayed);
     free(replay);
     return exit_code;
 }

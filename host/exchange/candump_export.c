@@ -9,8 +9,8 @@
 
 /* Without a clock, stamps start here: log2asc reads second 0 as "no time yet". The stamps appear
  * as a date in 2001; their last digits are board time. */
-#define NO_DATE_US    1000000000000000.0
-#define STAMP_MOST_US 9e15 /* above this, a double cannot hold microseconds */
+#define UNDATED_START_US 1000000000000000.0
+#define STAMP_MAX_US     9e15 /* above this, a double cannot hold microseconds */
 
 struct candump_export {
     FILE *out;
@@ -18,7 +18,7 @@ struct candump_export {
     bool dated;
     struct store_time_map clock;
     long frames;
-    long without_time, far;
+    long without_time, out_of_range;
 };
 
 static enum mr_status export_frame(void *context, const struct store_frame *stored)
@@ -31,9 +31,9 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
     }
     double board_us = (double)stored->board_us;
     double stamp_us = export->dated ? summary_convert_time(&export->clock, board_us).host_us
-                                    : NO_DATE_US + board_us;
-    if (!(stamp_us >= 0.0 && stamp_us < STAMP_MOST_US)) {
-        export->far++;
+                                    : UNDATED_START_US + board_us;
+    if (!(stamp_us >= 0.0 && stamp_us < STAMP_MAX_US)) {
+        export->out_of_range++;
         return MR_OK;
     }
     struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us),
@@ -46,7 +46,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
     return MR_OK;
 }
 
-static void report(const struct candump_export *export, bool known, const struct cli *cli)
+static void report_untimed(const struct candump_export *export, bool known, const struct cli *cli)
 {
     if (!export->dated)
         cli_note(
@@ -62,8 +62,8 @@ static void report(const struct candump_export *export, bool known, const struct
     if (export->without_time)
         cli_note(cli, "%ld frames from before the board's first clock message are left out",
                  export->without_time);
-    if (export->far)
-        cli_note(cli, "%ld frames with an impossible time are left out", export->far);
+    if (export->out_of_range)
+        cli_note(cli, "%ld frames with an impossible time are left out", export->out_of_range);
 }
 
 enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,
@@ -86,7 +86,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)
-        report(&export, known, cli);
+        report_untimed(&export, known, cli);
     *rows = export.frames;
     return status;
 }

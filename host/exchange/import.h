@@ -27,20 +27,20 @@ void textfile_close(struct textfile *file);
 struct import_request {
     const struct cli *cli;
     const char *path;
-    uint16_t base; /* base of the board on its bus (common/canbase.h) */
-    int64_t like;  /* RUN from which gear and survey are taken; 0: none */
+    uint16_t base;        /* base of the board on its bus (common/canbase.h) */
+    int64_t template_run; /* RUN from which gear and survey are taken; 0: none */
     /* interface to import from a log of several buses; NULL: the one of the board */
     const char *interface;
 };
 
 struct import_result {
-    struct parse_result verdict;
+    struct parse_result parsed;
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
     size_t rows;                      /* imported frames, or rows of a table */
     char bus[CANDUMP_INTERFACE_SIZE]; /* interface of the imported frames; "": a table */
-    uint64_t elsewhere;               /* number of frames of other interfaces */
+    uint64_t other_interface;         /* number of frames of other interfaces */
     int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };

@@ -11,25 +11,25 @@
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
 
-#define BLOCK_US        1000.0
+#define BLOCK_US          1000.0
 /* middle of the eight scans of a block: host/analyse/measured_load.h */
-#define MIDDLE_US       437.5
-#define BLOCKS_MAX      3600000
-#define BOARD_BLOCKS    4294967295.0 /* the board's block index has 32 bits */
+#define BLOCK_CENTER_US   437.5
+#define BLOCKS_MAX        3600000
+#define BOARD_BLOCKS      4294967295.0 /* the board's block index has 32 bits */
 /* times the usual sample interval: after a longer interval, data is missing */
-#define USUAL_GAP       1.5
-#define SWITCH_EVERY_FT 5.0 /* default spacing, that of the rig */
-#define SWITCH_FIRST_FT (-2.5)
-#define SWITCHES        24u
-#define SWITCHES_MAX    64u
-#define SWITCH_ERROR_FT 0.001
+#define GAP_STEPS         1.5
+#define SWITCH_SPACING_FT 5.0 /* default spacing, that of the rig */
+#define SWITCH_FIRST_FT   (-2.5)
+#define SWITCHES          24u
+#define SWITCHES_MAX      64u
+#define SWITCH_ERROR_FT   0.001
 
-struct work {
+struct import_work {
     struct store *store;
     struct mapping *mapping;
     const struct import_request *request;
-    struct measured like;    /* the landing of --like */
-    struct store_edge *edge; /* edges of that landing */
+    struct measured template; /* the landing of --like */
+    struct store_edge *edge;  /* edges of that landing */
     size_t edges;
     double base_us; /* board time of the file's time 0 */
     int64_t first;
@@ -39,13 +39,13 @@ struct work {
         double board_us;
         unsigned position;
     } found[SWITCHES_MAX]; /* edges found in the file */
-    unsigned founds;
+    unsigned found_count;
 };
 
 /* ---- time ---- */
 
 /* Median sample interval; NaN: fewer than two samples. */
-static double usual_step_s(const struct series *series)
+static double median_step_s(const struct series *series)
 {
     if (series->count < 2)
         return (double)NAN;
@@ -59,7 +59,7 @@ static double usual_step_s(const struct series *series)
 }
 
 /* Time of the first threshold crossing, between two samples; NaN: none. */
-static double edge_time_s(const struct mapping_channel *channel)
+static double find_edge_time_s(const struct mapping_channel *channel)
 {
     const struct series *s = &channel->series;
     for (size_t i = 1; i < s->count; i++) {
@@ -85,11 +85,11 @@ static bool is_measuring(const struct mapping_channel *channel)
     return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
 }
 
-static enum mr_status align(struct work *w, const struct mapping_channel *channel,
-                            struct error *error)
+static enum mr_status find_time_base(struct import_work *w, const struct mapping_channel *channel,
+                                     struct error *error)
 {
-    double edge_s = edge_time_s(channel);
-    if (!w->request->like)
+    double edge_s = find_edge_time_s(channel);
+    if (!w->request->template_run)
         return error_set(error, MR_USAGE,
                          "align needs a landing: %s; give --like RUN, whose switches are used",
                          w->request->path);
@@ -105,10 +105,10 @@ static enum mr_status align(struct work *w, const struct mapping_channel *channe
     }
     return error_set(error, MR_USAGE,
                      "RUN %lld has no edge of switch %u: %s; align with a different switch",
-                     (long long)w->request->like, channel->number, w->request->path);
+                     (long long)w->request->template_run, channel->number, w->request->path);
 }
 
-static enum mr_status place_in_time(struct work *w, struct error *error)
+static enum mr_status compute_blocks(struct import_work *w, struct error *error)
 {
     const struct mapping *m = w->mapping;
     const struct mapping_channel *by = find_role(m, MAPPING_ALIGN);
@@ -129,9 +129,10 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
             error, MR_MALFORMED,
             "record of %.0f s, longer than an hour: %s; check the unit of time in the mapping",
             last_s - first_s, w->request->path);
-    w->base_us = w->request->like ? (double)w->like.t0_us : MIDDLE_US - 1e6 * first_s;
+    w->base_us = w->request->template_run ? (double)w->template.t0_us
+                                          : BLOCK_CENTER_US - 1e6 * first_s;
     if (by) {
-        enum mr_status status = align(w, by, error);
+        enum mr_status status = find_time_base(w, by, error);
         if (status != MR_OK)
             return status;
     }
@@ -161,8 +162,8 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
 /* ---- samples to blocks ---- */
 
 /* Mean of the samples of each block. */
-static void by_mean(const struct series *s, double base_us, int64_t first, size_t blocks,
-                    float *reading)
+static void resample_by_mean(const struct series *s, double base_us, int64_t first, size_t blocks,
+                             float *reading)
 {
     for (size_t i = 0, k = 0; i < blocks; i++) {
         double end_us = ((double)first + (double)i + 1.0) * BLOCK_US, sum = 0.0;
@@ -183,11 +184,11 @@ void import_resample(const struct series *s, double base_us, double usual_us, do
     /* Tolerance for times with six decimals: half a digit, and rounding. */
     static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
-        by_mean(s, base_us, first, blocks, reading);
+        resample_by_mean(s, base_us, first, blocks, reading);
         return;
     }
     for (size_t i = 0, k = 0; i < blocks; i++) {
-        double at_us = ((double)first + (double)i) * BLOCK_US + MIDDLE_US;
+        double at_us = ((double)first + (double)i) * BLOCK_US + BLOCK_CENTER_US;
         while (k + 1 < s->count && base_us + 1e6 * s->time_s[k + 1] <= at_us + same_us)
             k++;
         double before_us = base_us + 1e6 * s->time_s[k],
@@ -203,7 +204,7 @@ void import_resample(const struct series *s, double base_us, double usual_us, do
 
 /* ---- rows of the campaign ---- */
 
-static enum mr_status put_gap(struct work *w, const struct mapping_channel *channel,
+static enum mr_status put_gap(struct import_work *w, const struct mapping_channel *channel,
                               const float *reading, struct error *error)
 {
     struct store_gap gap = {
@@ -220,11 +221,13 @@ static enum mr_status put_gap(struct work *w, const struct mapping_channel *chan
     return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
 }
 
-static int64_t index_of(const struct work *w, const struct mapping_channel *channel)
+static int64_t channel_index(const struct import_work *w, const struct mapping_channel *channel)
 {
     enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
                                                                  : MR_KIND_DISPLACEMENT;
-    int there = w->request->like ? measured_channel_index(&w->like, kind, channel->number) : -1;
+    int there = w->request->template_run
+                  ? measured_channel_index(&w->template, kind, channel->number)
+                  : -1;
     return there >= 0 ? there
                       : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) +
                             (int64_t)channel->number - 1;
@@ -232,11 +235,14 @@ static int64_t index_of(const struct work *w, const struct mapping_channel *chan
 
 /* Stores kind and station. The mapping's error becomes a linearity error, the only kind that
  * neither baseline nor reference reduces. */
-static enum mr_status put_configuration(struct work *w, const struct mapping_channel *channel,
-                                        int64_t index, struct error *error)
+static enum mr_status put_configuration(struct import_work *w,
+                                        const struct mapping_channel *channel, int64_t index,
+                                        struct error *error)
 {
     struct mr_channel_config config = {.band = 1, .station_ft = (float)NAN};
-    const struct mr_channel_config *like = w->request->like ? &w->like.channel[index].config : NULL;
+    const struct mr_channel_config *like = w->request->template_run
+                                             ? &w->template.channel[index].config
+                                             : NULL;
     if (like && like->kind)
         config = (struct mr_channel_config){.band = like->band, .station_ft = like->station_ft};
     config.kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT;
@@ -254,12 +260,12 @@ static enum mr_status put_configuration(struct work *w, const struct mapping_cha
     return status;
 }
 
-static enum mr_status put_channel(struct work *w, const struct mapping_channel *channel,
+static enum mr_status put_channel(struct import_work *w, const struct mapping_channel *channel,
                                   float *reading, struct error *error)
 {
-    double usual_us = 1e6 * usual_step_s(&channel->series);
-    double gap_us = isnan(w->mapping->gap_s) ? USUAL_GAP * usual_us : 1e6 * w->mapping->gap_s;
-    int64_t index = index_of(w, channel);
+    double usual_us = 1e6 * median_step_s(&channel->series);
+    double gap_us = isnan(w->mapping->gap_s) ? GAP_STEPS * usual_us : 1e6 * w->mapping->gap_s;
+    int64_t index = channel_index(w, channel);
     for (size_t i = 0; i < w->blocks; i++)
         reading[i] = (float)NAN;
     if (channel->series.count)
@@ -275,7 +281,7 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
            store_imported_put(w->store, w->run, &row, error) ?: put_gap(w, channel, reading, error);
 }
 
-static enum mr_status put_channels(struct work *w, struct error *error)
+static enum mr_status put_channels(struct import_work *w, struct error *error)
 {
     unsigned unknown = 0;
     for (size_t c = 0; c < w->mapping->channels; c++) {
@@ -302,32 +308,32 @@ static enum mr_status put_channels(struct work *w, struct error *error)
 }
 
 /* Stores a switch and, if known, the time it opened. */
-static enum mr_status put_switch(struct work *w, unsigned position, double station_ft,
+static enum mr_status put_switch(struct import_work *w, unsigned position, double station_ft,
                                  double edge_s, struct error *error)
 {
     struct store_switch place = {position, 1, station_ft};
     if (isnan(station_ft))
-        place.station_ft = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (position - 1);
+        place.station_ft = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (position - 1);
     double edge_us = w->base_us + 1e6 * edge_s;
     if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
         cli_note(w->request->cli, "the edge of switch %u is outside board time and is left out",
                  position);
-    else if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
-        w->found[w->founds++] = (struct found){edge_us, position};
+    else if (!isnan(edge_s) && w->found_count < SWITCHES_MAX)
+        w->found[w->found_count++] = (struct found){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);
 }
 
-static int by_time(const void *a, const void *b)
+static int compare_times(const void *a, const void *b)
 {
     double x = ((const struct found *)a)->board_us, y = ((const struct found *)b)->board_us;
     return (x > y) - (x < y);
 }
 
-static enum mr_status put_edges(struct work *w, struct error *error)
+static enum mr_status put_edges(struct import_work *w, struct error *error)
 {
     enum mr_status status = MR_OK;
-    qsort(w->found, w->founds, sizeof w->found[0], by_time);
-    for (unsigned i = 0; i < w->founds && status == MR_OK; i++) {
+    qsort(w->found, w->found_count, sizeof w->found[0], compare_times);
+    for (unsigned i = 0; i < w->found_count && status == MR_OK; i++) {
         const struct found *found = &w->found[i];
         struct store_edge edge = {.count = i + 1,
                                   .position = found->position,
@@ -341,37 +347,37 @@ static enum mr_status put_edges(struct work *w, struct error *error)
 }
 
 /* Computes edges from the gear's position at the stations of the rig's switches. */
-static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gear,
+static enum mr_status make_gear_edges(struct import_work *w, struct mapping_channel gear,
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned p = 1; p <= SWITCHES && status == MR_OK; p++) {
-        gear.threshold = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (p - 1);
-        status = put_switch(w, p, (double)NAN, edge_time_s(&gear), error);
+        gear.threshold = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (p - 1);
+        status = put_switch(w, p, (double)NAN, find_edge_time_s(&gear), error);
     }
     return status ?: put_edges(w, error);
 }
 
-static enum mr_status edges_from_switches(struct work *w, struct error *error)
+static enum mr_status make_switch_edges(struct import_work *w, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
         if (channel->role == MAPPING_SWITCH)
-            status = put_switch(w, channel->number, channel->station_ft, edge_time_s(channel),
+            status = put_switch(w, channel->number, channel->station_ft, find_edge_time_s(channel),
                                 error);
     }
     return status ?: put_edges(w, error);
 }
 
-static enum mr_status copy_like(struct work *w, struct error *error)
+static enum mr_status copy_template(struct import_work *w, struct error *error)
 {
     struct store_switch *place = NULL;
     struct store_segment *segment = NULL;
     size_t places = 0, segments = 0;
-    enum mr_status status = store_switches(w->store, w->request->like, &place, &places, error)
-                              ?: store_segments(w->store, w->request->like, &segment, &segments,
-                                                error);
+    enum mr_status status =
+        store_switches(w->store, w->request->template_run, &place, &places, error)
+            ?: store_segments(w->store, w->request->template_run, &segment, &segments, error);
     for (size_t i = 0; i < places && status == MR_OK; i++)
         status = store_switch_put(w->store, w->run, &place[i], error);
     for (size_t i = 0; i < segments && status == MR_OK; i++)
@@ -383,17 +389,17 @@ static enum mr_status copy_like(struct work *w, struct error *error)
     return status;
 }
 
-static enum mr_status put_gear(struct work *w, struct error *error)
+static enum mr_status put_gear(struct import_work *w, struct error *error)
 {
     const struct mapping_channel *gear = find_role(w->mapping, MAPPING_GEAR);
-    if (w->request->like)
-        return copy_like(w, error);
+    if (w->request->template_run)
+        return copy_template(w, error);
     if (find_role(w->mapping, MAPPING_SWITCH))
-        return edges_from_switches(w, error);
-    return gear ? edges_from_gear(w, *gear, error) : MR_OK;
+        return make_switch_edges(w, error);
+    return gear ? make_gear_edges(w, *gear, error) : MR_OK;
 }
 
-static enum mr_status put_landing(struct work *w, struct error *error)
+static enum mr_status put_landing(struct import_work *w, struct error *error)
 {
     const struct mapping *m = w->mapping;
     char spec[500];
@@ -410,11 +416,11 @@ static enum mr_status put_landing(struct work *w, struct error *error)
         .clock_source = STORE_NONE,
         .touchdown_ft = m->touchdown_ft,
         .switch_error_ft = isnan(m->switch_error_ft) ? SWITCH_ERROR_FT : m->switch_error_ft};
-    if (w->request->like) {
-        landing.board_landing = w->like.landing.board_landing;
-        landing.touchdown_ft = w->like.landing.touchdown_ft;
-        landing.switch_error_ft = w->like.landing.switch_error_ft;
-        landing.clock_source = w->like.landing.clock_source;
+    if (w->request->template_run) {
+        landing.board_landing = w->template.landing.board_landing;
+        landing.touchdown_ft = w->template.landing.touchdown_ft;
+        landing.switch_error_ft = w->template.landing.switch_error_ft;
+        landing.clock_source = w->template.landing.clock_source;
     }
     if (status == MR_OK)
         status = store_landing_add(w->store, &landing, error);
@@ -427,18 +433,18 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               const struct import_request *request, struct import_result *result,
                               struct error *error)
 {
-    struct work w = {.store = store, .mapping = mapping, .request = request};
-    if ((!request->like ||
-         (measured_load(store, request->like, &w.like, error) == MR_OK &&
-          store_edges(store, request->like, &w.edge, &w.edges, error) == MR_OK)) &&
-        place_in_time(&w, error) == MR_OK && put_landing(&w, error) == MR_OK &&
+    struct import_work w = {.store = store, .mapping = mapping, .request = request};
+    if ((!request->template_run ||
+         (measured_load(store, request->template_run, &w.template, error) == MR_OK &&
+          store_edges(store, request->template_run, &w.edge, &w.edges, error) == MR_OK)) &&
+        compute_blocks(&w, error) == MR_OK && put_landing(&w, error) == MR_OK &&
         put_channels(&w, error) == MR_OK && put_gear(&w, error) == MR_OK &&
         store_session_end(store, w.session, (int64_t)link_now_us(), "end", error) == MR_OK) {
         result->session = w.session;
         result->run[result->runs++] = w.run;
     }
     free(w.edge);
-    if (request->like)
-        measured_free(&w.like);
+    if (request->template_run)
+        measured_free(&w.template);
     return error->status;
 }

@@ -32,7 +32,7 @@ double mapping_value(const struct mapping_channel *channel, double read)
 
 /* Position in the frame of bit n of a signal, counted from its lowest bit. Big-endian signals
  * start at their highest bit and continue at bit 7 of the next byte. */
-static unsigned place_of(const struct import_signal *signal, unsigned n)
+static unsigned bit_position(const struct import_signal *signal, unsigned n)
 {
     if (!signal->big_endian)
         return signal->start_bit + n;
@@ -58,7 +58,7 @@ bool signal_value(const struct import_signal *signal, const struct link_frame *f
     if (frame->id != signal->id || !signal_fits(signal, frame->length))
         return false;
     for (unsigned n = 0; n < signal->bits; n++) {
-        unsigned bit = place_of(signal, n);
+        unsigned bit = bit_position(signal, n);
         raw |= (uint64_t)(frame->data[bit / 8] >> (bit % 8) & 1u) << n;
     }
     if (signal->is_float && signal->bits == 32) {
@@ -80,7 +80,7 @@ bool signal_value(const struct import_signal *signal, const struct link_frame *f
 
 /* ---- names ---- */
 
-static bool number_after(const char *text, size_t letters, unsigned most, unsigned *number)
+static bool parse_number_after(const char *text, size_t letters, unsigned most, unsigned *number)
 {
     char *end;
     if (!isdigit((unsigned char)text[letters]))
@@ -91,7 +91,7 @@ static bool number_after(const char *text, size_t letters, unsigned most, unsign
 }
 
 /* Parses a channel name ("d3", "t14", "gear", "switch7"); false: not a channel. */
-static bool channel_named(const char *text, struct mapping_channel *channel)
+static bool parse_channel_name(const char *text, struct mapping_channel *channel)
 {
     if (strcmp(text, "gear") == 0) {
         channel->role = MAPPING_GEAR;
@@ -101,12 +101,14 @@ static bool channel_named(const char *text, struct mapping_channel *channel)
                   : text[0] == 't' ? MAPPING_TENSION
                                    : MAPPING_SWITCH;
     if (text[0] == 'd' || text[0] == 't')
-        return number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES, &channel->number);
-    return strncmp(text, "switch", 6) == 0 && number_after(text, 6, SWITCH_MAX, &channel->number);
+        return parse_number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES,
+                                  &channel->number);
+    return strncmp(text, "switch", 6) == 0 &&
+           parse_number_after(text, 6, SWITCH_MAX, &channel->number);
 }
 
 /* Factor from `unit` to the role's own unit; 0: not a unit of this kind. */
-static double unit_of_role(enum mapping_role role, const char *unit)
+static double get_role_unit(enum mapping_role role, const char *unit)
 {
     const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
     double factor = *unit ? quantity_convert(1.0, unit, own) : (double)NAN;
@@ -128,8 +130,8 @@ static void refuse_value(const struct reader *r, const char *where, const char *
 }
 
 /* Like json_unpack, but refuses unknown keys. Absent keys keep their value. */
-static void unpack(const struct reader *r, const char *where, json_t *object, const char *format,
-                   ...)
+static void unpack_object(const struct reader *r, const char *where, json_t *object,
+                          const char *format, ...)
 {
     json_error_t error;
     va_list arguments;
@@ -141,8 +143,8 @@ static void unpack(const struct reader *r, const char *where, json_t *object, co
 }
 
 /* `unit`: of a bare number; text has its own unit. */
-static double number(const struct reader *r, const char *where, const char *key, json_t *value,
-                     const char *unit, double otherwise)
+static double read_number(const struct reader *r, const char *where, const char *key, json_t *value,
+                          const char *unit, double otherwise)
 {
     struct quantity_error wrongly;
     double v = otherwise;
@@ -153,7 +155,7 @@ static double number(const struct reader *r, const char *where, const char *key,
     return v;
 }
 
-static char character(const struct reader *r, const char *key, const char *text)
+static char read_character(const struct reader *r, const char *key, const char *text)
 {
     bool none = strcmp(key, "comment") == 0 && !text[0];
     if (!none && (strlen(text) != 1 || text[0] == '"' || text[0] == '\n'))
@@ -162,12 +164,12 @@ static char character(const struct reader *r, const char *key, const char *text)
 }
 
 /* Reads a column, by name or counted from 1. */
-static void take_column(const struct reader *r, const char *where, json_t *value,
-                        char name[MAPPING_NAME], unsigned *place)
+static void read_column(const struct reader *r, const char *where, json_t *value,
+                        char name[MAPPING_NAME_SIZE], unsigned *place)
 {
     const char *text = json_string_value(value);
     json_int_t counted = json_integer_value(value);
-    if (text && text[0] && strlen(text) < MAPPING_NAME)
+    if (text && text[0] && strlen(text) < MAPPING_NAME_SIZE)
         strcpy(name, text);
     else if (counted >= 1 && counted <= 10000)
         *place = (unsigned)counted;
@@ -179,20 +181,20 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
 {
     const char *unit = "s";
     json_t *column = NULL, *shift = NULL;
-    if (time || !m->signals)
-        unpack(r, "time", time, "{s?o, s?s, s?o}", "column", &column, "unit", &unit, "shift_s",
-               &shift);
-    if (!m->signals)
-        take_column(r, "time", column, m->time_column, &m->time_place);
+    if (time || !m->reads_signals)
+        unpack_object(r, "time", time, "{s?o, s?s, s?o}", "column", &column, "unit", &unit,
+                      "shift_s", &shift);
+    if (!m->reads_signals)
+        read_column(r, "time", column, m->time_column, &m->time_column_index);
     else if (column)
         refuse_value(r, "time", "column", "the log gives the times: leave it out");
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
         refuse_value(r, "time", "unit", "give s, ms, us or min");
-    m->shift_s = number(r, "time", "shift_s", shift, "s", 0.0);
+    m->shift_s = read_number(r, "time", "shift_s", shift, "s", 0.0);
 }
 
-static void take_id(const struct reader *r, const char *where, const char *id,
+static void read_id(const struct reader *r, const char *where, const char *id,
                     struct import_signal *signal)
 {
     char *end = NULL;
@@ -215,7 +217,7 @@ static void check_channel(const struct reader *r, const char *where, const struc
                      "a scale of 0 makes all readings 0: give a different scale");
     if (c->error < 0.0)
         refuse_value(r, where, "error", "a standard error must be 0 or more");
-    if (m->signals && !signal_fits(&c->signal, 8))
+    if (m->reads_signals && !signal_fits(&c->signal, 8))
         refuse_value(r, where, "bits", "start_bit and bits must lie within 8 bytes");
     if ((c->role == MAPPING_ALIGN || c->role == MAPPING_SWITCH) && isnan(c->threshold))
         refuse_value(r, where, "threshold", "give the value that the signal crosses at the edge");
@@ -231,21 +233,22 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     int start_bit = 0, bits = 0, is_signed = 0, is_float = 0, at_switch = 0;
     struct mapping_channel *c = &m->channel[m->channels++];
     *c = (struct mapping_channel){.role = MAPPING_ALIGN};
-    unpack(r, where, object,
-           "{s?s, s?o, s?s, s?o, s?o, s?o, s?o, s?s, s?o, s?i, s?s, s?i, s?i, s?b, s?b, s?s}",
-           "channel", &name, "column", &column, "unit", &unit, "scale", &scale, "offset", &offset,
-           "error", &error, "threshold", &threshold, "edge", &edge, "station_ft", &station,
-           "switch", &at_switch, "id", &id, "start_bit", &start_bit, "bits", &bits, "signed",
-           &is_signed, "float", &is_float, "byte_order", &order);
+    unpack_object(
+        r, where, object,
+        "{s?s, s?o, s?s, s?o, s?o, s?o, s?o, s?s, s?o, s?i, s?s, s?i, s?i, s?b, s?b, s?s}",
+        "channel", &name, "column", &column, "unit", &unit, "scale", &scale, "offset", &offset,
+        "error", &error, "threshold", &threshold, "edge", &edge, "station_ft", &station, "switch",
+        &at_switch, "id", &id, "start_bit", &start_bit, "bits", &bits, "signed", &is_signed,
+        "float", &is_float, "byte_order", &order);
     if (align && (at_switch < 1 || at_switch > (int)SWITCH_MAX))
         refuse_value(r, where, "switch", "give the number of the switch with this edge, from 1");
     c->number = (unsigned)at_switch;
-    if (!align && !channel_named(name, c))
+    if (!align && !parse_channel_name(name, c))
         refuse_value(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
-    if (m->signals)
-        take_id(r, where, id, &c->signal);
+    if (m->reads_signals)
+        read_id(r, where, id, &c->signal);
     else
-        take_column(r, where, column, c->column, &c->place);
+        read_column(r, where, column, c->column, &c->column_index);
     c->signal.start_bit = (unsigned)start_bit;
     c->signal.bits = (unsigned)bits;
     c->signal.is_signed = is_signed;
@@ -253,27 +256,27 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     c->signal.big_endian = strcmp(order, "big") == 0;
     if (!c->signal.big_endian && strcmp(order, "little") != 0)
         refuse_value(r, where, "byte_order", "give little or big");
-    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : unit_of_role(c->role, unit);
+    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : get_role_unit(c->role, unit);
     if (factor == 0.0)
         refuse_value(r, where, "unit",
                      c->role == MAPPING_TENSION ? "give lb, N, kN or kip"
                                                 : "give in, mm, cm, m or ft");
-    c->scale = factor * number(r, where, "scale", scale, "", 1.0);
-    c->offset = factor * number(r, where, "offset", offset, unit, 0.0);
-    c->error = factor * number(r, where, "error", error, unit, (double)NAN);
-    c->threshold = number(r, where, "threshold", threshold, "", (double)NAN);
+    c->scale = factor * read_number(r, where, "scale", scale, "", 1.0);
+    c->offset = factor * read_number(r, where, "offset", offset, unit, 0.0);
+    c->error = factor * read_number(r, where, "error", error, unit, (double)NAN);
+    c->threshold = read_number(r, where, "threshold", threshold, "", (double)NAN);
     c->falling = strcmp(edge, "falling") == 0;
     if (!c->falling && strcmp(edge, "rising") != 0)
         refuse_value(r, where, "edge", "give rising or falling");
-    c->station_ft = number(r, where, "station_ft", station, "ft", (double)NAN);
+    c->station_ft = read_number(r, where, "station_ft", station, "ft", (double)NAN);
     check_channel(r, where, m);
 }
 
 static void read_missing(const struct reader *r, json_t *words, struct mapping *m)
 {
-    if (words && (!json_is_array(words) || json_array_size(words) > MAPPING_WORDS))
+    if (words && (!json_is_array(words) || json_array_size(words) > MAPPING_MISSING_MAX))
         refuse_value(r, "", "missing", "give a list of up to 16 words");
-    for (size_t i = 0; i < json_array_size(words) && i < MAPPING_WORDS; i++) {
+    for (size_t i = 0; i < json_array_size(words) && i < MAPPING_MISSING_MAX; i++) {
         const char *word = json_string_value(json_array_get(words, i));
         if (!word || strlen(word) >= sizeof m->missing[0])
             refuse_value(r, "", "missing", "give strings of at most 15 characters");
@@ -288,32 +291,32 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     json_t *missing = NULL, *time = NULL, *align = NULL, *channels = NULL, *touchdown = NULL,
            *switch_error = NULL, *gap = NULL;
     int header_lines = 1, last_line_open = 0;
-    unpack(r, "the mapping", root,
-           "{s?s, s?s, s?i, s?s, s?o, s?b, s?o, s?o, so, s?o, s?o, s?o, s?s}", "separator",
-           &separator, "decimal", &decimal, "header_lines", &header_lines, "comment", &comment,
-           "missing", &missing, "last_line_open", &last_line_open, "time", &time, "align", &align,
-           "channels", &channels, "touchdown_ft", &touchdown, "switch_error_ft", &switch_error,
-           "gap_s", &gap, "note", &note);
-    if (json_array_size(channels) == 0 || json_array_size(channels) >= MAPPING_CHANNELS) {
+    unpack_object(r, "the mapping", root,
+                  "{s?s, s?s, s?i, s?s, s?o, s?b, s?o, s?o, so, s?o, s?o, s?o, s?s}", "separator",
+                  &separator, "decimal", &decimal, "header_lines", &header_lines, "comment",
+                  &comment, "missing", &missing, "last_line_open", &last_line_open, "time", &time,
+                  "align", &align, "channels", &channels, "touchdown_ft", &touchdown,
+                  "switch_error_ft", &switch_error, "gap_s", &gap, "note", &note);
+    if (json_array_size(channels) == 0 || json_array_size(channels) >= MAPPING_CHANNELS_MAX) {
         refuse_value(r, "", "channels", "give a list of one to 99 objects");
         return;
     }
-    m->signals = json_object_get(json_array_get(channels, 0), "id");
-    m->decimal = character(r, "decimal", decimal);
-    m->separator = character(r, "separator",
-                             separator[0]        ? separator
-                             : m->decimal == ',' ? ";"
-                                                 : ",");
-    m->comment = character(r, "comment", comment);
+    m->reads_signals = json_object_get(json_array_get(channels, 0), "id");
+    m->decimal = read_character(r, "decimal", decimal);
+    m->separator = read_character(r, "separator",
+                                  separator[0]        ? separator
+                                  : m->decimal == ',' ? ";"
+                                                      : ",");
+    m->comment = read_character(r, "comment", comment);
     if ((m->decimal != '.' && m->decimal != ',') || m->decimal == m->separator)
         refuse_value(r, "", "decimal", "give . or , and a different separator");
     if (header_lines < 0 || header_lines > 1000)
         refuse_value(r, "", "header_lines", "give 0 to 1000");
     m->header_lines = (unsigned)header_lines;
     m->last_line_open = last_line_open;
-    m->touchdown_ft = number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);
-    m->switch_error_ft = number(r, "", "switch_error_ft", switch_error, "ft", (double)NAN);
-    m->gap_s = number(r, "", "gap_s", gap, "s", (double)NAN);
+    m->touchdown_ft = read_number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);
+    m->switch_error_ft = read_number(r, "", "switch_error_ft", switch_error, "ft", (double)NAN);
+    m->gap_s = read_number(r, "", "gap_s", gap, "s", (double)NAN);
     read_missing(r, missing, m);
     read_time(r, time, m);
     for (size_t i = 0; i < json_array_size(channels) && r->error->status == MR_OK; i++) {

@@ -16,9 +16,9 @@
 #include "host/base/error.h"
 #include "host/link/link.h"
 
-#define MAPPING_CHANNELS 100u
-#define MAPPING_NAME     80u
-#define MAPPING_WORDS    16u
+#define MAPPING_CHANNELS_MAX 100u
+#define MAPPING_NAME_SIZE    80u
+#define MAPPING_MISSING_MAX  16u
 
 /* A number in a CAN frame: the position of its bits, counted as in DBC files. */
 struct import_signal {
@@ -47,8 +47,8 @@ struct mapping_channel {
     enum mapping_role role;
     unsigned number; /* number of the transducer, gage or switch */
     /* empty: the column is given by number, or the channel is a signal */
-    char column[MAPPING_NAME];
-    unsigned place; /* column number, from 1; 0: given by name */
+    char column[MAPPING_NAME_SIZE];
+    unsigned column_index; /* column number, from 1; 0: given by name */
     struct import_signal signal;
     double scale, offset; /* conversion to the report's unit */
     double threshold;
@@ -59,20 +59,20 @@ struct mapping_channel {
 };
 
 struct mapping {
-    bool signals;                     /* true: signals of CAN frames; false: columns of a table */
+    bool reads_signals;               /* true: signals of CAN frames; false: columns of a table */
     char separator, decimal, comment; /* comment '\0': no comments */
     unsigned header_lines;
-    char missing[MAPPING_WORDS][16];
+    char missing[MAPPING_MISSING_MAX][16];
     size_t missing_count;
     bool last_line_open; /* the last line may lack a newline */
-    char time_column[MAPPING_NAME];
-    unsigned time_place;
+    char time_column[MAPPING_NAME_SIZE];
+    unsigned time_column_index;
     double time_unit_s, shift_s;
     /* Longest time between samples; a longer one is missing data. NaN: one and a half times the
      * usual time. */
     double gap_s;
     double touchdown_ft, switch_error_ft; /* NaN: not given */
-    struct mapping_channel channel[MAPPING_CHANNELS];
+    struct mapping_channel channel[MAPPING_CHANNELS_MAX];
     size_t channels;
     char *text; /* the mapping as JSON, for storage in the campaign */
 };
@@ -89,7 +89,7 @@ bool signal_fits(const struct import_signal *signal, unsigned length);
 bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
                   double *value);
 
-#define MAPPING_VALUE_MOST 1e30 /* fits in a float, and its square in a double */
+#define MAPPING_VALUE_MAX 1e30 /* fits in a float, and its square in a double */
 /* Converts a number of the file to the report's unit. */
 double mapping_value(const struct mapping_channel *channel, double read);
 void series_add(struct series *series, double time_s, double value);

@@ -26,11 +26,11 @@
 
 struct mdf4 {
     uint8_t *bytes; /* content so far */
-    size_t length, room;
+    size_t length, capacity;
     uint64_t header, last_group;
     uint64_t group, rows_block, last_channel; /* blocks of the open table */
     uint64_t channel_group;
-    uint64_t part_of; /* the next channels are parts of this one; 0: none */
+    uint64_t parent_channel; /* the next channels are parts of this one; 0: none */
     uint64_t last_part;
     uint64_t rows;
     unsigned row_bytes, invalid_bytes;
@@ -83,18 +83,18 @@ enum { AT_NEXT, AT_NAME, AT_MIME, AT_COMMENT, AT_LINKS };
 
 /* ---- bytes ---- */
 
-static void put(uint8_t *at, uint64_t value, unsigned bytes)
+static void put_integer(uint8_t *at, uint64_t value, unsigned bytes)
 {
     for (unsigned i = 0; i < bytes; i++)
         at[i] = (uint8_t)(value >> 8 * i);
 }
 
 /* Extends the file by `bytes`. */
-static uint8_t *grow(struct mdf4 *file, size_t bytes)
+static uint8_t *reserve(struct mdf4 *file, size_t bytes)
 {
-    if (file->length + bytes > file->room) {
-        file->room = 2 * (file->length + bytes) + 65536;
-        file->bytes = xrealloc(file->bytes, file->room);
+    if (file->length + bytes > file->capacity) {
+        file->capacity = 2 * (file->length + bytes) + 65536;
+        file->bytes = xrealloc(file->bytes, file->capacity);
     }
     uint8_t *at = file->bytes + file->length;
     memset(at, 0, bytes);
@@ -103,27 +103,28 @@ static uint8_t *grow(struct mdf4 *file, size_t bytes)
 }
 
 /* Blocks start at multiples of eight. */
-static void align(struct mdf4 *file)
+static void align_block(struct mdf4 *file)
 {
-    grow(file, (8 - file->length % 8) % 8);
+    reserve(file, (8 - file->length % 8) % 8);
 }
 
 /* Appends a block with links and data. The length includes `more` bytes, which may follow.
  * Returns the address. */
-static uint64_t block(struct mdf4 *file, const char *id, const uint64_t *links, unsigned link_count,
-                      const uint8_t *data, size_t data_bytes, const void *more, size_t more_bytes)
+static uint64_t append_block(struct mdf4 *file, const char *id, const uint64_t *links,
+                             unsigned link_count, const uint8_t *data, size_t data_bytes,
+                             const void *more, size_t more_bytes)
 {
-    align(file);
+    align_block(file);
     uint64_t address = file->length,
              length = BLOCK_HEAD + 8u * link_count + data_bytes + more_bytes;
-    uint8_t *at = grow(file, length);
+    uint8_t *at = reserve(file, length);
     memcpy(at, "##", 2);
     memcpy(at + 2, id, 2);
-    put(at + 8, length, 8);
-    put(at + 16, link_count, 8);
+    put_integer(at + 8, length, 8);
+    put_integer(at + 16, link_count, 8);
     at += BLOCK_HEAD;
     for (unsigned i = 0; i < link_count; i++, at += 8)
-        put(at, links[i], 8);
+        put_integer(at, links[i], 8);
     if (data_bytes)
         memcpy(at, data, data_bytes);
     if (more_bytes)
@@ -131,19 +132,19 @@ static uint64_t block(struct mdf4 *file, const char *id, const uint64_t *links, 
     return address;
 }
 
-static uint64_t text_block(struct mdf4 *file, const char *id, const char *text)
+static uint64_t append_text(struct mdf4 *file, const char *id, const char *text)
 {
-    return text ? block(file, id, NULL, 0, NULL, 0, text, strlen(text) + 1) : 0;
+    return text ? append_block(file, id, NULL, 0, NULL, 0, text, strlen(text) + 1) : 0;
 }
 
 static void set_link(struct mdf4 *file, uint64_t address, unsigned link, uint64_t to)
 {
-    put(file->bytes + address + BLOCK_HEAD + 8u * link, to, 8);
+    put_integer(file->bytes + address + BLOCK_HEAD + 8u * link, to, 8);
 }
 
 /* Writes an MD block: one XML element with escaped text. */
-static uint64_t comment_block(struct mdf4 *file, const char *element, const char *text,
-                              const char *more)
+static uint64_t append_comment(struct mdf4 *file, const char *element, const char *text,
+                               const char *more)
 {
     if (!text)
         return 0;
@@ -156,14 +157,14 @@ static uint64_t comment_block(struct mdf4 *file, const char *element, const char
                 : (size_t)snprintf(xml + n, room - n, "%c", *c);
     }
     snprintf(xml + n, room - n, "</TX>%s</%s>", more, element);
-    uint64_t address = text_block(file, "MD", xml);
+    uint64_t address = append_text(file, "MD", xml);
     free(xml);
     return address;
 }
 
 /* ---- file ---- */
 
-static uint64_t history(struct mdf4 *file, uint64_t start_ns, const char *tool_version)
+static uint64_t append_history(struct mdf4 *file, uint64_t start_ns, const char *tool_version)
 {
     uint64_t links[FH_LINKS] = {0};
     uint8_t data[16] = {0};
@@ -172,30 +173,30 @@ static uint64_t history(struct mdf4 *file, uint64_t start_ns, const char *tool_v
         tool, sizeof tool,
         "<tool_id>matrig</tool_id><tool_vendor>matrig</tool_vendor><tool_version>%s</tool_version>",
         tool_version);
-    links[FH_COMMENT] = comment_block(file, "FHcomment", "exported", tool);
-    put(data, start_ns, 8);
-    return block(file, "FH", links, FH_LINKS, data, sizeof data, NULL, 0);
+    links[FH_COMMENT] = append_comment(file, "FHcomment", "exported", tool);
+    put_integer(data, start_ns, 8);
+    return append_block(file, "FH", links, FH_LINKS, data, sizeof data, NULL, 0);
 }
 
 static void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment,
                        const char *tool_version)
 {
     memset(file, 0, sizeof *file);
-    uint8_t *id = grow(file, 64);
+    uint8_t *id = reserve(file, 64);
     memcpy(id, "MDF     4.10    matrig  ", 24);
-    put(id + 28, 410, 2);
+    put_integer(id + 28, 410, 2);
     uint64_t links[HD_LINKS] = {0};
     uint8_t data[32] = {0};
-    put(data, start_ns, 8);
+    put_integer(data, start_ns, 8);
     /* must be at 64: readers expect the header there */
-    file->header = block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0);
-    set_link(file, file->header, HD_FIRST_FH, history(file, start_ns, tool_version));
-    set_link(file, file->header, HD_COMMENT, comment_block(file, "HDcomment", comment, ""));
+    file->header = append_block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0);
+    set_link(file, file->header, HD_FIRST_FH, append_history(file, start_ns, tool_version));
+    set_link(file, file->header, HD_COMMENT, append_comment(file, "HDcomment", comment, ""));
 }
 
 /* Links a block behind the last one of its kind, or as the first one. */
-static void chain(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
-                  uint64_t address)
+static void link_block(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
+                       uint64_t address)
 {
     set_link(file, *last ? *last : first_of, *last ? 0 : first_link, address);
     *last = address;
@@ -206,21 +207,21 @@ static uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mim
 {
     uint64_t links[AT_LINKS] = {0};
     uint8_t data[40] = {0};
-    links[AT_NAME] = text_block(file, "TX", name);
-    links[AT_MIME] = text_block(file, "TX", mime_type);
-    put(data, AT_EMBEDDED | AT_MD5, 2);
+    links[AT_NAME] = append_text(file, "TX", name);
+    links[AT_MIME] = append_text(file, "TX", mime_type);
+    put_integer(data, AT_EMBEDDED | AT_MD5, 2);
     MD5_CTX md5;
     MD5Init(&md5);
     MD5Update(&md5, bytes, length);
     MD5Final(data + 8, &md5);
-    put(data + 24, length, 8);
-    put(data + 32, length, 8);
-    uint64_t address = block(file, "AT", links, AT_LINKS, data, sizeof data, bytes, length);
+    put_integer(data + 24, length, 8);
+    put_integer(data + 32, length, 8);
+    uint64_t address = append_block(file, "AT", links, AT_LINKS, data, sizeof data, bytes, length);
     set_link(file, file->header, HD_FIRST_AT, address);
     return address;
 }
 
-static uint64_t can_source(struct mdf4 *file, unsigned can_channel)
+static uint64_t append_can_source(struct mdf4 *file, unsigned can_channel)
 {
     uint64_t links[SI_LINKS] = {0};
     const uint8_t data[8] = {SOURCE_BUS, BUS_CAN};
@@ -229,10 +230,10 @@ static uint64_t can_source(struct mdf4 *file, unsigned can_channel)
     snprintf(number, sizeof number,
              "<common_properties><e name=\"ChannelNo\" type=\"integer\">%u</e></common_properties>",
              can_channel);
-    links[SI_NAME] = text_block(file, "TX", name);
-    links[SI_PATH] = text_block(file, "TX", name);
-    links[SI_COMMENT] = comment_block(file, "SIcomment", name, number);
-    return block(file, "SI", links, SI_LINKS, data, sizeof data, NULL, 0);
+    links[SI_NAME] = append_text(file, "TX", name);
+    links[SI_PATH] = append_text(file, "TX", name);
+    links[SI_COMMENT] = append_comment(file, "SIcomment", name, number);
+    return append_block(file, "SI", links, SI_LINKS, data, sizeof data, NULL, 0);
 }
 
 static void mdf4_table(struct mdf4 *file, const char *name, const char *comment, unsigned row_bytes,
@@ -241,18 +242,18 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
     uint64_t links[DG_LINKS] = {0}, group[CG_LINKS] = {0};
     uint8_t data[32] = {0};
     /* one kind of rows: no record ids */
-    file->group = block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
-    chain(file, &file->last_group, file->header, HD_FIRST_DG, file->group);
-    group[CG_NAME] = text_block(file, "TX", name);
-    group[CG_SOURCE] = can_channel ? can_source(file, can_channel) : 0;
-    group[CG_COMMENT] = comment_block(file, "CGcomment", comment, "");
-    put(data + 16, can_channel ? CG_BUS_EVENT | CG_PLAIN_BUS_EVENT : 0u, 2);
-    put(data + 18, '.', 2); /* separates the names of channel and part */
-    put(data + 24, row_bytes, 4);
-    put(data + 28, invalid_bytes, 4);
-    file->channel_group = block(file, "CG", group, CG_LINKS, data, sizeof data, NULL, 0);
+    file->group = append_block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
+    link_block(file, &file->last_group, file->header, HD_FIRST_DG, file->group);
+    group[CG_NAME] = append_text(file, "TX", name);
+    group[CG_SOURCE] = can_channel ? append_can_source(file, can_channel) : 0;
+    group[CG_COMMENT] = append_comment(file, "CGcomment", comment, "");
+    put_integer(data + 16, can_channel ? CG_BUS_EVENT | CG_PLAIN_BUS_EVENT : 0u, 2);
+    put_integer(data + 18, '.', 2); /* separates the names of channel and part */
+    put_integer(data + 24, row_bytes, 4);
+    put_integer(data + 28, invalid_bytes, 4);
+    file->channel_group = append_block(file, "CG", group, CG_LINKS, data, sizeof data, NULL, 0);
     set_link(file, file->group, DG_FIRST_CG, file->channel_group);
-    file->last_channel = file->rows_block = file->part_of = file->last_part = file->rows = 0;
+    file->last_channel = file->rows_block = file->parent_channel = file->last_part = file->rows = 0;
     file->row_bytes = row_bytes;
     file->invalid_bytes = invalid_bytes;
 }
@@ -261,54 +262,55 @@ static void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
 {
     uint64_t links[CN_LINKS + 1] = {0};
     uint8_t data[72] = {0};
-    links[CN_NAME] = text_block(file, "TX", channel->name);
-    links[CN_UNIT] = text_block(file, "TX", channel->unit);
-    links[CN_COMMENT] = comment_block(file, "CNcomment", channel->comment, "");
+    links[CN_NAME] = append_text(file, "TX", channel->name);
+    links[CN_UNIT] = append_text(file, "TX", channel->unit);
+    links[CN_COMMENT] = append_comment(file, "CNcomment", channel->comment, "");
     links[CN_LINKS] = channel->attachment;
     data[0] = channel->is_time ? CN_TYPE_MASTER : 0;
     data[1] = channel->is_time ? CN_SYNC_TIME : 0;
     data[2] = (uint8_t)channel->type;
-    put(data + 4, channel->offset, 4);
-    put(data + 8, 8u * channel->bytes, 4);
-    put(data + 12,
-        (channel->invalid ? CN_INVALIDATION : 0u) |
-            (channel->has_parts || file->part_of ? CN_BUS_EVENT : 0u),
-        4);
-    put(data + 16, channel->invalid ? channel->invalid - 1 : 0u, 4);
-    put(data + 22, channel->attachment ? 1u : 0u, 2);
-    uint64_t address = block(file, "CN", links, CN_LINKS + (channel->attachment ? 1u : 0u), data,
-                             sizeof data, NULL, 0);
-    if (file->part_of)
-        chain(file, &file->last_part, file->part_of, CN_PARTS, address);
+    put_integer(data + 4, channel->offset, 4);
+    put_integer(data + 8, 8u * channel->bytes, 4);
+    put_integer(data + 12,
+                (channel->invalid ? CN_INVALIDATION : 0u) |
+                    (channel->has_parts || file->parent_channel ? CN_BUS_EVENT : 0u),
+                4);
+    put_integer(data + 16, channel->invalid ? channel->invalid - 1 : 0u, 4);
+    put_integer(data + 22, channel->attachment ? 1u : 0u, 2);
+    uint64_t address = append_block(file, "CN", links, CN_LINKS + (channel->attachment ? 1u : 0u),
+                                    data, sizeof data, NULL, 0);
+    if (file->parent_channel)
+        link_block(file, &file->last_part, file->parent_channel, CN_PARTS, address);
     else
-        chain(file, &file->last_channel, file->channel_group, CG_FIRST_CN, address);
+        link_block(file, &file->last_channel, file->channel_group, CG_FIRST_CN, address);
     if (channel->has_parts)
-        file->part_of = address;
+        file->parent_channel = address;
 }
 
 static void mdf4_row(struct mdf4 *file, const uint8_t *row)
 {
     size_t bytes = file->row_bytes + file->invalid_bytes;
     if (!file->rows_block) {
-        file->rows_block = block(file, "DT", NULL, 0, NULL, 0, NULL, 0);
+        file->rows_block = append_block(file, "DT", NULL, 0, NULL, 0, NULL, 0);
         set_link(file, file->group, DG_DATA, file->rows_block);
     }
-    uint8_t *at = grow(file, bytes);
+    uint8_t *at = reserve(file, bytes);
     memcpy(at, row, bytes);
     file->rows++;
 }
 
 static void mdf4_table_end(struct mdf4 *file)
 {
-    put(file->bytes + file->channel_group + BLOCK_HEAD + 8u * CG_LINKS + CG_CYCLES, file->rows, 8);
+    put_integer(file->bytes + file->channel_group + BLOCK_HEAD + 8u * CG_LINKS + CG_CYCLES,
+                file->rows, 8);
     if (file->rows_block)
-        put(file->bytes + file->rows_block + 8,
-            BLOCK_HEAD + file->rows * (file->row_bytes + file->invalid_bytes), 8);
+        put_integer(file->bytes + file->rows_block + 8,
+                    BLOCK_HEAD + file->rows * (file->row_bytes + file->invalid_bytes), 8);
 }
 
 static void mdf4_write(struct mdf4 *file, FILE *out)
 {
-    align(file);
+    align_block(file);
     fwrite(file->bytes, 1, file->length, out);
     free(file->bytes);
 }
@@ -316,16 +318,16 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 /* ---- a landing ---- */
 
 /* columns before the readings: time, since touchdown, gear, speed, 8 bytes each; readings have 4 */
-#define COLUMNS_BEFORE 4u
-#define FRAME_ROW      24u
-#define STAMP_MOST_US  9e15 /* above this, a double cannot hold microseconds */
+#define FIXED_COLUMNS   4u
+#define FRAME_ROW_BYTES 24u
+#define STAMP_MAX_US    9e15 /* above this, a double cannot hold microseconds */
 
 /* Each kind of CAN frame has a table of its own. */
 enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KINDS };
 static const char *const frame_names[FRAME_KINDS] = {"CAN_DataFrame", "CAN_RemoteFrame",
                                                      "CAN_ErrorFrame"};
 
-struct place {
+struct export_context {
     const struct summary *summary;
     struct mdf4 *file;
     uint16_t base;   /* CAN base of the board */
@@ -343,7 +345,7 @@ static const struct unit *unit_of_channel(const struct measured_channel *channel
                    si);
 }
 
-static void describe_reading(struct place *place, const struct measured_channel *channel,
+static void describe_reading(struct export_context *place, const struct measured_channel *channel,
                              unsigned column, bool si)
 {
     const struct measured *measured = &place->summary->measured;
@@ -366,19 +368,19 @@ static void describe_reading(struct place *place, const struct measured_channel 
                                                      .unit = unit_of_channel(channel, si)->text,
                                                      .comment = comment,
                                                      .type = MDF4_REAL,
-                                                     .offset = 8 * COLUMNS_BEFORE + 4 * column,
+                                                     .offset = 8 * FIXED_COLUMNS + 4 * column,
                                                      .bytes = 4,
-                                                     .invalid = COLUMNS_BEFORE + column + 1});
+                                                     .invalid = FIXED_COLUMNS + column + 1});
 }
 
-static void describe_readings(struct place *place, const struct measured_channel **channels,
-                              unsigned count, bool si)
+static void describe_readings(struct export_context *place,
+                              const struct measured_channel **channels, unsigned count, bool si)
 {
     const struct measured *measured = &place->summary->measured;
     const char *since = measured->t0_is_touchdown ? "since_touchdown"
                       : measured->gates           ? "since_first_edge"
                                                   : "since_arming";
-    const struct mdf4_channel before[COLUMNS_BEFORE] = {
+    const struct mdf4_channel before[FIXED_COLUMNS] = {
         {.name = "time",
          .unit = "s",
          .comment = "middle of the 1 ms block",
@@ -402,9 +404,9 @@ static void describe_readings(struct place *place, const struct measured_channel
         comment, sizeof comment,
         "readings, one row per millisecond, from %s; readings that are not valid are marked%s%s",
         source, torn[0] ? "; " : "", torn);
-    mdf4_table(place->file, "readings", comment, 8 * COLUMNS_BEFORE + 4 * count,
-               (COLUMNS_BEFORE + count + 7) / 8, 0);
-    for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
+    mdf4_table(place->file, "readings", comment, 8 * FIXED_COLUMNS + 4 * count,
+               (FIXED_COLUMNS + count + 7) / 8, 0);
+    for (unsigned i = 0; i < FIXED_COLUMNS; i++) {
         struct mdf4_channel column = before[i];
         column.offset = 8 * i;
         column.bytes = 8;
@@ -419,18 +421,18 @@ static void mark_invalid(uint8_t *row, unsigned row_bytes, unsigned bit)
     row[row_bytes + bit / 8] |= (uint8_t)(1u << bit % 8);
 }
 
-static void put_reading_row(struct place *place, const struct measured_channel **channels,
+static void put_reading_row(struct export_context *place, const struct measured_channel **channels,
                             unsigned count, size_t sample, bool si)
 {
     const struct measured *measured = &place->summary->measured;
-    uint8_t row[8 * COLUMNS_BEFORE + 4 * MR_CHANNELS + 8] = {0};
-    unsigned row_bytes = 8 * COLUMNS_BEFORE + 4 * count;
+    uint8_t row[8 * FIXED_COLUMNS + 4 * MR_CHANNELS + 8] = {0};
+    unsigned row_bytes = 8 * FIXED_COLUMNS + 4 * count;
     double t_s = measured_time_s(measured, sample), unused;
-    double values[COLUMNS_BEFORE] = {
+    double values[FIXED_COLUMNS] = {
         t_s + (double)(measured->t0_us - place->zero_us) / 1e6, t_s,
         measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor,
         measured_speed_ft_s(measured, t_s, &unused) * unit_of(UNIT_SPEED, si)->factor};
-    for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
+    for (unsigned i = 0; i < FIXED_COLUMNS; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
         else /* x86 and ARM store doubles as the file does */
@@ -440,15 +442,15 @@ static void put_reading_row(struct place *place, const struct measured_channel *
         float value =
             (float)(measured_value(channels[c], sample) * unit_of_channel(channels[c], si)->factor);
         if (isnan(value))
-            mark_invalid(row, row_bytes, COLUMNS_BEFORE + c);
+            mark_invalid(row, row_bytes, FIXED_COLUMNS + c);
         else
-            memcpy(row + 8 * COLUMNS_BEFORE + 4 * c, &value, 4);
+            memcpy(row + 8 * FIXED_COLUMNS + 4 * c, &value, 4);
     }
     mdf4_row(place->file, row);
     place->rows++;
 }
 
-static void put_readings(struct place *place, bool si)
+static void put_readings(struct export_context *place, bool si)
 {
     const struct measured *measured = &place->summary->measured;
     const struct measured_channel *channels[MR_CHANNELS];
@@ -463,7 +465,7 @@ static void put_readings(struct place *place, bool si)
 
 /* ---- frames ---- */
 
-static enum frame_kind kind_of(const struct store_frame *frame)
+static enum frame_kind frame_kind(const struct store_frame *frame)
 {
     return frame->id & LINK_ID_ERROR  ? FRAME_ERROR
          : frame->id & LINK_ID_REMOTE ? FRAME_REMOTE
@@ -471,7 +473,7 @@ static enum frame_kind kind_of(const struct store_frame *frame)
 }
 
 /* Error type by the standard's numbers; 0: other. */
-static uint8_t error_type(const struct store_frame *frame)
+static uint8_t bus_error_type(const struct store_frame *frame)
 {
     enum { OTHER, BIT, FORM, STUFFING, CRC, ACK };
     static const uint8_t by_bit[] = {BIT, FORM, STUFFING, BIT, BIT}; /* bits of CAN_ERR_PROT_... */
@@ -490,20 +492,20 @@ static uint8_t error_type(const struct store_frame *frame)
 
 static enum mr_status put_frame(void *context, const struct store_frame *frame)
 {
-    struct place *place = context;
-    uint8_t row[FRAME_ROW] = {0};
+    struct export_context *place = context;
+    uint8_t row[FRAME_ROW_BYTES] = {0};
     if (frame->board_us == STORE_NONE || frame->length > 8)
         return MR_OK;
-    place->count[kind_of(frame)]++;
-    if (kind_of(frame) != place->kind)
+    place->count[frame_kind(frame)]++;
+    if (frame_kind(frame) != place->kind)
         return MR_OK;
     double t_s = (double)(frame->board_us - place->zero_us) / 1e6;
     memcpy(row, &t_s, 8);
     row[8] = 1; /* bus number */
     if (place->kind == FRAME_ERROR) {
-        row[9] = error_type(frame);
+        row[9] = bus_error_type(frame);
     } else {
-        put(row + 9, link_id_to_bus(frame->id, place->base) & CAN_EFF_MASK, 4);
+        put_integer(row + 9, link_id_to_bus(frame->id, place->base) & CAN_EFF_MASK, 4);
         row[13] = (frame->id & LINK_ID_EXTENDED) != 0;
         row[14] = (uint8_t)frame->length;
     }
@@ -530,7 +532,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
         "remote frames of the board's CAN bus, which request DLC bytes and carry none",
         "errors of the board's CAN bus, as reported by the adapter"};
     const char *name = frame_names[kind];
-    mdf4_table(file, name, comments[kind], FRAME_ROW, 0, 1);
+    mdf4_table(file, name, comments[kind], FRAME_ROW_BYTES, 0, 1);
     mdf4_channel(
         file,
         &(struct mdf4_channel){
@@ -538,7 +540,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     mdf4_channel(file, &(struct mdf4_channel){.name = name,
                                               .type = MDF4_BYTES,
                                               .offset = 8,
-                                              .bytes = FRAME_ROW - 8,
+                                              .bytes = FRAME_ROW_BYTES - 8,
                                               .has_parts = true,
                                               .attachment = kind == FRAME_DATA ? dbc : 0});
     for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; i++) {
@@ -553,7 +555,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     }
 }
 
-static enum mr_status put_frames(struct place *place, struct store *store, int64_t run,
+static enum mr_status put_frames(struct export_context *place, struct store *store, int64_t run,
                                  struct error *error)
 {
     size_t length = 0;
@@ -578,7 +580,7 @@ static enum mr_status put_frames(struct place *place, struct store *store, int64
 
 /* ---- file ---- */
 
-static enum mr_status find_first(void *context, const struct store_frame *frame)
+static enum mr_status find_first_frame(void *context, const struct store_frame *frame)
 {
     int64_t *first_us = context;
     if (frame->board_us != STORE_NONE && (*first_us == STORE_NONE || frame->board_us < *first_us))
@@ -591,7 +593,8 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
                                 int64_t *zero_us, struct error *error)
 {
     *zero_us = STORE_NONE;
-    enum mr_status status = store_frames_each(store, run, LINK_CAN, find_first, zero_us, error);
+    enum mr_status status = store_frames_each(store, run, LINK_CAN, find_first_frame, zero_us,
+                                              error);
     if (measured->source == MEASURED_NO_SOURCE || measured->samples == 0)
         return status;
     int64_t first_us = measured->t0_us + (int64_t)floor(1e6 * measured_time_s(measured, 0));
@@ -604,7 +607,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
 static uint64_t start_ns(const struct summary *summary, int64_t zero_us)
 {
     double us = summary_time_of_day(summary, (double)zero_us).host_us;
-    return us > 0.0 && us < STAMP_MOST_US ? 1000u * (uint64_t)llround(us) : 0;
+    return us > 0.0 && us < STAMP_MAX_US ? 1000u * (uint64_t)llround(us) : 0;
 }
 
 static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t zero_us,
@@ -632,7 +635,7 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const st
     struct summary summary = {0};
     struct mdf4 file = {0};
     int64_t frames = 0;
-    struct place place = {.summary = &summary, .file = &file};
+    struct export_context place = {.summary = &summary, .file = &file};
     enum mr_status status = summary_load(store, run, &summary, error) ?:
                             store_frames_count(store, run, LINK_CAN, &frames, error) ?:
                             store_frames_base(store, run, &place.base, error) ?:

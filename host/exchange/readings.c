@@ -64,17 +64,17 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
 
 /* ---- times ---- */
 
-#define JUMP_MOST_S 60.0
-#define TIME_MOST_S 1e12 /* after the year 30000 */
+#define TIME_STEP_MAX_S 60.0
+#define TIME_MAX_S      1e12 /* after the year 30000 */
 
-/* NULL: the time continues after last_s (NaN: no time yet). A pause above JUMP_MOST_S is an
+/* NULL: the time continues after last_s (NaN: no time yet). A pause above TIME_STEP_MAX_S is an
  * error: one wrong digit must not invalidate all later rows. */
-static const char *wrong_time(double time_s, double last_s)
+static const char *check_time(double time_s, double last_s)
 {
-    return !(fabs(time_s) <= TIME_MOST_S) ? "impossible time"
-         : time_s <= last_s               ? "the time does not increase"
-         : time_s - last_s > JUMP_MOST_S  ? "the time jumps by more than a minute"
-                                          : NULL;
+    return !(fabs(time_s) <= TIME_MAX_S)     ? "impossible time"
+         : time_s <= last_s                  ? "the time does not increase"
+         : time_s - last_s > TIME_STEP_MAX_S ? "the time jumps by more than a minute"
+                                             : NULL;
 }
 
 /* ---- a table ---- */
@@ -102,7 +102,7 @@ struct table {
         /* the last consecutive header lines that look like rows: first line, number of lines */
         size_t line, count;
         double time_s; /* time of the last one */
-    } eaten;
+    } consumed;
 };
 
 static bool is_blank(char c)
@@ -110,7 +110,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-static struct field trimmed(const char *from, const char *to)
+static struct field trim_field(const char *from, const char *to)
 {
     while (from < to && is_blank(*from))
         from++;
@@ -124,7 +124,7 @@ static struct field trimmed(const char *from, const char *to)
 }
 
 /* Splits a line into fields; ignores separators within quotes. False: too many fields. */
-static bool split(struct table *t, const char *line, size_t length)
+static bool split_fields(struct table *t, const char *line, size_t length)
 {
     const char *from = line, *end = line + length;
     bool quoted = false;
@@ -136,7 +136,7 @@ static bool split(struct table *t, const char *line, size_t length)
             continue;
         if (t->fields == FIELDS_MAX)
             return false;
-        t->field[t->fields++] = trimmed(from, p);
+        t->field[t->fields++] = trim_field(from, p);
         from = p + 1;
         if (p == end)
             return true;
@@ -145,7 +145,8 @@ static bool split(struct table *t, const char *line, size_t length)
 
 /* The next line that is not a comment and, unless `blanks`, not blank. `whole`: it ends with a
  * newline. */
-static bool next_line(struct table *t, bool blanks, const char **line, size_t *length, bool *whole)
+static bool read_next_line(struct table *t, bool blanks, const char **line, size_t *length,
+                           bool *whole)
 {
     while (t->at < t->end) {
         const char *newline = memchr(t->at, '\n', (size_t)(t->end - t->at));
@@ -189,7 +190,7 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
 }
 
 /* NaN and true: missing value. False: not a number. */
-static bool take_number(const struct mapping *m, struct field field, double *value)
+static bool parse_number(const struct mapping *m, struct field field, double *value)
 {
     char digits[NUMBER_MAX];
     *value = (double)NAN;
@@ -215,23 +216,23 @@ static bool take_number(const struct mapping *m, struct field field, double *val
 }
 
 /* True: all columns that the mapping gives by position are numbers. */
-static bool reads_as_row(const struct table *t, double *time_s)
+static bool is_data_row(const struct table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
     double value;
-    if (!m->time_place || m->time_place > t->fields ||
-        !take_number(m, t->field[m->time_place - 1], time_s) || isnan(*time_s))
+    if (!m->time_column_index || m->time_column_index > t->fields ||
+        !parse_number(m, t->field[m->time_column_index - 1], time_s) || isnan(*time_s))
         return false;
     for (size_t c = 0; c < m->channels; c++) {
-        unsigned place = m->channel[c].place;
-        if (!place || place > t->fields || !take_number(m, t->field[place - 1], &value))
+        unsigned place = m->channel[c].column_index;
+        if (!place || place > t->fields || !parse_number(m, t->field[place - 1], &value))
             return false;
     }
     *time_s *= m->time_unit_s;
     return true;
 }
 
-static enum mr_status take_header(struct table *t, struct error *error)
+static enum mr_status parse_header(struct table *t, struct error *error)
 {
     struct mapping *m = t->mapping;
     const char *line;
@@ -239,24 +240,24 @@ static enum mr_status take_header(struct table *t, struct error *error)
     bool whole;
     t->at += utf8_mark_length(t->at, (size_t)(t->end - t->at));
     for (unsigned i = 0; i < m->header_lines; i++) {
-        if (!next_line(t, true, &line, &length, &whole))
+        if (!read_next_line(t, true, &line, &length, &whole))
             return error_set(
                 error, MR_MALFORMED,
                 "only %u of %u header lines: %s line %zu; see header_lines in the mapping", i,
                 m->header_lines, t->path, t->line);
-        if (!split(t, line, length))
+        if (!split_fields(t, line, length))
             return error_set(error, MR_MALFORMED,
                              "more than %u columns: %s line %zu; check that the separator is '%c'",
                              FIELDS_MAX, t->path, t->line, m->separator);
-        bool row = reads_as_row(t, &t->eaten.time_s);
-        t->eaten.line = row && t->eaten.count ? t->eaten.line : t->line;
-        t->eaten.count = row ? t->eaten.count + 1 : 0;
+        bool row = is_data_row(t, &t->consumed.time_s);
+        t->consumed.line = row && t->consumed.count ? t->consumed.line : t->line;
+        t->consumed.count = row ? t->consumed.count + 1 : 0;
     }
     bool blank_line = t->fields == 1 && t->field[0].length == 0;
-    t->columns = m->header_lines && !t->eaten.count && !blank_line ? t->fields : 0;
-    enum mr_status status = find_column(t, m->time_column, &m->time_place, error);
+    t->columns = m->header_lines && !t->consumed.count && !blank_line ? t->fields : 0;
+    enum mr_status status = find_column(t, m->time_column, &m->time_column_index, error);
     for (size_t c = 0; c < m->channels && status == MR_OK; c++)
-        status = find_column(t, m->channel[c].column, &m->channel[c].place, error);
+        status = find_column(t, m->channel[c].column, &m->channel[c].column_index, error);
     return status;
 }
 
@@ -275,7 +276,7 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
 {
     const struct mapping *m = t->mapping;
     double value;
-    if (!split(t, line, length))
+    if (!split_fields(t, line, length))
         return refuse_line(t, line, line, whole, "too many columns");
     if (!t->columns)
         t->columns = t->fields;
@@ -286,20 +287,20 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
                                                   : "more columns than the header has");
     if (!whole && !m->last_line_open)
         return refuse_line(t, line, line + length, false, NULL);
-    if (m->time_place > t->fields)
+    if (m->time_column_index > t->fields)
         return refuse_line(t, line, line + length, whole, "no time column");
-    if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
-        return refuse_line(t, line, t->field[m->time_place - 1].at, whole, "no time");
+    if (!parse_number(m, t->field[m->time_column_index - 1], &value) || isnan(value))
+        return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
-    const char *wrong = wrong_time(*time_s, t->last_s);
+    const char *wrong = check_time(*time_s, t->last_s);
     if (wrong)
-        return refuse_line(t, line, t->field[m->time_place - 1].at, whole, wrong);
+        return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, wrong);
     for (size_t c = 0; c < m->channels; c++) {
-        unsigned place = m->channel[c].place;
-        if (place > t->fields || !take_number(m, t->field[place - 1], &value))
+        unsigned place = m->channel[c].column_index;
+        if (place > t->fields || !parse_number(m, t->field[place - 1], &value))
             return refuse_line(t, line, place > t->fields ? line + length : t->field[place - 1].at,
                                whole, "no number");
-        if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MOST)
+        if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MAX)
             return refuse_line(t, line, t->field[place - 1].at, whole, "impossible value");
     }
     return true;
@@ -307,27 +308,27 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
 
 /* If the times of header lines continue in the rows, header_lines is too large and rows are
  * lost. */
-static void judge_header(struct table *t, double first_s, double second_s)
+static void check_header(struct table *t, double first_s, double second_s)
 {
-    double before_s = first_s - t->eaten.time_s;
-    if (!t->eaten.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
+    double before_s = first_s - t->consumed.time_s;
+    if (!t->consumed.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
         return;
-    t->verdict->bad_lines += t->eaten.count;
-    parse_result_set(t->verdict, MR_MALFORMED, t->eaten.line, 1,
+    t->verdict->bad_lines += t->consumed.count;
+    parse_result_set(t->verdict, MR_MALFORMED, t->consumed.line, 1,
                      "a row among the header lines; see header_lines");
 }
 
-static void take_row(struct table *t, double time_s)
+static void add_row(struct table *t, double time_s)
 {
     struct mapping *m = t->mapping;
     if (t->rows == 1)
-        judge_header(t, t->last_s, time_s);
+        check_header(t, t->last_s, time_s);
     t->last_s = time_s;
     t->rows++;
     for (size_t c = 0; c < m->channels; c++) {
         struct mapping_channel *channel = &m->channel[c];
         double value;
-        take_number(m, t->field[channel->place - 1], &value);
+        parse_number(m, t->field[channel->column_index - 1], &value);
         if (!isnan(value))
             series_add(&channel->series, time_s, mapping_value(channel, value));
     }
@@ -345,10 +346,10 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     const char *line;
     double time_s = (double)NAN;
     bool whole;
-    enum mr_status status = take_header(&t, error);
-    while (status == MR_OK && next_line(&t, false, &line, &length, &whole)) {
+    enum mr_status status = parse_header(&t, error);
+    while (status == MR_OK && read_next_line(&t, false, &line, &length, &whole)) {
         if (check_row(&t, line, length, whole, &time_s))
-            take_row(&t, time_s);
+            add_row(&t, time_s);
     }
     *rows = t.rows;
     if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
@@ -363,14 +364,14 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
 /* ---- frames of other instruments ---- */
 
 /* True: a sample was added. Of two samples with one time the first is kept. */
-static bool take_sample(struct candump_log *log, struct mapping_channel *channel, double time_s,
-                        double read)
+static bool add_sample(struct candump_log *log, struct mapping_channel *channel, double time_s,
+                       double read)
 {
     struct series *series = &channel->series;
     double value = mapping_value(channel, read);
-    const char *wrong = wrong_time(time_s,
+    const char *wrong = check_time(time_s,
                                    series->count ? series->time_s[series->count - 1] : (double)NAN);
-    if (!wrong && !(fabs(value) <= MAPPING_VALUE_MOST))
+    if (!wrong && !(fabs(value) <= MAPPING_VALUE_MAX))
         wrong = "impossible value";
     if (!wrong) {
         series_add(series, time_s, value);
@@ -436,11 +437,11 @@ enum mr_status import_read_signals(const struct textfile *file,
                         mapping->time_unit_s;
         for (size_t c = 0; c < mapping->channels; c++)
             taken |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
-                     take_sample(&log, &mapping->channel[c], time_s, value);
+                     add_sample(&log, &mapping->channel[c], time_s, value);
         result->rows += taken;
     }
-    result->verdict = log.result;
-    result->elsewhere = log.other_interface;
+    result->parsed = log.result;
+    result->other_interface = log.other_interface;
     if (result->rows == 0)
         return error_set(error, MR_MALFORMED,
                          "no signal of the mapping in %zu frames: %s; check the ids in the mapping",
@@ -451,8 +452,8 @@ enum mr_status import_read_signals(const struct textfile *file,
 /* ---- logs of matrig boards, imported through the collector like matrig log ---- */
 
 /* Commits at short intervals: another process that writes waits at most 5 s. */
-#define COMMIT_US     200000u
-#define FRAMES_A_LOOK 4096u
+#define COMMIT_PERIOD_US 200000u
+#define FRAMES_PER_TURN  4096u
 
 /* Opens a log with at least one frame. The caller closes the link. */
 static enum mr_status open_log(const struct textfile *file, const struct import_request *request,
@@ -479,7 +480,8 @@ enum mr_status import_candump_check(const struct textfile *file,
     return status;
 }
 
-static enum mr_status take_finished(struct collector *collector, struct import_result *result)
+static enum mr_status add_finished_landings(struct collector *collector,
+                                            struct import_result *result)
 {
     int64_t run;
     while ((run = collector_pop_finished(collector)) != 0) {
@@ -498,9 +500,9 @@ static enum mr_status commit_and_begin(struct store *store, struct collector *co
     return status;
 }
 
-static enum mr_status take_frames(struct store *store, struct collector *collector,
-                                  struct link *link, struct import_result *result,
-                                  struct error *error)
+static enum mr_status import_frames(struct store *store, struct collector *collector,
+                                    struct link *link, struct import_result *result,
+                                    struct error *error)
 {
     struct link_frame frame;
     struct error ended = {0};
@@ -516,21 +518,22 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
             status = collector_receive_frame(collector, &frame, error);
         if (status != MR_OK || !more)
             return status; /* the caller records the error as the result of the log */
-        if (++result->rows % FRAMES_A_LOOK != 0)
+        if (++result->rows % FRAMES_PER_TURN != 0)
             continue;
-        take_finished(collector, result);
-        if (link_now_us() - begun_us >= COMMIT_US)
+        add_finished_landings(collector, result);
+        if (link_now_us() - begun_us >= COMMIT_PERIOD_US)
             status = commit_and_begin(store, collector, &begun_us, error);
     }
 }
 
-static enum mr_status end(struct store *store, struct collector *collector,
-                          struct import_result *result, enum mr_status status, struct error *error)
+static enum mr_status end_session(struct store *store, struct collector *collector,
+                                  struct import_result *result, enum mr_status status,
+                                  struct error *error)
 {
     struct error late = {0};
     struct collector_progress progress;
     enum mr_status ended = collector_end(collector, status == MR_OK ? "end" : "error", &late);
-    take_finished(collector, result);
+    add_finished_landings(collector, result);
     collector_get_progress(collector, &progress);
     result->counts = progress.counts[LINK_CAN];
     if (ended == MR_OK)
@@ -551,10 +554,10 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                                                 error);
     if (status == MR_OK) {
         result->session = collector_session(collector);
-        status = take_frames(store, collector, link, result, error);
-        status = end(store, collector, result, status, error);
-        result->verdict = link_candump(link)->result;
-        result->elsewhere = link_candump(link)->other_interface;
+        status = import_frames(store, collector, link, result, error);
+        status = end_session(store, collector, result, status, error);
+        result->parsed = link_candump(link)->result;
+        result->other_interface = link_candump(link)->other_interface;
         for (unsigned i = 0; i < LINK_TROUBLES; i++)
             result->trouble[i] = (int64_t)link_counters(link)->trouble[i];
     }

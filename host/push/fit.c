@@ -17,31 +17,31 @@
 #define BLANKS         " \t\r\n"
 #define LINE_MAX_BYTES 400
 #define CELLS_MAX      12
-#define CELL_SHOWN     40
-#define EXAMPLE        "`test,load (lb),force (lb),displacement (in)`"
+#define CELL_SHOWN_MAX 40
+#define HEADER_EXAMPLE "`test,load (lb),force (lb),displacement (in)`"
 
 enum role { TEST, LOAD, FORCE, MOVED, ROLES };
 
 static const struct {
-    const char *name, *word, *other; /* words that identify the column */
+    const char *name, *word, *alternative; /* words that identify the column */
     enum unit_kind kind;
     const char *units;
-    double most; /* largest plausible value, in or lb */
+    double max; /* largest plausible value, in or lb */
 } roles[ROLES] = {
     [TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
-    [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MOST_LB},
-    [FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MOST_LB},
+    [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
+    [FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
     [MOVED] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT, "in, mm, cm, m or ft",
-               PUSH_MOST_IN},
+               PUSH_MAX_IN},
 };
 
 struct table {
     const char *path;
     unsigned line;
-    int cell_of[ROLES]; /* -1: no such column */
+    int column[ROLES]; /* -1: no such column */
     const struct unit_word *unit[ROLES];
     size_t cells;
-    char test[PUSH_NAME];
+    char test[PUSH_NAME_SIZE];
     double load_lb; /* NaN: not known yet */
     struct push_readings *readings;
     struct error *error;
@@ -59,7 +59,7 @@ static bool has_word(const char *text, const char *word)
 }
 
 /* Split a line into cells without surrounding blanks, in place. */
-static size_t split(char *line, char *cell[CELLS_MAX])
+static size_t split_cells(char *line, char *cell[CELLS_MAX])
 {
     size_t count = 0;
     for (char *at = line; at && count < CELLS_MAX; count++) {
@@ -75,81 +75,81 @@ static size_t split(char *line, char *cell[CELLS_MAX])
     return count;
 }
 
-static enum mr_status take_unit(struct table *t, enum role role, const char *name)
+static enum mr_status parse_unit(struct table *t, enum role role, const char *name)
 {
     struct calibrate_column column = calibrate_column_parse(name);
     if (!column.known || column.codes)
         return error_set(t->error, MR_MALFORMED,
                          "column name not understood: %s, line %u: '%.*s'; name the column %s with "
                          "its unit, as in %s",
-                         t->path, t->line, CELL_SHOWN, name, roles[role].name, EXAMPLE);
+                         t->path, t->line, CELL_SHOWN_MAX, name, roles[role].name, HEADER_EXAMPLE);
     if (!column.unit || column.unit->kind != roles[role].kind)
         return error_set(t->error, MR_MALFORMED,
                          "%s: %s, line %u: '%.*s'; give the %s in %s, as in %s",
                          column.unit ? "a unit of the wrong kind" : "no unit", t->path, t->line,
-                         CELL_SHOWN, name, roles[role].name, roles[role].units, EXAMPLE);
+                         CELL_SHOWN_MAX, name, roles[role].name, roles[role].units, HEADER_EXAMPLE);
     t->unit[role] = column.unit;
     return MR_OK;
 }
 
-static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
+static enum mr_status parse_header(struct table *t, char *cell[CELLS_MAX])
 {
     for (size_t i = 0; i < t->cells; i++) {
         int found = -1;
         for (int role = 0; role < ROLES; role++) {
-            if (!has_word(cell[i], roles[role].word) && !has_word(cell[i], roles[role].other))
+            if (!has_word(cell[i], roles[role].word) && !has_word(cell[i], roles[role].alternative))
                 continue;
-            if (found >= 0 || t->cell_of[role] >= 0)
+            if (found >= 0 || t->column[role] >= 0)
                 return error_set(
                     t->error, MR_MALFORMED,
                     "two columns for the %s: %s, line %u: '%.*s'; name each column once, as in %s",
-                    roles[role].name, t->path, t->line, CELL_SHOWN, cell[i], EXAMPLE);
+                    roles[role].name, t->path, t->line, CELL_SHOWN_MAX, cell[i], HEADER_EXAMPLE);
             found = role;
         }
         if (found < 0)
             return error_set(t->error, MR_MALFORMED,
                              "unknown column: %s, line %u: '%.*s'; columns are test, load, force "
                              "and displacement, as in %s",
-                             t->path, t->line, CELL_SHOWN, cell[i], EXAMPLE);
-        t->cell_of[found] = (int)i;
-        if (found != TEST && take_unit(t, (enum role)found, cell[i]) != MR_OK)
+                             t->path, t->line, CELL_SHOWN_MAX, cell[i], HEADER_EXAMPLE);
+        t->column[found] = (int)i;
+        if (found != TEST && parse_unit(t, (enum role)found, cell[i]) != MR_OK)
             return t->error->status;
     }
     for (int role = LOAD; role < ROLES; role++) {
-        if (t->cell_of[role] < 0)
+        if (t->column[role] < 0)
             return error_set(
                 t->error, MR_MALFORMED,
                 "no column for the %s: %s, line %u; name the columns with their units, as in %s",
-                roles[role].name, t->path, t->line, EXAMPLE);
+                roles[role].name, t->path, t->line, HEADER_EXAMPLE);
     }
     return MR_OK;
 }
 
-static enum mr_status take_value(struct table *t, enum role role, const char *text, double *value)
+static enum mr_status parse_value(struct table *t, enum role role, const char *text, double *value)
 {
     struct quantity_error wrong;
     if (calibrate_value_parse(text, roles[role].kind, t->unit[role], value, &wrong)) {
-        if (fabs(*value) <= roles[role].most && (role != LOAD || *value > 0.0))
+        if (fabs(*value) <= roles[role].max && (role != LOAD || *value > 0.0))
             return MR_OK;
         return error_set(
             t->error, MR_MALFORMED,
             "reading out of range: %s, line %u: %s %.*s; give at most %g %s, and a load "
             "above 0",
-            t->path, t->line, roles[role].name, CELL_SHOWN, text, roles[role].most,
+            t->path, t->line, roles[role].name, CELL_SHOWN_MAX, text, roles[role].max,
             role == MOVED ? "in" : "lb");
     }
     if (strstr(wrong.what, "instead of"))
         return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give it in %s",
-                         wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN, text,
+                         wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN_MAX, text,
                          roles[role].units);
     return error_set(t->error, MR_MALFORMED,
                      "%s: %s, line %u: %s '%.*s'; give a number, with a unit (%s) or without",
                      text[0] ? "no number" : "reading missing", t->path, t->line, roles[role].name,
-                     CELL_SHOWN, text, roles[role].units);
+                     CELL_SHOWN_MAX, text, roles[role].units);
 }
 
 /* Series of a row: the last series or a new one. */
-static enum mr_status series_of(struct table *t, struct push_series **series)
+static enum mr_status find_or_add_series(struct table *t, struct push_series **series)
 {
     struct push_readings *all = t->readings;
     *series = all->count > 0 ? &all->series[all->count - 1] : NULL;
@@ -173,49 +173,49 @@ static enum mr_status series_of(struct table *t, struct push_series **series)
     return MR_OK;
 }
 
-static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
+static enum mr_status parse_row(struct table *t, char *cell[CELLS_MAX])
 {
     struct push_series *series;
     double force_lb, moved_in;
-    const char *load = cell[t->cell_of[LOAD]];
-    if (t->cell_of[TEST] >= 0 && cell[t->cell_of[TEST]][0]) {
-        const char *test = cell[t->cell_of[TEST]];
-        if (strlen(test) >= PUSH_NAME)
+    const char *load = cell[t->column[LOAD]];
+    if (t->column[TEST] >= 0 && cell[t->column[TEST]][0]) {
+        const char *test = cell[t->column[TEST]];
+        if (strlen(test) >= PUSH_NAME_SIZE)
             return error_set(
                 t->error, MR_TOO_LONG,
                 "name too long: %s, line %u: '%.*s'; use a test name of at most %u letters",
-                t->path, t->line, CELL_SHOWN, test, PUSH_NAME - 1);
+                t->path, t->line, CELL_SHOWN_MAX, test, PUSH_NAME_SIZE - 1);
         snprintf(t->test, sizeof t->test, "%s", test);
     }
-    if ((load[0] || isnan(t->load_lb)) && take_value(t, LOAD, load, &t->load_lb) != MR_OK)
+    if ((load[0] || isnan(t->load_lb)) && parse_value(t, LOAD, load, &t->load_lb) != MR_OK)
         return t->error->status;
-    if (take_value(t, FORCE, cell[t->cell_of[FORCE]], &force_lb) != MR_OK ||
-        take_value(t, MOVED, cell[t->cell_of[MOVED]], &moved_in) != MR_OK ||
-        series_of(t, &series) != MR_OK)
+    if (parse_value(t, FORCE, cell[t->column[FORCE]], &force_lb) != MR_OK ||
+        parse_value(t, MOVED, cell[t->column[MOVED]], &moved_in) != MR_OK ||
+        find_or_add_series(t, &series) != MR_OK)
         return t->error->status;
     series->force_lb[series->count] = force_lb;
     series->moved_in[series->count++] = moved_in;
     return MR_OK;
 }
 
-static enum mr_status take_line(struct table *t, char *line)
+static enum mr_status parse_line(struct table *t, char *line)
 {
     char *cell[CELLS_MAX];
     line += t->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
-    size_t cells = split(line, cell);
+    size_t cells = split_cells(line, cell);
     if (t->cells == 0) {
         t->cells = cells;
-        return take_names(t, cell);
+        return parse_header(t, cell);
     }
     if (cells != t->cells)
         return error_set(t->error, MR_MALFORMED,
                          "%zu values for %zu columns: %s, line %u; give one value for each column, "
                          "with a decimal point and commas between values",
                          cells, t->cells, t->path, t->line);
-    return take_row(t, cell);
+    return parse_row(t, cell);
 }
 
 enum mr_status push_readings_load(const char *path, struct push_readings *readings,
@@ -223,7 +223,7 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
 {
     char line[LINE_MAX_BYTES];
     struct table t = {.path = path,
-                      .cell_of = {-1, -1, -1, -1},
+                      .column = {-1, -1, -1, -1},
                       .load_lb = (double)NAN,
                       .readings = readings,
                       .error = error};
@@ -238,8 +238,8 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
         status = strlen(line) == sizeof line - 1
                    ? error_set(error, MR_MALFORMED,
                                "line too long: %s, line %u; write %s and a row for each reading",
-                               path, t.line, EXAMPLE)
-                   : take_line(&t, line);
+                               path, t.line, HEADER_EXAMPLE)
+                   : parse_line(&t, line);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read (%s): %s; check the path and the permissions",
@@ -249,12 +249,12 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
         status = error_set(error, MR_MALFORMED,
                            "no readings: %s; the first line names the columns, as in %s, then a "
                            "row for each reading",
-                           path, EXAMPLE);
+                           path, HEADER_EXAMPLE);
     if (status != MR_OK)
         push_readings_free(readings);
     for (size_t i = 0; i < readings->count; i++) {
         if (!readings->series[i].name[0])
-            snprintf(readings->series[i].name, PUSH_NAME, "%zu", i + 1);
+            snprintf(readings->series[i].name, PUSH_NAME_SIZE, "%zu", i + 1);
     }
     return status;
 }
@@ -268,18 +268,18 @@ void push_readings_free(struct push_readings *readings)
 /* ---- path ---- */
 
 /* The sequence of forces in a test: where it turns, and the composition of each displacement: u_i =
- * u0 + sum over m of (a grows[i][m] + b falls[i][m]) F_m. */
+ * u0 + sum over m of (a loading[i][m] + b unloading[i][m]) F_m. */
 struct push_path {
     size_t count;
     size_t top;     /* reading before the force first turns back; else the last reading */
     size_t plateau; /* last reading from `top` on with the same force, within the gage's error */
     size_t falling; /* number of readings after a fall of |F| */
-    double grows[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
-    double falls[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
 /* Two readings of the same force differ by more than this only once in 40,000. */
-#define TURNS 4.2 /* 3 sqrt 2, times the gage's standard error */
+#define TURN_ERRORS 4.2 /* 3 sqrt 2, times the gage's standard error */
 
 /* Direction of the force on its way to each reading: 1 or -1. */
 static void find_directions(struct push_path *path, const struct push_series *series,
@@ -323,21 +323,21 @@ static void add_step(struct push_path *path, const struct push_series *series, d
     double side = fabs(to) > fabs(from) ? to : from;
     bool grows = i == 0 || direction * side >= 0.0;
     if (i > 0) {
-        memcpy(path->grows[i], path->grows[i - 1], sizeof path->grows[i]);
-        memcpy(path->falls[i], path->falls[i - 1], sizeof path->falls[i]);
-        (through_0 || !grows ? path->falls : path->grows)[i][i - 1] -= 1.0;
+        memcpy(path->loading[i], path->loading[i - 1], sizeof path->loading[i]);
+        memcpy(path->unloading[i], path->unloading[i - 1], sizeof path->unloading[i]);
+        (through_0 || !grows ? path->unloading : path->loading)[i][i - 1] -= 1.0;
     }
-    (through_0 || grows ? path->grows : path->falls)[i][i] += 1.0;
+    (through_0 || grows ? path->loading : path->unloading)[i][i] += 1.0;
     path->falling += !grows || through_0;
 }
 
 /* A force turns where it returns by more than the error of its gage. Smaller steps back do not
  * change the direction. False: no force of the series exceeds the gage's error. */
-static bool push_path_make(struct push_path *path, const struct push_series *series,
-                           double force_error_lb)
+static bool make_path(struct push_path *path, const struct push_series *series,
+                      double force_error_lb)
 {
     int direction[PUSH_READINGS_MAX];
-    double turn_lb = TURNS * force_error_lb, most_lb = 0.0;
+    double turn_lb = TURN_ERRORS * force_error_lb, most_lb = 0.0;
     *path = (struct push_path){.count = series->count};
     for (size_t i = 0; i < series->count; i++)
         most_lb = fmax(most_lb, fabs(series->force_lb[i]));
@@ -351,38 +351,39 @@ static bool push_path_make(struct push_path *path, const struct push_series *ser
 
 /* ---- fit ---- */
 
-#define Z_95         1.96
-#define STEPS_MAX    40
-#define SETTLED      1e-7  /* change of chi-square */
-#define FREE         100.0 /* prior error of a free offset, in ranges of the readings */
-#define GRID_K       41
-#define NARROW       1.3 /* a narrower interval of K fits between the points of the grid */
-#define GRID_RHO     11
-#define SLIDES_MOST  20u  /* most readings before the top that are tried */
-#define SLIDE_SPREAD 25.0 /* largest chi-square per reading of the forces during a slide */
+#define Z_95                  1.96
+#define ITERATIONS_MAX        40
+#define CHI_SQUARE_TOLERANCE  1e-7  /* change of chi-square at which the iteration ends */
+#define OFFSET_PRIOR_RANGES   100.0 /* prior error of a free offset, in ranges of the readings */
+#define GRID_K_POINTS         41
+#define NARROW_INTERVAL_RATIO 1.3 /* a narrower interval of K fits between the points of the grid */
+#define GRID_RHO_POINTS       11
+#define SLIDE_READINGS_MAX    20u  /* most readings before the top that are tried */
+#define SLIDE_CHI_SQUARE_MAX  25.0 /* largest chi-square per reading of the forces during a slide */
 
-/* A range of readings that slid. A candidate counts if its chi-square is below `bar`. */
+/* A range of readings that slid. A candidate counts if its chi-square is below `threshold`. */
 struct slide {
     size_t from, to;
-    double a, b, chi_square, bar;
+    double a, b, chi_square, threshold;
 };
 
 /* A prepared test: chi2 of any (a, b) needs one decomposition only. */
-struct work {
+struct fit_work {
     const struct push_series *series;
-    struct push_gages gages;
+    struct push_errors gages;
     struct push_path path;
     size_t slid_from, slid_to; /* from > to: nothing slid */
-    double free2, slide_gain;
+    double offset_prior_variance, slide_gain;
     /* multiplied by the measured forces */
-    double grows_lb[PUSH_READINGS_MAX], falls_lb[PUSH_READINGS_MAX];
-    /* grows grows', grows falls' and falls falls' */
-    double gg[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
-    double gf[PUSH_READINGS_MAX][PUSH_READINGS_MAX], ff[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double loading_lb[PUSH_READINGS_MAX], unloading_lb[PUSH_READINGS_MAX];
+    /* products: loading loading', loading unloading' and unloading unloading' */
+    double loading_loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double loading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX],
+        unloading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double v[PUSH_READINGS_MAX][PUSH_READINGS_MAX], r[PUSH_READINGS_MAX];
 };
 
-static void prepare(struct work *w)
+static void prepare_fit(struct fit_work *w)
 {
     const struct push_series *series = w->series;
     const struct push_path *path = &w->path;
@@ -391,29 +392,30 @@ static void prepare(struct work *w)
     for (size_t i = 0; i < n; i++) {
         low = fmin(low, series->moved_in[i]);
         high = fmax(high, series->moved_in[i]);
-        w->grows_lb[i] = w->falls_lb[i] = 0.0;
+        w->loading_lb[i] = w->unloading_lb[i] = 0.0;
         for (size_t m = 0; m < n; m++) {
-            w->grows_lb[i] += path->grows[i][m] * series->force_lb[m];
-            w->falls_lb[i] += path->falls[i][m] * series->force_lb[m];
+            w->loading_lb[i] += path->loading[i][m] * series->force_lb[m];
+            w->unloading_lb[i] += path->unloading[i][m] * series->force_lb[m];
         }
         for (size_t k = 0; k <= i; k++) {
             double gg = 0.0, gf = 0.0, ff = 0.0;
             for (size_t m = 0; m < n; m++) {
-                gg += path->grows[i][m] * path->grows[k][m];
-                gf += path->grows[i][m] * path->falls[k][m] + path->falls[i][m] * path->grows[k][m];
-                ff += path->falls[i][m] * path->falls[k][m];
+                gg += path->loading[i][m] * path->loading[k][m];
+                gf += path->loading[i][m] * path->unloading[k][m] +
+                      path->unloading[i][m] * path->loading[k][m];
+                ff += path->unloading[i][m] * path->unloading[k][m];
             }
-            w->gg[i][k] = gg;
-            w->gf[i][k] = gf;
-            w->ff[i][k] = ff;
+            w->loading_loading[i][k] = gg;
+            w->loading_unloading[i][k] = gf;
+            w->unloading_unloading[i][k] = ff;
         }
     }
-    double free_in = FREE * (high - low + 10.0 * w->gages.moved_in);
-    w->free2 = free_in * free_in;
+    double free_in = OFFSET_PRIOR_RANGES * (high - low + 10.0 * w->gages.moved_in);
+    w->offset_prior_variance = free_in * free_in;
 }
 
 /* V = L L' in place, lower half. The diagonal makes V positive definite. */
-static void decompose(struct work *w, size_t n)
+static void cholesky_decompose(struct fit_work *w, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
@@ -425,35 +427,36 @@ static void decompose(struct work *w, size_t n)
     }
 }
 
-static bool has_slid(const struct work *w)
+static bool has_slid(const struct fit_work *w)
 {
     return w->slid_from <= w->slid_to;
 }
 
 /* True if two readings share an additional offset besides u0. Each reading that slid has one of its
  * own; all readings after it share the last one. */
-static bool is_offset_shared(const struct work *w, size_t i, size_t k)
+static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
 {
     return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
 }
 
-static double chi_square(struct work *w, double a, double b)
+static double chi_square(struct fit_work *w, double a, double b)
 {
     size_t n = w->path.count;
     double force2 = w->gages.force_lb * w->gages.force_lb,
            moved2 = w->gages.moved_in * w->gages.moved_in, sum = 0.0;
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
-            w->v[i][k] = force2 *
-                             (a * a * w->gg[i][k] + a * b * w->gf[i][k] + b * b * w->ff[i][k]) +
-                         w->free2 + (i == k ? moved2 : 0.0);
+            w->v[i][k] = force2 * (a * a * w->loading_loading[i][k] +
+                                   a * b * w->loading_unloading[i][k] +
+                                   b * b * w->unloading_unloading[i][k]) +
+                         w->offset_prior_variance + (i == k ? moved2 : 0.0);
             if (is_offset_shared(w, i, k))
-                w->v[i][k] += w->free2;
+                w->v[i][k] += w->offset_prior_variance;
         }
-        w->r[i] = w->series->moved_in[i] - w->series->moved_in[0] - a * w->grows_lb[i] -
-                  b * w->falls_lb[i];
+        w->r[i] = w->series->moved_in[i] - w->series->moved_in[0] - a * w->loading_lb[i] -
+                  b * w->unloading_lb[i];
     }
-    decompose(w, n);
+    cholesky_decompose(w, n);
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < i; k++)
             w->r[i] -= w->v[i][k] * w->r[k];
@@ -464,7 +467,7 @@ static double chi_square(struct work *w, double a, double b)
 }
 
 /* chi2 of the forces during a slide, which must all equal one limit. */
-static double slide_force(const struct work *w, double *limit_lb)
+static double slide_chi_square(const struct fit_work *w, double *limit_lb)
 {
     double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
     for (size_t i = w->slid_from; i <= w->slid_to; i++)
@@ -475,25 +478,27 @@ static double slide_force(const struct work *w, double *limit_lb)
     return squares;
 }
 
-/* chi2 with one parameter fixed. which 0: a is fixed, b free; 1: rho is fixed, a free. */
-static double held(struct work *w, int which, double fixed, double free)
+/* chi2 with one parameter fixed. `which` 0: a is fixed and b free; 1: rho is fixed and a free. */
+static double chi_square_with_fixed(struct fit_work *w, int which, double fixed, double free)
 {
     return which == 0 ? chi_square(w, fixed, free) : chi_square(w, free, fixed * free);
 }
 
 /* Least chi2 over the free parameter, by Newton's method on a curve close to a parabola. *at: the
  * start, then the minimum. */
-static double least(struct work *w, int which, double fixed, double *at, double scale)
+static double minimize_with_fixed(struct fit_work *w, int which, double fixed, double *at,
+                                  double scale)
 {
-    double best = held(w, which, fixed, *at);
+    double best = chi_square_with_fixed(w, which, fixed, *at);
     if (w->path.falling == 0 && which == 0)
         return best;
-    for (int step = 0; step < STEPS_MAX; step++) {
-        double up = held(w, which, fixed, *at + scale), down = held(w, which, fixed, *at - scale);
+    for (int step = 0; step < ITERATIONS_MAX; step++) {
+        double up = chi_square_with_fixed(w, which, fixed, *at + scale),
+               down = chi_square_with_fixed(w, which, fixed, *at - scale);
         double slope = (up - down) / (2.0 * scale), bend = (up - 2.0 * best + down) / scale / scale;
         double move = bend > 0.0 ? -slope / bend : -copysign(scale, slope), next = (double)NAN;
         for (int halved = 0; halved < 20; halved++, move *= 0.5) {
-            next = held(w, which, fixed, *at + move);
+            next = chi_square_with_fixed(w, which, fixed, *at + move);
             if (next <= best)
                 break;
         }
@@ -502,25 +507,26 @@ static double least(struct work *w, int which, double fixed, double *at, double 
         double gain = best - next;
         *at += move;
         best = next;
-        if (gain < SETTLED)
+        if (gain < CHI_SQUARE_TOLERANCE)
             break;
     }
     return best;
 }
 
 /* Fit a and b together. Returns chi2. */
-static double fit_both(struct work *w, double *a, double *b, double scale)
+static double fit_both(struct fit_work *w, double *a, double *b, double scale)
 {
     double best = HUGE_VAL;
-    for (int step = 0; step < STEPS_MAX; step++) {
+    for (int step = 0; step < ITERATIONS_MAX; step++) {
         double rho = *a > 0.0 ? *b / *a : 1.0;
-        /* alternating b given a and a given rho converges fast; one of them alone is slow */
+        /* two alternating steps (b at fixed a, then a at fixed rho) converge faster than either
+         * alone */
         if (w->path.falling > 0)
-            least(w, 0, *a, b, scale);
+            minimize_with_fixed(w, 0, *a, b, scale);
         rho = *a != 0.0 ? *b / *a : rho;
-        double now = least(w, 1, rho, a, scale);
+        double now = minimize_with_fixed(w, 1, rho, a, scale);
         *b = rho * *a;
-        if (best - now < SETTLED)
+        if (best - now < CHI_SQUARE_TOLERANCE)
             return fmin(best, now);
         best = now;
     }
@@ -529,13 +535,13 @@ static double fit_both(struct work *w, double *a, double *b, double scale)
 
 /* Distance from `at` where chi2, minimised over the other parameter, has risen by q^2; INFINITY:
  * not within `most`. */
-static double reach(struct work *w, int which, double at, double other, double best, double q,
-                    double step, double most, double scale)
+static double find_interval_distance(struct fit_work *w, int which, double at, double other,
+                                     double best, double q, double step, double most, double scale)
 {
     double near = 0.0, near_root = 0.0, far = step, root = 0.0;
-    for (int tries = 0; tries < STEPS_MAX; tries++) {
+    for (int tries = 0; tries < ITERATIONS_MAX; tries++) {
         double from = other;
-        root = sqrt(fmax(0.0, least(w, which, at + far, &from, scale) - best));
+        root = sqrt(fmax(0.0, minimize_with_fixed(w, which, at + far, &from, scale) - best));
         if (root >= q || fabs(far) >= most)
             break;
         near = far;
@@ -546,9 +552,10 @@ static double reach(struct work *w, int which, double at, double other, double b
     }
     if (root < q)
         return (double)INFINITY;
-    for (int tries = 0; tries < STEPS_MAX && fabs(root - q) > 1e-4; tries++) {
+    for (int tries = 0; tries < ITERATIONS_MAX && fabs(root - q) > 1e-4; tries++) {
         double guess = near + (far - near) * (q - near_root) / (root - near_root), from = other;
-        double at_guess = sqrt(fmax(0.0, least(w, which, at + guess, &from, scale) - best));
+        double at_guess =
+            sqrt(fmax(0.0, minimize_with_fixed(w, which, at + guess, &from, scale) - best));
         if (at_guess < q) {
             near = guess;
             near_root = at_guess;
@@ -563,7 +570,7 @@ static double reach(struct work *w, int which, double at, double other, double b
 }
 
 /* Try a slide of readings `from` to `to`, and keep it if its chi2 is the best so far. */
-static void try_slide(struct work *w, bool elastic, size_t from, size_t to, double scale,
+static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, double scale,
                       struct slide *best)
 {
     double way = (w->series->moved_in[to] - w->series->moved_in[from - 1]) *
@@ -571,25 +578,25 @@ static void try_slide(struct work *w, bool elastic, size_t from, size_t to, doub
     double limit_lb, a = best->a, b = best->b;
     w->slid_from = from;
     w->slid_to = to;
-    double now = slide_force(w, &limit_lb);
-    if (now > SLIDE_SPREAD * (double)(to + 1 - from) || !(way > 0.0))
+    double now = slide_chi_square(w, &limit_lb);
+    if (now > SLIDE_CHI_SQUARE_MAX * (double)(to + 1 - from) || !(way > 0.0))
         return;
     now += elastic ? fit_both(w, &a, &b, scale) : chi_square(w, 0.0, 0.0);
-    if (now < best->bar)
+    if (now < best->threshold)
         *best = (struct slide){from, to, a, b, now, now};
 }
 
 /* Find the readings that slid: none, or a range that ends at the top, if chi2 falls by enough.
- * `elastic`: a and b are fitted, from their present values; else both are 0. Returns chi2 including
- * that of the forces. */
-static double find_slide(struct work *w, bool elastic, double *a, double *b, double scale)
+ * `elastic`: a and b are fitted, from their present values; otherwise both are 0. Returns chi2
+ * including that of the forces. */
+static double find_slide(struct fit_work *w, bool elastic, double *a, double *b, double scale)
 {
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
     w->slid_from = best.from;
     w->slid_to = best.to;
     best.chi_square = elastic ? fit_both(w, &best.a, &best.b, scale) : chi_square(w, 0.0, 0.0);
-    best.bar = best.chi_square - w->slide_gain;
-    size_t first = w->path.top > SLIDES_MOST ? w->path.top - SLIDES_MOST : 1;
+    best.threshold = best.chi_square - w->slide_gain;
+    size_t first = w->path.top > SLIDE_READINGS_MAX ? w->path.top - SLIDE_READINGS_MAX : 1;
     for (size_t to = w->path.top; to <= w->path.plateau; to++) {
         for (size_t from = to; from >= first && from >= 1; from--)
             try_slide(w, elastic, from, to, scale, &best);
@@ -602,15 +609,16 @@ static double find_slide(struct work *w, bool elastic, double *a, double *b, dou
 }
 
 /* Log odds as a sum over a grid, for readings with little information. */
-static double grid_log_odds(struct work *w, const struct push_fit *fit, double force,
+static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, double force,
                             double expected_lb_in, double stretch2)
 {
-    double logs[GRID_K * GRID_RHO], sum = 0.0, most = -HUGE_VAL;
+    double logs[GRID_K_POINTS * GRID_RHO_POINTS], sum = 0.0, most = -HUGE_VAL;
     size_t count = 0;
-    for (int i = 0; i < GRID_K; i++) {
-        double k = expected_lb_in * pow(10.0, PUSH_DECADES * (2.0 * i / (GRID_K - 1.0) - 1.0));
-        for (int j = 0; j < (w->path.falling > 0 ? GRID_RHO : 1); j++) {
-            double now = force + chi_square(w, 1.0 / k, j / (GRID_RHO - 1.0) / k);
+    for (int i = 0; i < GRID_K_POINTS; i++) {
+        double k = expected_lb_in *
+                   pow(10.0, PUSH_PRIOR_DECADES * (2.0 * i / (GRID_K_POINTS - 1.0) - 1.0));
+        for (int j = 0; j < (w->path.falling > 0 ? GRID_RHO_POINTS : 1); j++) {
+            double now = force + chi_square(w, 1.0 / k, j / (GRID_RHO_POINTS - 1.0) / k);
             logs[count] = -0.5 * (now - fit->rigid_chi_square) / stretch2;
             most = fmax(most, logs[count++]);
         }
@@ -624,34 +632,36 @@ static double grid_log_odds(struct work *w, const struct push_fit *fit, double f
  * there times the share of the prior under the parabola. */
 static double peak_log_odds(const struct push_fit *fit, double stretch2)
 {
-    double width = 2.0 * PUSH_DECADES * log(10.0);
+    double width = 2.0 * PUSH_PRIOR_DECADES * log(10.0);
     double of_k = log(fit->k_lb_in.high / fit->k_lb_in.low) / (2.0 * Z_95);
-    double of_rho = fit->falling > 0 ? (fit->unloading.high - fit->unloading.low) / (2.0 * Z_95)
-                                     : 1.0;
+    double of_rho = fit->unloading_count > 0
+                      ? (fit->unloading.high - fit->unloading.low) / (2.0 * Z_95)
+                      : 1.0;
     return -0.5 * (fit->chi_square - fit->rigid_chi_square) / stretch2 +
            log(fmin(1.0, sqrt(2.0 * M_PI) * of_k / width)) +
-           log(fmin(1.0, fit->falling > 0 ? sqrt(2.0 * M_PI) * of_rho : 1.0));
+           log(fmin(1.0, fit->unloading_count > 0 ? sqrt(2.0 * M_PI) * of_rho : 1.0));
 }
 
 /* Logarithm of the odds of the elastic law against the rigid one (marginal likelihoods). */
-static double log_odds(struct work *w, const struct push_fit *fit, double force,
+static double log_odds(struct fit_work *w, const struct push_fit *fit, double force,
                        double expected_lb_in, double stretch2)
 {
     const struct push_interval *k = &fit->k_lb_in;
     double decades = fabs(log10(k->value / expected_lb_in));
-    bool told = isfinite(k->high) && decades < PUSH_DECADES;
-    if (told && k->high < NARROW * k->low)
+    bool told = isfinite(k->high) && decades < PUSH_PRIOR_DECADES;
+    if (told && k->high < NARROW_INTERVAL_RATIO * k->low)
         return peak_log_odds(fit, stretch2);
     double grid = grid_log_odds(w, fit, force, expected_lb_in, stretch2);
     return told ? fmax(grid, peak_log_odds(fit, stretch2)) : grid;
 }
 
-static void find_intervals(struct work *w, double a, double b, double best, double force, double q,
-                           double scale, struct push_fit *fit)
+static void find_intervals(struct fit_work *w, double a, double b, double best, double force,
+                           double q, double scale, struct push_fit *fit)
 {
     double least_chi = best - force, rho = b / a, step = q * scale;
-    double up = reach(w, 0, a, b, least_chi, q, step, HUGE_VAL, scale);
-    double down = a > 0.0 ? reach(w, 0, a, b, least_chi, q, -step, a, scale) : (double)INFINITY;
+    double up = find_interval_distance(w, 0, a, b, least_chi, q, step, HUGE_VAL, scale);
+    double down = a > 0.0 ? find_interval_distance(w, 0, a, b, least_chi, q, -step, a, scale)
+                          : (double)INFINITY;
     bool told = down < a;
     fit->k_lb_in = (struct push_interval){told ? 1.0 / a : (double)NAN, 1.0 / (a + up),
                                           told ? 1.0 / (a - down) : (double)INFINITY};
@@ -659,11 +669,14 @@ static void find_intervals(struct work *w, double a, double b, double best, doub
     if (!told || w->path.falling == 0)
         return;
     fit->unloading.value = rho;
-    fit->unloading.high = rho + reach(w, 1, rho, a, least_chi, q, 0.05, 100.0, scale);
-    fit->unloading.low = rho - reach(w, 1, rho, a, least_chi, q, -0.05, 100.0, scale);
+    fit->unloading.high = rho +
+                          find_interval_distance(w, 1, rho, a, least_chi, q, 0.05, 100.0, scale);
+    fit->unloading.low = rho -
+                         find_interval_distance(w, 1, rho, a, least_chi, q, -0.05, 100.0, scale);
 }
 
-static void fit_series(struct work *w, double expected_lb_in, double stretch, struct push_fit *fit)
+static void fit_series(struct fit_work *w, double expected_lb_in, double stretch,
+                       struct push_fit *fit)
 {
     size_t n = w->path.count, top = w->path.top;
     double most_lb = 0.0, a, b, none = 0.0;
@@ -673,31 +686,31 @@ static void fit_series(struct work *w, double expected_lb_in, double stretch, st
     double scale = 0.3 * w->gages.moved_in / most_lb;
     a = fmax(scale, fabs(w->series->moved_in[top] - w->series->moved_in[0]) / most_lb);
     b = w->path.falling > 0 ? a : 0.0;
-    prepare(w);
+    prepare_fit(w);
     w->slide_gain = PUSH_SLIDE_GAIN * stretch * stretch;
-    *fit = (struct push_fit){.limit_lb = (double)NAN, .most_lb = most_lb};
-    fit->falling = w->path.falling;
+    *fit = (struct push_fit){.limit_lb = (double)NAN, .max_lb = most_lb};
+    fit->unloading_count = w->path.falling;
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
     fit->slid_from = w->slid_from;
-    double force = has_slid(w) ? slide_force(w, &fit->limit_lb) : 0.0;
-    fit->slid = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
+    double force = has_slid(w) ? slide_chi_square(w, &fit->limit_lb) : 0.0;
+    fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
     size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
-    fit->freedom = n > taken ? n - taken : 0;
+    fit->degrees_of_freedom = n > taken ? n - taken : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
     fit->log_odds = log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
     size_t before = has_slid(w) ? w->slid_from : n;
     for (size_t i = 0; i < before; i++)
-        sum += w->series->moved_in[i] - a * w->grows_lb[i] - b * w->falls_lb[i];
+        sum += w->series->moved_in[i] - a * w->loading_lb[i] - b * w->unloading_lb[i];
     fit->zero_in = sum / (double)before;
 }
 
-enum mr_status push_fit(const struct push_series *series, struct push_gages gages,
+enum mr_status push_fit(const struct push_series *series, struct push_errors gages,
                         double expected_lb_in, double stretch, struct push_fit *fit,
                         struct error *error)
 {
-    if (series->count < PUSH_LEAST)
+    if (series->count < PUSH_READINGS_MIN)
         return error_set(error, MR_TOO_FEW,
                          "too few readings: %s: test %s under %.4g lb has %zu; read at %u forces "
                          "or more, while loading and unloading",
@@ -705,7 +718,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
     struct work *w = xcalloc(1, sizeof *w);
     w->series = series;
     w->gages = gages;
-    if (!push_path_make(&w->path, series, gages.force_lb))
+    if (!make_path(&w->path, series, gages.force_lb))
         error_set(error, MR_TOO_FEW,
                   "no force above its error: %s: test %s under %.4g lb: the error of the gage is "
                   "%.3g lb; push harder, or give the correct error of the gage (--force-error)",
@@ -716,19 +729,20 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
     return error->status;
 }
 
-void push_fit_curve(const struct push_series *series, struct push_gages gages,
+void push_fit_curve(const struct push_series *series, struct push_errors gages,
                     const struct push_fit *fit, double *moved_in)
 {
     struct push_path *path = xmalloc(sizeof *path);
     bool told = !isnan(fit->k_lb_in.value);
     double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
            b = isnan(fit->unloading.value) ? a : fit->unloading.value * a;
-    bool made = push_path_make(path, series, gages.force_lb);
+    bool made = make_path(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {
         double sum = 0.0;
         for (size_t m = 0; made && m <= i; m++)
-            sum += (a * path->grows[i][m] + b * path->falls[i][m]) * series->force_lb[m];
-        if (made && fit->slid > 0 && i >= fit->slid_from && i < fit->slid_from + fit->slid)
+            sum += (a * path->loading[i][m] + b * path->unloading[i][m]) * series->force_lb[m];
+        if (made && fit->slid_count > 0 && i >= fit->slid_from &&
+            i < fit->slid_from + fit->slid_count)
             shift_in = series->moved_in[i] - fit->zero_in - sum;
         moved_in[i] = made ? fit->zero_in + sum + shift_in : (double)NAN;
     }

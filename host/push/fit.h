@@ -45,13 +45,13 @@
 
 #define PUSH_SERIES_MAX   40u
 #define PUSH_READINGS_MAX 60u /* readings of a series; the fit of so many takes 0.3 s */
-#define PUSH_NAME         24u
-#define PUSH_MOST_LB      1e7 /* largest load or force; PUSH_MOST_IN: largest displacement */
-#define PUSH_MOST_IN      1e4
+#define PUSH_NAME_SIZE    24u
+#define PUSH_MAX_LB       1e7 /* largest load or force; PUSH_MAX_IN: largest displacement */
+#define PUSH_MAX_IN       1e4
 
 struct push_series {
-    const char *path;     /* path of the file, for errors; the caller owns it */
-    char name[PUSH_NAME]; /* name of the test, or its number in the file */
+    const char *path;          /* path of the file, for errors; the caller owns it */
+    char name[PUSH_NAME_SIZE]; /* name of the test, or its number in the file */
     double load_lb;
     size_t count;
     double force_lb[PUSH_READINGS_MAX], moved_in[PUSH_READINGS_MAX];
@@ -70,12 +70,12 @@ void push_readings_free(struct push_readings *readings);
 
 /* ---- a test ---- */
 
-#define PUSH_SLIDE_GAIN 10.0
-#define PUSH_LEAST      5u /* minimum number of readings of a test */
-#define PUSH_DECADES    1.0
+#define PUSH_SLIDE_GAIN    10.0
+#define PUSH_READINGS_MIN  5u /* minimum number of readings of a test */
+#define PUSH_PRIOR_DECADES 1.0
 
 /* Standard errors of a reading. */
-struct push_gages {
+struct push_errors {
     double force_lb, moved_in;
 };
 
@@ -87,27 +87,28 @@ struct push_interval {
 
 struct push_fit {
     struct push_interval k_lb_in, unloading;
-    double limit_lb;        /* force at which it slid; NaN: it did not slide */
-    size_t slid_from, slid; /* first sliding reading, from 0, and number of sliding readings */
-    double most_lb;         /* largest magnitude of the force */
-    double zero_in;         /* dial reading at force 0, by the elastic law */
+    double limit_lb; /* force at which it slid; NaN: it did not slide */
+    size_t slid_from,
+        slid_count; /* first sliding reading, from 0, and number of sliding readings */
+    double max_lb;  /* largest magnitude of the force */
+    double zero_in; /* dial reading at force 0, by the elastic law */
     double chi_square, rigid_chi_square;
-    size_t freedom;  /* degrees of freedom of the elastic law */
+    size_t degrees_of_freedom; /* of the elastic law */
     double log_odds; /* natural logarithm of the odds of elastic to rigid, with equal prior odds */
-    size_t falling;  /* number of readings with decreasing force */
+    size_t unloading_count; /* number of readings with decreasing force */
 };
 
-/* Fits a test. `expected_lb_in`: K is assumed to lie within PUSH_DECADES decades of this value,
- * with a uniform prior in its logarithm; only the odds use it. `stretch`: ratio of the readings'
- * scatter to the stated errors, at least 1. MR_TOO_FEW: fewer than PUSH_LEAST readings, or no force
- * above the force error. */
-enum mr_status push_fit(const struct push_series *series, struct push_gages gages,
+/* Fits a test. `expected_lb_in`: K is assumed to lie within PUSH_PRIOR_DECADES decades of this
+ * value, with a uniform prior in its logarithm; only the odds use it. `stretch`: ratio of the
+ * readings' scatter to the stated errors, at least 1. MR_TOO_FEW: fewer than PUSH_READINGS_MIN
+ * readings, or no force above the force error. */
+enum mr_status push_fit(const struct push_series *series, struct push_errors gages,
                         double expected_lb_in, double stretch, struct push_fit *fit,
                         struct error *error);
 
 /* Displacements of the elastic law at the forces as read, in. If K is not determined, its lower
  * bound is used; if rho is not determined, 1. `moved_in` has room for series->count values. */
-void push_fit_curve(const struct push_series *series, struct push_gages gages,
+void push_fit_curve(const struct push_series *series, struct push_errors gages,
                     const struct push_fit *fit, double *moved_in);
 
 #endif

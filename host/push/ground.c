@@ -10,10 +10,11 @@
 /* ---- push answer ---- */
 
 #define IN_PER_FT 12.0
-#define SPRUNG    1.0 /* a ground that springs back by more than its displacement is impossible */
+#define UNLOADING_MAX \
+    1.0 /* a ground that springs back by more than its displacement is impossible */
 
 /* "elastic", "rigid", "undecided". */
-static const char *push_law_name(enum push_law law)
+static const char *law_name(enum push_law law)
 {
     static const char *const names[] = {"undecided", "elastic", "rigid"};
     return names[law];
@@ -26,7 +27,7 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     char times[32] = "over a million";
     if (fabs(ln) < log(1e6))
         snprintf(times, sizeof times, "%.3g", exp(fabs(ln)));
-    answer_words(answer, "law", NULL, "%s", push_law_name(ground->law));
+    answer_words(answer, "law", NULL, "%s", law_name(ground->law));
     answer_value(answer, "log_odds", NULL, UNIT_NUMBER, ln, 1);
     switch (ground->law) {
     case PUSH_ELASTIC:
@@ -53,10 +54,10 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
 }
 
 /* `kept`: value that a scene uses instead; NULL: none. */
-static void add_unmeasured(struct answer *answer, const char *name, const struct push_told *told,
-                           const char *kept)
+static void add_undetermined(struct answer *answer, const char *name,
+                             const struct push_parameter *told, const char *kept)
 {
-    if (!isnan(told->of.value))
+    if (!isnan(told->interval.value))
         return;
     answer_words(answer, NULL, name, "undetermined: %s", told->reason);
     if (kept)
@@ -65,17 +66,18 @@ static void add_unmeasured(struct answer *answer, const char *name, const struct
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
-    add_unmeasured(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
-    if (isnan(ground->k_lb_ft.of.value) && ground->k_lb_ft.of.low > 0.0) {
-        answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.of.low);
-        answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.of.low, 0);
+    add_undetermined(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
+    if (isnan(ground->k_lb_ft.interval.value) && ground->k_lb_ft.interval.low > 0.0) {
+        answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.interval.low);
+        answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.interval.low,
+                     0);
     }
-    add_unmeasured(answer, "gear_unloading", &ground->unloading, "1");
-    add_unmeasured(answer, "gear_axle_law", &ground->axle_law, "1");
-    add_unmeasured(answer, "f", &ground->friction, NULL);
-    if (isnan(ground->friction.of.value)) {
-        answer_remark(answer, "; at least %.3f", ground->friction.of.low);
-        answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.of.low, 3);
+    add_undetermined(answer, "gear_unloading", &ground->unloading, "1");
+    add_undetermined(answer, "gear_axle_law", &ground->axle_law, "1");
+    add_undetermined(answer, "f", &ground->friction, NULL);
+    if (isnan(ground->friction.interval.value)) {
+        answer_remark(answer, "; at least %.3f", ground->friction.interval.low);
+        answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.interval.low, 3);
     }
     answer_words(
         answer, NULL, "gear_damping",
@@ -98,7 +100,7 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
             "The mat moved back further than it had moved forward (ratio %.2f, at least %.2f): "
             "check the zero of the dial and the load. gear_unloading is set to 1.",
             rho->value, rho->low);
-    if (ground->law == PUSH_ELASTIC && ground->untold > 0)
+    if (ground->law == PUSH_ELASTIC && ground->undetermined_count > 0)
         answer_sentence(answer, NULL,
                         "In %zu test%s the mat moved too little to give a stiffness. They are left "
                         "out, so stiff places are under-represented.",
@@ -108,7 +110,7 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
 void push_answer_law(struct answer *answer, const struct push_ground *ground,
                      const struct push_setting *setting)
 {
-    const struct push_interval *k = &ground->k_lb_ft.of;
+    const struct push_interval *k = &ground->k_lb_ft.interval;
     add_law(answer, ground);
     add_doubts(answer, ground);
     if (!isnan(k->value))
@@ -161,37 +163,37 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
         answer_words(answer, "test", "test", "%s", series->name);
         answer_value(answer, "load_lb", "load, lb", UNIT_NUMBER, series->load_lb, 1);
         answer_count(answer, "readings", "readings", (int64_t)series->count);
-        answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->most_lb, 1);
+        answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_lb, 1);
         add_interval(answer, "k_lb_in", "all mats,|lb/in (95 %)", &fit->k_lb_in, 0);
         add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading, 2);
         answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->limit_lb, 1);
         answer_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
         answer_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
-        answer_count(answer, "freedom", NULL, (int64_t)fit->freedom);
+        answer_count(answer, "freedom", NULL, (int64_t)fit->degrees_of_freedom);
         answer_words(answer, NULL, "chi2 elastic,|rigid (freedom)", "%.0f, %.0f (%zu)",
-                     fit->chi_square, fit->rigid_chi_square, fit->freedom);
+                     fit->chi_square, fit->rigid_chi_square, fit->degrees_of_freedom);
     }
     answer_close(answer);
 }
 
 /* ---- ground ---- */
 
-#define Z_95        1.96
-#define CHI_95_OF_1 3.84
-#define ALIKE       0.02 /* relative difference of equal loads */
-#define BISECTIONS  60
-#define SPREAD_MOST 10.0
+#define Z_95           1.96
+#define CHI_95_OF_1    3.84
+#define LOAD_TOLERANCE 0.02 /* relative difference of equal loads */
+#define BISECTIONS     60
+#define SPREAD_MAX     10.0
 
 /* Fit y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
 struct pooled {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
     size_t count, terms;
-    /* reach: half width of a 95 % interval, in standard errors */
-    double c[2], c_error[2], spread, reach;
+    /* half_width_errors: half width of a 95 % interval, in standard errors */
+    double c[2], c_error[2], spread, half_width_errors;
 };
 
 /* Solve with a given spread; returns the weighted sum of squared residuals. */
-static double solve(struct pooled *p, double spread)
+static double fit_with_spread(struct pooled *p, double spread)
 {
     double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
     for (size_t i = 0; i < p->count; i++) {
@@ -218,35 +220,35 @@ static double solve(struct pooled *p, double spread)
 static void pool_readings(struct pooled *p)
 {
     size_t more = p->count > p->terms ? p->count - p->terms : 0;
-    double left = solve(p, 0.0), low = 0.0, high = SPREAD_MOST;
+    double left = fit_with_spread(p, 0.0), low = 0.0, high = SPREAD_MAX;
     p->spread = 0.0;
-    p->reach = Z_95;
+    p->half_width_errors = Z_95;
     if (more == 0 || (more == 1 && left <= CHI_95_OF_1))
         return;
     if (left > (double)more) {
         for (int i = 0; i < BISECTIONS; i++) {
             double middle = 0.5 * (low + high);
-            if (solve(p, middle) > (double)more)
+            if (fit_with_spread(p, middle) > (double)more)
                 low = middle;
             else
                 high = middle;
         }
         p->spread = high;
-        left = solve(p, p->spread);
+        left = fit_with_spread(p, p->spread);
     }
     double scatter = sqrt(left / (double)more) * mr_gates_student_factor((unsigned)more);
-    p->reach = Z_95 * fmax(1.0, scatter);
+    p->half_width_errors = Z_95 * fmax(1.0, scatter);
 }
 
-static struct push_interval interval(const struct pooled *p, size_t term)
+static struct push_interval make_interval(const struct pooled *p, size_t term)
 {
-    double half = p->reach * p->c_error[term];
+    double half = p->half_width_errors * p->c_error[term];
     return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
 }
 
-static void unmeasured(struct push_told *told, const char *reason)
+static void set_undetermined(struct push_parameter *told, const char *reason)
 {
-    told->of = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
+    told->interval = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
     snprintf(told->reason, sizeof told->reason, "%s", reason);
 }
 
@@ -257,13 +259,13 @@ static size_t count_fit_terms(const struct push_readings *readings)
         low = fmin(low, readings->series[i].load_lb);
         high = fmax(high, readings->series[i].load_lb);
     }
-    return high > low * (1.0 + ALIKE) ? 2 : 1;
+    return high > low * (1.0 + LOAD_TOLERANCE) ? 2 : 1;
 }
 
 /* Logarithm of the stiffness under one mat from one test, with its standard error. False: only
  * bounds. */
-static bool stiffness_of(const struct push_fit *fit, const struct push_setting *setting, double *ln,
-                         double *error)
+static bool get_stiffness(const struct push_fit *fit, const struct push_setting *setting,
+                          double *ln, double *error)
 {
     const struct push_interval *k = &fit->k_lb_in;
     if (!isfinite(k->high) || !(k->low > 0.0))
@@ -281,8 +283,8 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
     double least = HUGE_VAL;
     for (size_t i = 0; i < count; i++)
         least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
-    unmeasured(&ground->k_lb_ft, "no test moved more than the errors of its gages");
-    ground->k_lb_ft.of.low = fmax(0.0, least);
+    set_undetermined(&ground->k_lb_ft, "no test moved more than the errors of its gages");
+    ground->k_lb_ft.interval.low = fmax(0.0, least);
 }
 
 static void find_stiffness(const struct push_readings *readings, const struct push_setting *setting,
@@ -291,35 +293,36 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     struct pooled p = {.terms = count_fit_terms(readings)};
     double low = HUGE_VAL, high = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
-        if (!stiffness_of(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))
+        if (!get_stiffness(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))
             continue;
         p.x[p.count++] = log(readings->series[i].load_lb / ground->axle_load_lb);
         low = fmin(low, readings->series[i].load_lb);
         high = fmax(high, readings->series[i].load_lb);
     }
-    ground->untold = readings->count - p.count;
+    ground->undetermined_count = readings->count - p.count;
     if (p.count == 0) {
         bound_stiffness(setting, readings->count, ground);
-        unmeasured(&ground->axle_law, ground->k_lb_ft.reason);
+        set_undetermined(&ground->axle_law, ground->k_lb_ft.reason);
         return;
     }
-    bool two = p.terms == 2 && high > low * (1.0 + ALIKE);
+    bool two = p.terms == 2 && high > low * (1.0 + LOAD_TOLERANCE);
     p.terms = two ? 2 : 1;
-    if (!two && fabs(log(low / ground->axle_load_lb)) > ALIKE) {
-        char why[PUSH_REASON];
+    if (!two && fabs(log(low / ground->axle_load_lb)) > LOAD_TOLERANCE) {
+        char why[PUSH_REASON_SIZE];
         snprintf(why, sizeof why,
                  "tested under %.4g lb, but an axle has %.4g lb: to find how stiffness depends on "
                  "load, test under a second load",
                  low, ground->axle_load_lb);
-        unmeasured(&ground->k_lb_ft, why);
-        unmeasured(&ground->axle_law, "only one load: test also under twice the load of an axle");
+        set_undetermined(&ground->k_lb_ft, why);
+        set_undetermined(&ground->axle_law,
+                         "only one load: test also under twice the load of an axle");
         return;
     }
     pool_readings(&p);
-    struct push_interval ln = interval(&p, 0);
+    struct push_interval ln = make_interval(&p, 0);
     size_t more = p.count - p.terms;
-    ground->k_lb_ft.of = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
-    snprintf(ground->k_lb_ft.reason, PUSH_REASON, "%zu push test%s, %s", p.count,
+    ground->k_lb_ft.interval = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
+    snprintf(ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
              p.count == 1 ? "" : "s",
              more >= 2 ? "including the variation between places"
              : p.spread > 0
@@ -328,12 +331,13 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {
-        unmeasured(&ground->axle_law, "only one load: test also under twice the load of an axle");
+        set_undetermined(&ground->axle_law,
+                         "only one load: test also under twice the load of an axle");
         return;
     }
-    ground->axle_law.of = interval(&p, 1);
-    snprintf(ground->axle_law.reason, PUSH_REASON, "stiffness under %.4g lb compared with %.4g lb",
-             high, low);
+    ground->axle_law.interval = make_interval(&p, 1);
+    snprintf(ground->axle_law.reason, PUSH_REASON_SIZE,
+             "stiffness under %.4g lb compared with %.4g lb", high, low);
 }
 
 static void find_unloading(const struct push_readings *readings, struct push_ground *ground)
@@ -342,25 +346,25 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
     size_t falling = 0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_interval *rho = &ground->fit[i].unloading;
-        falling += ground->fit[i].falling;
+        falling += ground->fit[i].unloading_count;
         if (isnan(rho->value) || !isfinite(rho->high - rho->low))
             continue;
         p.y[p.count] = rho->value;
         p.error[p.count++] = fmax(rho->high - rho->value, rho->value - rho->low) / Z_95;
     }
     if (p.count == 0) {
-        unmeasured(&ground->unloading, falling == 0
-                                           ? "no unloading: take readings also while unloading"
-                                           : "the stiffness is also undetermined");
+        set_undetermined(&ground->unloading,
+                         falling == 0 ? "no unloading: take readings also while unloading"
+                                      : "the stiffness is also undetermined");
         return;
     }
     pool_readings(&p);
-    ground->unloading.of = interval(&p, 0);
-    snprintf(ground->unloading.reason, PUSH_REASON, "unloading readings of %zu push test%s",
+    ground->unloading.interval = make_interval(&p, 0);
+    snprintf(ground->unloading.reason, PUSH_REASON_SIZE, "unloading readings of %zu push test%s",
              p.count, p.count == 1 ? "" : "s");
 }
 
-static double pressing_lb(const struct push_setting *setting, double load_lb)
+static double normal_force_lb(const struct push_setting *setting, double load_lb)
 {
     return load_lb + setting->mats * setting->mat_weight_lb;
 }
@@ -372,24 +376,24 @@ static void find_friction(const struct push_readings *readings, const struct pus
     double held = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_fit *fit = &ground->fit[i];
-        double pressing = pressing_lb(setting, readings->series[i].load_lb);
-        held = fmax(held, (fit->slid ? fabs(fit->limit_lb) : fit->most_lb) / pressing);
-        if (fit->slid == 0)
+        double pressing = normal_force_lb(setting, readings->series[i].load_lb);
+        held = fmax(held, (fit->slid_count ? fabs(fit->limit_lb) : fit->max_lb) / pressing);
+        if (fit->slid_count == 0)
             continue;
         p.y[p.count] = fabs(fit->limit_lb) / pressing;
-        p.error[p.count++] = ground->stretch * setting->gages.force_lb / sqrt((double)fit->slid) /
-                             pressing;
+        p.error[p.count++] = ground->interval_factor * setting->gages.force_lb /
+                             sqrt((double)fit->slid_count) / pressing;
     }
     if (p.count == 0) {
-        unmeasured(&ground->friction,
-                   "no mat slid: push until a mat slides, or pull a mat without load");
-        ground->friction.of.low = held;
+        set_undetermined(&ground->friction,
+                         "no mat slid: push until a mat slides, or pull a mat without load");
+        ground->friction.interval.low = held;
         return;
     }
     pool_readings(&p);
-    ground->friction.of = interval(&p, 0);
-    snprintf(ground->friction.reason, PUSH_REASON, "%zu push test%s in which the mat slid", p.count,
-             p.count == 1 ? "" : "s");
+    ground->friction.interval = make_interval(&p, 0);
+    snprintf(ground->friction.reason, PUSH_REASON_SIZE, "%zu push test%s in which the mat slid",
+             p.count, p.count == 1 ? "" : "s");
 }
 
 /* Find the scatter of the readings of all tests, relative to the stated errors of the gages. All
@@ -400,15 +404,16 @@ static void find_scatter(size_t count, struct push_ground *ground)
     size_t freedom = 0;
     for (size_t i = 0; i < count; i++) {
         squares += ground->fit[i].chi_square;
-        freedom += ground->fit[i].freedom;
+        freedom += ground->fit[i].degrees_of_freedom;
     }
     ground->scatter = (double)NAN;
-    ground->stretch = 1.0;
+    ground->interval_factor = 1.0;
     if (freedom == 0)
         return;
     ground->scatter = sqrt(squares / (double)freedom);
-    ground->poor = squares > mr_chi_square((unsigned)freedom, MR_SIGMA_1_IN_1000);
-    ground->stretch = fmax(1.0, ground->scatter * mr_gates_student_factor((unsigned)freedom));
+    ground->has_excess_scatter = squares > mr_chi_square((unsigned)freedom, MR_SIGMA_1_IN_1000);
+    ground->interval_factor = fmax(1.0,
+                                   ground->scatter * mr_gates_student_factor((unsigned)freedom));
 }
 
 static enum mr_status fit_all(const struct push_readings *readings,
@@ -439,8 +444,8 @@ enum mr_status push_ground_find(const struct push_readings *readings,
     if (fit_all(readings, setting, 1.0, ground, error) != MR_OK)
         return error->status;
     find_scatter(readings->count, ground);
-    if (ground->stretch > 1.0 &&
-        fit_all(readings, setting, ground->stretch, ground, error) != MR_OK)
+    if (ground->interval_factor > 1.0 &&
+        fit_all(readings, setting, ground->interval_factor, ground, error) != MR_OK)
         return error->status;
     if (!isfinite(ground->log_odds))
         return error_set(error, MR_NUMERICS,
@@ -450,9 +455,9 @@ enum mr_status push_ground_find(const struct push_readings *readings,
     find_stiffness(readings, setting, ground);
     find_unloading(readings, ground);
     find_friction(readings, setting, ground);
-    if (ground->log_odds > log(PUSH_ODDS) && ground->untold < readings->count)
+    if (ground->log_odds > log(PUSH_ODDS_MIN) && ground->undetermined_count < readings->count)
         ground->law = PUSH_ELASTIC;
-    else if (ground->log_odds < -log(PUSH_ODDS))
+    else if (ground->log_odds < -log(PUSH_ODDS_MIN))
         ground->law = PUSH_RIGID;
     return MR_OK;
 }

@@ -1,21 +1,14 @@
 /* The ground under the gear from push tests: which law applies, and the scene keys gear_* of the
- * elastic law with 95 % intervals.
- *
- * Each test is fitted separately (fit.h); then the tests are combined. Stiffness as a function of
- * load:
- *
- *     ln(K / mats) = ln k + axle_law ln(load / axle load) + place
- *
- * k belongs to one mat under the load of one axle, like the scene key gear_k_lb_ft: K is divided by
- * the number of mats under the load, because each mat engages all of its ground. If tests differ by
- * more than their readings explain, the ground differs between places: the scatter is estimated
- * (Paule and Mandel), and Student's t for the number of tests widens the interval. This is done
- * whenever there are two more tests than parameters; with one more test, only if the tests
- * contradict each other.
- *
- * A law is chosen if the tests make it PUSH_ODDS times as likely as the other law, with equal prior
- * odds; otherwise the law is undecided. A parameter that is not determined has value NaN and a
- * reason. */
+ * elastic law with 95 % intervals.  * Each test is fitted separately (fit.h); then the tests are
+ * combined. Stiffness as a function of load:  *     ln(K / mats) = ln k + axle_law ln(load / axle
+ * load) + place  * k belongs to one mat under the load of one axle, like the scene key
+ * gear_k_lb_ft: K is divided by the number of mats under the load, because each mat engages all of
+ * its ground. If tests differ by more than their readings explain, the ground differs between
+ * places: the scatter is estimated (Paule and Mandel), and Student's t for the number of tests
+ * widens the interval. This is done whenever there are two more tests than parameters; with one
+ * more test, only if the tests contradict each other.  * A law is chosen if the tests make it
+ * PUSH_ODDS_MIN times as likely as the other law, with equal prior odds; otherwise the law is
+ * undecided. A parameter that is not determined has value NaN and a reason. */
 #ifndef MATRIG_HOST_PUSH_GROUND_H
 #define MATRIG_HOST_PUSH_GROUND_H
 
@@ -24,15 +17,15 @@
 #include "host/base/answer.h"
 #include "host/push/fit.h"
 
-#define PUSH_ODDS           20.0
-#define PUSH_REASON         200u
-#define PUSH_MATS_MOST      4u /* limited by gear_foot_ft */
+#define PUSH_ODDS_MIN       20.0
+#define PUSH_REASON_SIZE    200u
+#define PUSH_MATS_MAX       4u /* limited by gear_foot_ft */
 /* Report 2.6: 120 lb sink by 0.050 in. Along the ground the stiffness is 2 (1 - nu)/(2 - nu) = 0.82
  * of that (Mindlin, nu 0.3). Each of two mats has half of it. */
 #define PUSH_EXPECTED_LB_FT 11800.0
 
 struct push_setting {
-    struct push_gages gages;
+    struct push_errors gages;
     unsigned mats;        /* number of mats under the load, which move together */
     double mat_weight_lb; /* 0: not known, omitted from the friction */
     double axle_load_lb;  /* 0: the smallest load tested */
@@ -40,22 +33,23 @@ struct push_setting {
 
 enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };
 
-struct push_told {
-    struct push_interval of;  /* value NaN: not determined */
-    char reason[PUSH_REASON]; /* why it is not determined, or what the value is based on */
+struct push_parameter {
+    struct push_interval interval; /* value NaN: not determined */
+    char reason[PUSH_REASON_SIZE]; /* why it is not determined, or what the value is based on */
 };
 
 struct push_ground {
     enum push_law law;
     double log_odds; /* natural logarithm of the odds of elastic to rigid, from all tests */
-    struct push_told k_lb_ft, unloading, axle_law, friction;
+    struct push_parameter k_lb_ft, unloading, axle_law, friction;
     double axle_load_lb;
     double spread; /* scatter of ln k between places; NaN: too few tests */
-    bool poor; /* readings scatter more than the stated errors explain (by chance once in 1,000) */
-    double stretch;       /* factor on the intervals due to this scatter, at least 1 */
-    double scatter;       /* scatter of the readings divided by the stated errors */
-    size_t untold;        /* number of tests whose stiffness is not determined */
-    struct push_fit *fit; /* one per test; allocated */
+    /* readings scatter more than the stated errors explain (by chance once in 1,000) */
+    bool has_excess_scatter;
+    double interval_factor;    /* factor on the intervals due to this scatter, at least 1 */
+    double scatter;            /* scatter of the readings divided by the stated errors */
+    size_t undetermined_count; /* number of tests whose stiffness is not determined */
+    struct push_fit *fit;      /* one per test; allocated */
 };
 
 /* Combines all tests. MR_TOO_FEW as push_fit. MR_NUMERICS: the fit failed. The caller frees

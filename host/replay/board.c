@@ -17,12 +17,12 @@
 
 /* Longest real time of a run. Virtual time always advances, so even a board that hangs ends; the
  * limit is for machines that stall. */
-#define WAIT_LEAST_S    60.0
+#define WAIT_MIN_S      60.0
 #define WAIT_PER_S      10.0
 #define BYTES_PER_TURN  65536
 #define FRAMES_PER_TURN 1024
 
-enum { REPLAY, CAN, SERIAL, TOLD, FLASH, FILES };
+enum { REPLAY, CAN, SERIAL, BOARD_TEXT, FLASH, FILES };
 
 /* Link specifications of the files in the directory: "file:" and the path. */
 struct paths {
@@ -37,13 +37,13 @@ static void name_paths(struct paths *paths, const char *directory)
         snprintf(paths->link[i], sizeof paths->link[i], "file:%s/%s", directory, names[i]);
 }
 
-static const char *path_of(const struct paths *paths, unsigned file)
+static const char *file_path(const struct paths *paths, unsigned file)
 {
     return paths->link[file] + 5;
 }
 
-static enum mr_status start(const struct replay_board *board, const struct paths *paths,
-                            pid_t *child, struct error *error)
+static enum mr_status start_board(const struct replay_board *board, const struct paths *paths,
+                                  pid_t *child, struct error *error)
 {
     char can_base[20];
     snprintf(can_base, sizeof can_base, "%u", board->can_base);
@@ -55,19 +55,19 @@ static enum mr_status start(const struct replay_board *board, const struct paths
                                  "--serial",
                                  paths->link[SERIAL],
                                  "--replay",
-                                 path_of(paths, REPLAY),
+                                 file_path(paths, REPLAY),
                                  "--speed",
-                                 board->real ? "real" : "max",
+                                 board->real_time ? "real" : "max",
                                  "--can-base",
                                  can_base,
-                                 board->flash ? "--flash" : NULL,
-                                 path_of(paths, FLASH),
+                                 board->has_flash_file ? "--flash" : NULL,
+                                 file_path(paths, FLASH),
                                  NULL};
-    int told = open(path_of(paths, TOLD), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    int told = open(file_path(paths, BOARD_TEXT), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
     if (told < 0 || nothing < 0)
         error_set(error, MR_IO, "cannot write (%s): %s; free disk space", strerror(errno),
-                  path_of(paths, TOLD));
+                  file_path(paths, BOARD_TEXT));
     else
         process_start(words, (const int[]){nothing, nothing, told}, child, error);
     if (told >= 0)
@@ -78,7 +78,7 @@ static enum mr_status start(const struct replay_board *board, const struct paths
 }
 
 /* Last line that the board wrote to its standard error. */
-static void last_line(const char *path, char *out, size_t size)
+static void read_last_line(const char *path, char *out, size_t size)
 {
     char line[400];
     FILE *file = fopen(path, "r");
@@ -105,21 +105,21 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
     return MR_OK;
 }
 
-static enum mr_status play(const struct replay_board *board, const struct paths *paths,
-                           struct error *error)
+static enum mr_status run_board(const struct replay_board *board, const struct paths *paths,
+                                struct error *error)
 {
     char told[400];
     int status = 0;
     pid_t child;
-    if (start(board, paths, &child, error) != MR_OK)
+    if (start_board(board, paths, &child, error) != MR_OK)
         return error->status;
-    double limit_s = WAIT_LEAST_S + WAIT_PER_S * board->duration_s;
+    double limit_s = WAIT_MIN_S + WAIT_PER_S * board->duration_s;
     if (!process_wait(child, limit_s, &status))
         return error_set(
             error, MR_TIMEOUT,
             "the emulated board timed out after %.0f s: %s; check the load of this computer",
             limit_s, board->program);
-    last_line(path_of(paths, TOLD), told, sizeof told);
+    read_last_line(file_path(paths, BOARD_TEXT), told, sizeof told);
     if (WIFSIGNALED(status))
         return error_set(error, MR_IO, "the emulated board was killed by signal %d: %s; try again",
                          WTERMSIG(status), board->program);
@@ -127,7 +127,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
         return error_set(error, MR_IO,
                          "the emulated board failed with exit code %d: %s; its message: %s",
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
-    if (access(path_of(paths, CAN), R_OK) != 0 || access(path_of(paths, SERIAL), R_OK) != 0)
+    if (access(file_path(paths, CAN), R_OK) != 0 || access(file_path(paths, SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
                          "the emulated board wrote no answers: %s; check that this is matrig-board",
                          board->program);
@@ -135,8 +135,8 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
 }
 
 /* Collect both links in step by board time, like `matrig log`. */
-static enum mr_status collect(struct collector *collector, struct link *const link[LINK_KINDS],
-                              struct error *error)
+static enum mr_status collect_links(struct collector *collector,
+                                    struct link *const link[LINK_KINDS], struct error *error)
 {
     bool open[LINK_KINDS] = {true, true};
     uint8_t *bytes = xmalloc(BYTES_PER_TURN);
@@ -173,8 +173,8 @@ static enum mr_status collect(struct collector *collector, struct link *const li
     return status;
 }
 
-static enum mr_status take_answers(const struct paths *paths, uint16_t can_base,
-                                   struct store *store, struct error *error)
+static enum mr_status store_answers(const struct paths *paths, uint16_t can_base,
+                                    struct store *store, struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
     struct collector *collector = NULL;
@@ -183,7 +183,7 @@ static enum mr_status take_answers(const struct paths *paths, uint16_t can_base,
                 store_begin(store, error) == MR_OK &&
                 collector_open(store, paths->link[CAN], can_base, paths->link[SERIAL], &collector,
                                error) == MR_OK &&
-                collect(collector, link, error) == MR_OK &&
+                collect_links(collector, link, error) == MR_OK &&
                 collector_end(collector, "end", error) == MR_OK;
     enum mr_status status = good ? store_commit(store, error) : error->status;
     collector_close(collector);
@@ -200,11 +200,11 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     struct store_landing *landings = NULL;
     size_t count = 0;
     name_paths(&paths, directory);
-    enum mr_status status = play(board, &paths, error);
+    enum mr_status status = run_board(board, &paths, error);
     if (status == MR_OK)
         status = store_open(":memory:", STORE_CREATE, &store, error);
     if (status == MR_OK)
-        status = take_answers(&paths, board->can_base, store, error);
+        status = store_answers(&paths, board->can_base, store, error);
     if (status == MR_TRUNCATED) {
         /* the board ended normally, so its file does not end inside a frame: it contains no frames
          * at all */
@@ -233,7 +233,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 /* ---- the board's image ---- */
 
-void replay_image_of(const struct board_messages *recorded, char *path, size_t size)
+void replay_image_path(const struct board_messages *recorded, char *path, size_t size)
 {
     const struct mr_board *board = mr_board_by_number(recorded->board);
     if (board)
@@ -242,16 +242,16 @@ void replay_image_of(const struct board_messages *recorded, char *path, size_t s
         data_dir_find(DATA_FIRMWARE, path, size);
 }
 
-void replay_image_find(struct store *store, int64_t run, char *path, size_t size)
+void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size)
 {
     struct board_messages recorded;
     struct error unread = {0};
-    (void)answers_load(store, run, &recorded, &unread); /* if it fails: the image of zg */
-    replay_image_of(&recorded, path, size);
-    answers_free(&recorded);
+    (void)board_messages_load(store, run, &recorded, &unread); /* if it fails: the image of zg */
+    replay_image_path(&recorded, path, size);
+    board_messages_free(&recorded);
 }
 
-static const char *name_of(unsigned number)
+static const char *board_name(unsigned number)
 {
     const struct mr_board *board = mr_board_by_number(number);
     return board ? board->name : "a board unknown to this matrig";
@@ -264,11 +264,11 @@ enum mr_status replay_image_check(const char *path, const struct board_messages 
     struct error refused = {0};
     enum mr_status status = MR_OK;
     if (imagefile_read(path, &image, &refused) == MR_OK && image.has_header &&
-        recorded->board_told && image.header.board != recorded->board)
+        recorded->board_known && image.header.board != recorded->board)
         status = error_set(error, MR_VERSION,
                            "the landing was recorded by board %s, but the image is for %s: %s; "
                            "leave --elf out, or give an image for the board that recorded it",
-                           name_of(recorded->board), name_of(image.header.board), path);
+                           board_name(recorded->board), board_name(image.header.board), path);
     imagefile_free(&image);
     return status;
 }

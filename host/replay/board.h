@@ -10,9 +10,9 @@
 struct replay_board {
     const char *program; /* path of matrig-board */
     const char *elf;
-    bool real; /* runs in real time */
-    /* The directory has flash.bin, the content of the board's flash without the image. */
-    bool flash;
+    bool real_time;
+    /* True: the directory has flash.bin, the content of the board's flash without the image. */
+    bool has_flash_file;
     uint16_t can_base; /* base of the board on CAN, by its configuration */
     double duration_s; /* approximate virtual duration, which limits the waiting time */
 };
@@ -29,9 +29,9 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 /* Path of matrig's firmware image for the board that recorded the landing. If the record does not
  * name the board, the image of board zg. */
-void replay_image_of(const struct board_messages *recorded, char *path, size_t size);
-/* As replay_image_of, for a landing whose answers are not loaded. */
-void replay_image_find(struct store *store, int64_t run, char *path, size_t size);
+void replay_image_path(const struct board_messages *recorded, char *path, size_t size);
+/* As replay_image_path, for a landing whose answers are not loaded. */
+void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size);
 /* Checks that the image is for the board that recorded the landing; otherwise MR_VERSION. A file
  * that is not a matrig image is left to the emulated board, which refuses it. */
 enum mr_status replay_image_check(const char *path, const struct board_messages *recorded,

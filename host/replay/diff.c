@@ -11,11 +11,11 @@
 
 #define DIGITS 15 /* digits of numbers in reports, as many as a double holds */
 
-/* A message without a block of its own gets the newest block that its link had delivered. Frames of
+/* A message without its own block gets the newest block that its link had delivered. Frames of
  * one block can change order on the bus. */
-#define PLACE_SLACK_BLOCKS 4
+#define BLOCK_TOLERANCE  4
 /* Messages that are sent in turn wait while the bus is full, rarely longer than this. */
-#define LATE_MOST_BLOCKS   2000
+#define DELAY_MAX_BLOCKS 2000
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 
@@ -70,7 +70,7 @@ static const struct {
 };
 
 /* True if a message as a whole does not follow from the record. */
-static bool field_circumstance(uint16_t id)
+static bool message_is_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
     return false
@@ -79,7 +79,7 @@ static bool field_circumstance(uint16_t id)
 }
 
 /* True if the message is sent in turn, when the bus has room. */
-static bool field_in_turn(uint16_t id)
+static bool message_is_in_rotation(uint16_t id)
 {
 #define IN_TURN(name, NAME) || id == MR_ID_##NAME
     return false
@@ -87,8 +87,8 @@ static bool field_in_turn(uint16_t id)
         ;
 }
 
-static enum field_rule field_rule(const struct mr_message_info *info,
-                                  const struct mr_field_info *field)
+static enum field_rule find_field_rule(const struct mr_message_info *info,
+                                       const struct mr_field_info *field)
 {
     for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
         if ((rules[i].id == 0 || rules[i].id == info->id) &&
@@ -131,37 +131,37 @@ static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
 
 /* ---- two lists of messages ---- */
 
-struct comparing {
+struct comparison {
     const struct board_messages *recorded, *replayed;
     const struct diff_options *options;
     struct diff *diff;
     struct diff_row *row;
     /* range of the record; messages outside have no counterpart */
     int64_t first_block, end_block;
-    double queued_recorded, queued_replayed; /* at the first message; NaN: none yet */
+    double queued_recorded, queued_replayed; /* at the first message; NaN: no message yet */
     bool links_faultless;
     int64_t late_blocks; /* see struct diff */
     /* the record ends before its landing: one link may have continued without the other */
-    bool broken_off;
+    bool landing_incomplete;
 };
 
-static void note(struct comparing *c, struct difference difference)
+static void add_difference(struct comparison *c, struct difference difference)
 {
     struct diff_row *row = c->row;
-    if (row->differ + row->only_recorded + row->only_replayed == 0)
+    if (row->differing + row->only_recorded + row->only_replayed == 0)
         row->first = difference;
-    if (!c->diff->found || difference.block < c->diff->first.block) {
+    if (!c->diff->has_difference || difference.block < c->diff->first.block) {
         c->diff->first = difference;
-        c->diff->found = true;
+        c->diff->has_difference = true;
     }
 }
 
-static void note_value(struct comparing *c, const char *field, int64_t block, double recorded,
-                       double replayed)
+static void add_value_difference(struct comparison *c, const char *field, int64_t block,
+                                 double recorded, double replayed)
 {
-    note(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block, recorded,
-                                replayed});
-    c->row->differ++;
+    add_difference(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block,
+                                          recorded, replayed});
+    c->row->differing++;
 }
 
 static double value_of(const struct board_message *answer, const char *name)
@@ -182,31 +182,31 @@ static bool is_near(double a, double b, double tolerance)
 
 /* Messages that do not follow from the record: rows of the slow log, which are sent when their
  * minute is full, and nonces, which need a key that a replay does not have. */
-static bool is_apart(uint16_t id)
+static bool is_independent(uint16_t id)
 {
     return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
 
 /* Frames queued so far, including dropped ones, because the firmware made those too. */
-static double queued(const struct board_messages *answers, int link,
-                     const struct board_message *answer)
+static double count_queued_frames(const struct board_messages *answers, int link,
+                                  const struct board_message *answer)
 {
     double others = 0.0;
     for (const struct board_message *before = answers->message[link]; before < answer; before++)
-        others += is_apart(before->info->id);
+        others += is_independent(before->info->id);
     return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
 /* Convert the two values of a field to a common base. False: the field is not compared. */
-static bool footing(struct comparing *c, const struct mr_field_info *field,
-                    const struct board_message *a, const struct board_message *b, double *recorded,
-                    double *replayed, double *tolerance)
+static bool align_values(struct comparison *c, const struct mr_field_info *field,
+                         const struct board_message *a, const struct board_message *b,
+                         double *recorded, double *replayed, double *tolerance)
 {
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
     *replayed = mr_field_value(field, b->data);
     *tolerance = c->options->exact ? 0.0 : field_tolerance(field->unit);
-    switch (field_rule(a->info, field)) {
+    switch (find_field_rule(a->info, field)) {
     case FIELD_BLOCK: *replayed += (double)shift; return true;
     case FIELD_BLOCK16: *replayed = (uint16_t)((int64_t)*replayed + shift); return true;
     case FIELD_TICK:
@@ -215,11 +215,11 @@ static bool footing(struct comparing *c, const struct mr_field_info *field,
         return true;
     case FIELD_QUEUED:
         if (isnan(c->queued_recorded)) {
-            c->queued_recorded = queued(c->recorded, c->row->link, a);
-            c->queued_replayed = queued(c->replayed, c->row->link, b);
+            c->queued_recorded = count_queued_frames(c->recorded, c->row->link, a);
+            c->queued_replayed = count_queued_frames(c->replayed, c->row->link, b);
         }
-        *recorded = queued(c->recorded, c->row->link, a) - c->queued_recorded;
-        *replayed = queued(c->replayed, c->row->link, b) - c->queued_replayed;
+        *recorded = count_queued_frames(c->recorded, c->row->link, a) - c->queued_recorded;
+        *replayed = count_queued_frames(c->replayed, c->row->link, b) - c->queued_replayed;
         return c->options->exact && c->links_faultless && c->late_blocks == 0;
     case FIELD_FAULTS:
         *recorded = (uint32_t)*recorded & RECORD_FAULTS;
@@ -234,24 +234,24 @@ static bool footing(struct comparing *c, const struct mr_field_info *field,
     return true;
 }
 
-static void compare_pair(struct comparing *c, const struct board_message *a,
+static void compare_pair(struct comparison *c, const struct board_message *a,
                          const struct board_message *b)
 {
     c->row->pairs++;
     for (unsigned i = 0; i < a->info->field_count; i++) {
         const struct mr_field_info *field = &a->info->fields[i];
         double recorded, replayed, tolerance;
-        if (!footing(c, field, a, b, &recorded, &replayed, &tolerance))
+        if (!align_values(c, field, a, b, &recorded, &replayed, &tolerance))
             continue;
         c->row->fields++;
         if (!is_near(recorded, replayed, tolerance))
-            note_value(c, field->name, a->block, recorded, replayed);
+            add_value_difference(c, field->name, a->block, recorded, replayed);
     }
 }
 
 /* False for faults of links, clocks and converters, which depend on circumstances, and for answers
  * to commands before arming, which may still have been in transit. */
-static bool follows_from_record(const struct board_message *answer, int64_t first_block)
+static bool is_determined_by_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
         (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
@@ -267,7 +267,7 @@ static bool follows_from_record(const struct board_message *answer, int64_t firs
 }
 
 /* Number of earlier blocks that a message averages. */
-static int64_t reaches_back(uint16_t id)
+static int64_t averaged_blocks(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
     return pack < MR_SERIES_PACKS ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1 : 0;
@@ -280,49 +280,53 @@ static bool has_own_block(const struct mr_message_info *info)
 }
 
 /* An iterator over the messages of one kind in one list. */
-struct walk {
+struct message_iterator {
     const struct board_message *at, *end;
     int64_t shift;
     int64_t first_block; /* armed block in the block count of this list */
 };
 
-static void begin_walks(const struct comparing *c, int link, struct walk *old, struct walk *new)
+static void begin_iterators(const struct comparison *c, int link, struct message_iterator *old,
+                            struct message_iterator *new)
 {
     const int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
     const struct board_message *from = c->recorded->message[link],
                                *again = c->replayed->message[link];
-    *old = (struct walk){from, from + c->recorded->messages[link], 0, armed};
-    *new = (struct walk){again, again + c->replayed->messages[link], shift, armed - shift};
+    *old = (struct message_iterator){from, from + c->recorded->messages[link], 0, armed};
+    *new = (struct message_iterator){again, again + c->replayed->messages[link], shift,
+                                     armed - shift};
 }
 
-static const struct board_message *next(struct walk *walk, const struct mr_message_info *info)
+static const struct board_message *next_message(struct message_iterator *walk,
+                                                const struct mr_message_info *info)
 {
     for (; walk->at < walk->end; walk->at++) {
-        if (walk->at->info == info && follows_from_record(walk->at, walk->first_block))
+        if (walk->at->info == info && is_determined_by_record(walk->at, walk->first_block))
             return walk->at;
     }
     return NULL;
 }
 
-static void note_unmatched(struct comparing *c, const struct board_message *answer, int64_t block,
-                           bool recorded)
+static void add_unmatched(struct comparison *c, const struct board_message *answer, int64_t block,
+                          bool recorded)
 {
     /* The record can end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
-    if (!recorded && c->broken_off && block == c->end_block)
+    if (!recorded && c->landing_incomplete && block == c->end_block)
         return; /* messages about the last block may not have been sent any more */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be earlier or later by this much */
-    if (field_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
+    if (message_is_in_rotation(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
         return;
     }
-    note(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED, c->row->link,
-                                answer->info->name, "", block, (double)NAN, (double)NAN});
+    add_difference(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED,
+                                          c->row->link, answer->info->name, "", block, (double)NAN,
+                                          (double)NAN});
     if (recorded)
         c->row->only_recorded++;
     else
@@ -345,44 +349,44 @@ static bool has_same_subject(const struct board_message *a, const struct board_m
     return true;
 }
 
-static void compare_messages(struct comparing *c, int link, const struct mr_message_info *info)
+static void compare_messages(struct comparison *c, int link, const struct mr_message_info *info)
 {
-    struct walk old, new;
-    begin_walks(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->exact  ? 0
-                  : field_in_turn(info->id) && c->late_blocks ? c->late_blocks
-                                                              : PLACE_SLACK_BLOCKS;
+    struct message_iterator old, new;
+    begin_iterators(c, link, &old, &new);
+    int64_t slack = has_own_block(info) && c->options->exact           ? 0
+                  : message_is_in_rotation(info->id) && c->late_blocks ? c->late_blocks
+                                                                       : BLOCK_TOLERANCE;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
-        const struct board_message *a = next(&old, info), *b = next(&new, info);
+        const struct board_message *a = next_message(&old, info), *b = next_message(&new, info);
         if (!a && !b)
             return;
         int64_t at = a ? a->block : INT64_MAX / 2,
                 replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
-        if (c->broken_off && a && at > c->end_block) {
+        if (c->landing_incomplete && a && at > c->end_block) {
             c->diff->after_record++;
             old.at++;
             continue;
         }
         bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
         if (paired && c->options->lossy[link] && !has_same_subject(a, b)) {
-            note_unmatched(c, b, replayed_at, false);
+            add_unmatched(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
             /* CAN sent the message while its record was still in transit on serial */
             if (has_own_block(info) && at > c->end_block)
                 c->diff->after_record++;
-            else if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
+            else if (averaged_blocks(info->id) && at < c->first_block + averaged_blocks(info->id))
                 c->diff->before_record++;
             else
                 compare_pair(c, a, b);
             old.at++;
             new.at++;
         } else if (at < replayed_at) {
-            note_unmatched(c, a, at, true);
+            add_unmatched(c, a, at, true);
             old.at++;
         } else {
-            note_unmatched(c, b, replayed_at, false);
+            add_unmatched(c, b, replayed_at, false);
             new.at++;
         }
     }
@@ -390,16 +394,17 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
 
 /* Largest shift in blocks between a message and its counterpart, for messages that are sent in
  * turn, while their order is the same. */
-static int64_t late_by(const struct comparing *c, int link, const struct mr_message_info *info)
+static int64_t find_largest_delay(const struct comparison *c, int link,
+                                  const struct mr_message_info *info)
 {
     int64_t most = 0;
-    struct walk old, new;
+    struct message_iterator old, new;
     const struct board_message *a, *b;
-    begin_walks(c, link, &old, &new);
-    while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL &&
+    begin_iterators(c, link, &old, &new);
+    while ((a = next_message(&old, info)) != NULL && (b = next_message(&new, info)) != NULL &&
            has_same_subject(a, b)) {
         int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
-        if (apart > LATE_MOST_BLOCKS)
+        if (apart > DELAY_MAX_BLOCKS)
             break;
         most = apart > most ? apart : most;
         old.at++;
@@ -410,39 +415,39 @@ static int64_t late_by(const struct comparing *c, int link, const struct mr_mess
 
 /* The shift is large if the bus was full in one of the two, because of other boards or
  * instruments. */
-static int64_t late_blocks(const struct comparing *c)
+static int64_t find_bus_delay(const struct comparison *c)
 {
     size_t count;
     int64_t most = 0;
     const struct mr_message_info *info = mr_catalogue(&count);
     for (size_t i = 0; i < count; i++) {
-        for (int link = 0; link < LINK_KINDS && field_in_turn(info[i].id); link++) {
-            int64_t late = c->options->lossy[link] ? 0 : late_by(c, link, &info[i]);
+        for (int link = 0; link < LINK_KINDS && message_is_in_rotation(info[i].id); link++) {
+            int64_t late = c->options->lossy[link] ? 0 : find_largest_delay(c, link, &info[i]);
             most = late > most ? late : most;
         }
     }
-    return most > PLACE_SLACK_BLOCKS ? most + PLACE_SLACK_BLOCKS : 0;
+    return most > BLOCK_TOLERANCE ? most + BLOCK_TOLERANCE : 0;
 }
 
 /* ---- block records: the input must be recorded again unchanged ---- */
 
-static void compare_number(struct comparing *c, const char *field, int64_t block, double a,
-                           double b)
+static void compare_block_value(struct comparison *c, const char *field, int64_t block, double a,
+                                double b)
 {
     c->row->fields++;
     if (a != b)
-        note_value(c, field, block, a, b);
+        add_value_difference(c, field, block, a, b);
 }
 
-static void compare_block(struct comparing *c, const struct mr_block *a, const struct mr_block *b)
+static void compare_block(struct comparison *c, const struct mr_block *a, const struct mr_block *b)
 {
     c->row->pairs++;
-    compare_number(c, "tick", a->index, a->tick,
-                   b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
-    compare_number(c, "absent", a->index, a->absent, b->absent);
+    compare_block_value(c, "tick", a->index, a->tick,
+                        b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
+    compare_block_value(c, "absent", a->index, a->absent, b->absent);
 #define COMPARE(field)                                                \
     for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++) \
-        compare_number(c, #field, a->index, a->field[i], b->field[i]);
+        compare_block_value(c, #field, a->index, a->field[i], b->field[i]);
     COMPARE(plus)
     COMPARE(minus)
     COMPARE(sum)
@@ -451,7 +456,7 @@ static void compare_block(struct comparing *c, const struct mr_block *a, const s
 #undef COMPARE
 }
 
-static void compare_blocks(struct comparing *c)
+static void compare_blocks(struct comparison *c)
 {
     static const struct mr_message_info record = {.name = "block", .id = MR_ID_BLOCK};
     static const struct board_message any = {.info = &record};
@@ -464,43 +469,42 @@ static void compare_blocks(struct comparing *c)
         if (at == replayed_at)
             compare_block(c, &c->recorded->block[i++], &c->replayed->block[k++]);
         else if (at < replayed_at)
-            note_unmatched(c, &any, c->recorded->block[i++].index, true);
+            add_unmatched(c, &any, c->recorded->block[i++].index, true);
         else
-            note_unmatched(c, &any, c->replayed->block[k++].index + c->options->shift_blocks,
-                           false);
+            add_unmatched(c, &any, c->replayed->block[k++].index + c->options->shift_blocks, false);
     }
 }
 
 /* ---- summary ---- */
 
-static int64_t faults_of_circumstances(const struct board_messages *answers, int link)
+static int64_t count_circumstance_faults(const struct board_messages *answers, int link)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->messages[link]; i++)
         count += answers->message[link][i].info->id == MR_ID_FAULT &&
-                 !follows_from_record(&answers->message[link][i], 0);
+                 !is_determined_by_record(&answers->message[link][i], 0);
     return count;
 }
 
-static void begin_row(struct comparing *c, const char *message, int link)
+static void begin_row(struct comparison *c, const char *message, int link)
 {
     c->row = &c->diff->row[c->diff->rows];
     *c->row = (struct diff_row){.message = message, .link = link};
 }
 
-static void end_row(struct comparing *c)
+static void end_row(struct comparison *c)
 {
     const struct diff_row *row = c->row;
     c->diff->messages += row->pairs;
     c->diff->fields += row->fields;
-    c->diff->differ += row->differ + row->only_recorded + row->only_replayed;
+    c->diff->differing += row->differing + row->only_recorded + row->only_replayed;
     if ((row->pairs || row->only_recorded || row->only_replayed) &&
         c->diff->rows + 1 < DIFF_MESSAGES_MAX)
         c->diff->rows++;
 }
 
-static int64_t count_of(const struct board_messages *answers, int link,
-                        const struct mr_message_info *info)
+static int64_t count_messages(const struct board_messages *answers, int link,
+                              const struct mr_message_info *info)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->messages[link]; i++)
@@ -511,31 +515,31 @@ static int64_t count_of(const struct board_messages *answers, int link,
 void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
                   const struct diff_options *options, struct diff *diff)
 {
-    struct comparing c = {
+    struct comparison c = {
         .recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
     size_t count;
     const struct mr_message_info *info = mr_catalogue(&count);
     *diff = (struct diff){.exact = options->exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->blocks - 1].index;
-    c.broken_off = recorded->landing.state != MR_LANDING_DONE;
+    c.landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
     c.links_faultless = true;
     for (int link = 0; link < LINK_KINDS; link++)
-        c.links_faultless &= faults_of_circumstances(recorded, link) == 0 &&
-                             faults_of_circumstances(replayed, link) == 0;
-    c.late_blocks = late_blocks(&c);
-    diff->late_blocks = c.late_blocks;
+        c.links_faultless &= count_circumstance_faults(recorded, link) == 0 &&
+                             count_circumstance_faults(replayed, link) == 0;
+    c.late_blocks = find_bus_delay(&c);
+    diff->delay_blocks = c.late_blocks;
     begin_row(&c, "block", LINK_SERIAL);
     compare_blocks(&c);
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (field_circumstance(info[i].id) || is_apart(info[i].id)) {
-                diff->circumstances += count_of(recorded, link, &info[i]);
+            if (message_is_circumstance(info[i].id) || is_independent(info[i].id)) {
+                diff->circumstances += count_messages(recorded, link, &info[i]);
                 continue;
             }
             if (info[i].id == MR_ID_FAULT)
-                diff->circumstances += faults_of_circumstances(recorded, link);
+                diff->circumstances += count_circumstance_faults(recorded, link);
             begin_row(&c, info[i].name, link);
             compare_messages(&c, link, &info[i]);
             end_row(&c);
@@ -583,14 +587,14 @@ static void difference_answer(const struct difference *d, struct answer *answer)
 /* Print only rows with differences. */
 static void row_answer(const struct diff_row *row, struct answer *answer)
 {
-    bool differs = row->differ + row->only_recorded + row->only_replayed > 0;
+    bool differs = row->differing + row->only_recorded + row->only_replayed > 0;
     char text[300];
     answer_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
     answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
     answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
     answer_count(answer, "fields", NULL, row->fields);
-    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differ);
+    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing);
     answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL, row->only_recorded);
     answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL, row->only_replayed);
     difference_answer(differs ? &row->first : NULL, answer);
@@ -600,8 +604,8 @@ static void row_answer(const struct diff_row *row, struct answer *answer)
     }
 }
 
-static void uncompared(struct answer *answer, const char *name, int64_t messages, const char *label,
-                       const char *end)
+static void add_uncompared(struct answer *answer, const char *name, int64_t messages,
+                           const char *label, const char *end)
 {
     answer_count(answer, name, messages ? label : NULL, messages)->end = end;
 }
@@ -611,8 +615,8 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     char text[300], within[FIELD_TOLERANCES_TEXT];
     field_tolerances_text(answer_is_si(answer), within);
     answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : within);
-    difference_answer(diff->found ? &diff->first : NULL, answer);
-    if (diff->found) {
+    difference_answer(diff->has_difference ? &diff->first : NULL, answer);
+    if (diff->has_difference) {
         difference_text(&diff->first, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
@@ -620,25 +624,25 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     for (size_t i = 0; i < diff->rows; i++)
         row_answer(&diff->row[i], answer);
     answer_close(answer);
-    uncompared(answer, "after_record", diff->after_record, "not compared",
-               " messages of blocks after the last record");
-    uncompared(answer, "before_record", diff->before_record, "not compared",
-               " messages that depend on blocks before the record");
-    uncompared(answer, "circumstances", diff->circumstances, "not compared",
-               " messages about links, clock and chip, which a record cannot determine");
-    uncompared(
+    add_uncompared(answer, "after_record", diff->after_record, "not compared",
+                   " messages of blocks after the last record");
+    add_uncompared(answer, "before_record", diff->before_record, "not compared",
+                   " messages that depend on blocks before the record");
+    add_uncompared(answer, "circumstances", diff->circumstances, "not compared",
+                   " messages about links, clock and chip, which a record cannot determine");
+    add_uncompared(
         answer, "not_recorded", diff->not_recorded, "not recorded",
         " messages of the replay that are missing in the record because the log lost frames");
-    answer_count(answer, "late_blocks", NULL, diff->late_blocks);
-    if (diff->late_blocks)
+    answer_count(answer, "late_blocks", NULL, diff->delay_blocks);
+    if (diff->delay_blocks)
         answer_sentence(answer, NULL,
                         "the bus was full in the record or in the replay, so messages sent in "
                         "rotation (channels, joints and others) were up to %lld ms later; their "
                         "order is compared, but not their times and the counts of frames",
-                        (long long)diff->late_blocks);
+                        (long long)diff->delay_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
-                 (long long)diff->differ, (long long)diff->fields, (long long)diff->messages);
-    answer_count(answer, "differ", NULL, diff->differ);
+                 (long long)diff->differing, (long long)diff->fields, (long long)diff->messages);
+    answer_count(answer, "differ", NULL, diff->differing);
     answer_count(answer, "fields", NULL, diff->fields);
     answer_count(answer, "messages", NULL, diff->messages);
 }

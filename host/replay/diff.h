@@ -29,7 +29,7 @@ struct diff_row { /* one message on one link */
     int link;
     int64_t pairs;
     int64_t fields; /* number of compared fields */
-    int64_t differ;
+    int64_t differing;
     int64_t only_recorded, only_replayed;
     struct difference first; /* first difference, if there is one */
 };
@@ -39,10 +39,10 @@ struct diff {
     struct diff_row row[DIFF_MESSAGES_MAX];
     size_t rows;
     /* A message that only one side has counts as one difference. */
-    int64_t messages, fields, differ;
+    int64_t messages, fields, differing;
     /* Largest time difference, in blocks, of messages sent in rotation, if a full bus delayed them;
      * 0: no delay. */
-    int64_t late_blocks;
+    int64_t delay_blocks;
     int64_t before_record; /* messages that depend on blocks before the first record */
     /* Messages of blocks after the last record, because CAN reports them first or the record ends
      * early. */
@@ -50,7 +50,7 @@ struct diff {
     /* Recorded messages that no record determines (CIRCUMSTANCE in the catalogue). */
     int64_t circumstances;
     int64_t not_recorded; /* messages of the replay that a log with losses may have missed */
-    bool found;
+    bool has_difference;
     struct difference first; /* earliest in time */
 };
 

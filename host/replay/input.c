@@ -13,48 +13,48 @@
 #include "common/crc32.h"
 #include "host/base/xmalloc.h"
 
-/* A record that is armed later than LATE_BLOCKS is moved back. A record that is armed earlier than
- * EARLY_BLOCKS is moved forward, because zeros, survey and runway come first. The shift is in whole
- * seconds, so actions of the board that depend on its block index repeat. */
-#define LATE_BLOCKS        20000
-#define EARLY_BLOCKS       450
-#define BLOCKS_PER_S       1000
+/* A record that is armed later than ARMED_MAX_BLOCKS is moved back. A record that is armed earlier
+ * than ARMED_MIN_BLOCKS is moved forward, because zeros, survey and runway come first. The shift is
+ * in whole seconds, so actions of the board that depend on its block index repeat. */
+#define ARMED_MAX_BLOCKS     20000
+#define ARMED_MIN_BLOCKS     450
+#define BLOCKS_PER_S         1000
 /* Schedule before arming: from this block on one zero per block, then a segment of the survey every
  * second block, then a word of the runway per block. */
-#define FIRST_COMMAND      40
-#define COMMANDS_PER_BLOCK 4u
-#define CLOCK_INTERNAL     1 /* value in the message hello */
-#define RUNWAY_TAG         10000u
-#define CHART_TAG          20000u
-#define CHART_BLOCK        415u /* after the last word of a runway */
+#define FIRST_COMMAND_BLOCK  40
+#define COMMANDS_PER_BLOCK   4u
+#define HELLO_CLOCK_INTERNAL 1 /* value in the message hello */
+#define RUNWAY_TAG           10000u
+#define CHART_TAG            20000u
+#define CHART_BLOCK          415u /* after the last word of a runway */
 
 /* ---- the board's messages ---- */
 
-struct loading {
+struct loader {
     struct board_messages *answers;
     int link;
     /* block of the newest state change on the link; while idle, few other messages contain a
      * time */
-    int64_t told;
-    size_t room; /* capacity of `block` */
+    int64_t state_block;
+    size_t capacity; /* capacity of `block` */
     int64_t run;
     const char *path;
     struct error *error;
 };
 
-static void take_board(struct board_messages *answers, uint32_t id, const uint8_t *data,
-                       size_t length)
+static void handle_board(struct board_messages *answers, uint32_t id, const uint8_t *data,
+                         size_t length)
 {
     struct mr_config_state state;
     if (id != MR_ID_CONFIG_STATE || mr_config_state_get(&state, data, length) != MR_OK)
         return;
     answers->board = state.board;
-    answers->board_told = true;
+    answers->board_known = true;
 }
 
-static enum mr_status take_frame(void *context, const struct store_frame *frame)
+static enum mr_status handle_frame(void *context, const struct store_frame *frame)
 {
-    struct loading *loading = context;
+    struct loader *loading = context;
     struct board_messages *answers = loading->answers;
     size_t *count = &answers->messages[loading->link];
     const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id)
@@ -70,12 +70,12 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     if (info->id == MR_ID_LANDING) {
         struct mr_landing landing;
         mr_landing_get(&landing, answer->data, info->length);
-        if ((int64_t)landing.block > loading->told)
-            loading->told = landing.block;
+        if ((int64_t)landing.block > loading->state_block)
+            loading->state_block = landing.block;
     }
-    if (answer->block < loading->told)
-        answer->block = loading->told;
-    take_board(answers, info->id, answer->data, info->length);
+    if (answer->block < loading->state_block)
+        answer->block = loading->state_block;
+    handle_board(answers, info->id, answer->data, info->length);
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;
         mr_hello_get(&hello, answer->data, info->length);
@@ -88,12 +88,12 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     return MR_OK;
 }
 
-static enum mr_status take_block(void *context, const uint8_t *record, size_t length, int link)
+static enum mr_status handle_block(void *context, const uint8_t *record, size_t length, int link)
 {
     (void)link;
-    struct loading *loading = context;
+    struct loader *loading = context;
     struct board_messages *answers = loading->answers;
-    if (answers->blocks == loading->room)
+    if (answers->blocks == loading->capacity)
         return error_set(loading->error, MR_MALFORMED,
                          "more block records than counted: RUN %lld of %s; wait until no program "
                          "writes to the campaign",
@@ -107,37 +107,37 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     return MR_OK;
 }
 
-static enum mr_status load_blocks(struct store *store, struct loading *loading)
+static enum mr_status load_blocks(struct store *store, struct loader *loading)
 {
     int64_t count;
     enum mr_status status = store_blocks_count(store, loading->run, &count, loading->error);
     if (status != MR_OK || count == 0)
         return status;
-    loading->room = (size_t)count;
-    loading->answers->block = xcalloc(loading->room, sizeof *loading->answers->block);
-    return store_blocks_each(store, loading->run, take_block, loading, loading->error);
+    loading->capacity = (size_t)count;
+    loading->answers->block = xcalloc(loading->capacity, sizeof *loading->answers->block);
+    return store_blocks_each(store, loading->run, handle_block, loading, loading->error);
 }
 
-enum mr_status answers_load(struct store *store, int64_t run, struct board_messages *answers,
-                            struct error *error)
+enum mr_status board_messages_load(struct store *store, int64_t run, struct board_messages *answers,
+                                   struct error *error)
 {
-    struct loading loading = {
+    struct loader loading = {
         .answers = answers, .run = run, .path = store_path(store), .error = error};
     *answers = (struct board_messages){0};
     enum mr_status status = store_landing_get(store, run, &answers->landing, error);
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         loading.link = link;
-        loading.told = -1;
-        status = store_frames_each(store, run, link, take_frame, &loading, error);
+        loading.state_block = -1;
+        status = store_frames_each(store, run, link, handle_frame, &loading, error);
     }
     if (status == MR_OK)
         status = load_blocks(store, &loading);
     if (status != MR_OK)
-        answers_free(answers);
+        board_messages_free(answers);
     return status;
 }
 
-void answers_free(struct board_messages *answers)
+void board_messages_free(struct board_messages *answers)
 {
     for (int link = 0; link < LINK_KINDS; link++)
         free(answers->message[link]);
@@ -180,8 +180,8 @@ static void add_hole(struct holes *holes, int64_t from, int64_t to)
     holes->blocks += to - from + 1;
 }
 
-static enum mr_status check_whole(const struct board_messages *recorded, const char *path,
-                                  struct error *error)
+static enum mr_status check_complete(const struct board_messages *recorded, const char *path,
+                                     struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
     struct holes holes = {0};
@@ -195,7 +195,7 @@ static enum mr_status check_whole(const struct board_messages *recorded, const c
                          "the record begins after arming: RUN %lld of %s; to replay a landing, "
                          "start its log before you arm the board",
                          (long long)landing->id, path);
-    if (landing->clock_source > CLOCK_INTERNAL)
+    if (landing->clock_source > HELLO_CLOCK_INTERNAL)
         return error_set(error, MR_NOT_NOW,
                          "recorded without PLL, so nothing was measured: RUN %lld of %s; replay a "
                          "different landing",
@@ -240,7 +240,7 @@ static bool add_command(struct commands *commands, int64_t block, struct mr_comm
 }
 
 /* The link with more answers to commands; serial if both have the same number. */
-static enum link_kind link_of_acks(const struct board_messages *recorded)
+static enum link_kind find_command_link(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
     for (int link = 0; link < LINK_KINDS; link++) {
@@ -252,8 +252,8 @@ static enum link_kind link_of_acks(const struct board_messages *recorded)
 
 /* Argument of a command, from the answers of the board. The number of a mark is in the message
  * before its answer. */
-static int32_t argument_of(const struct board_messages *recorded, const struct mr_ack *ack,
-                           const struct mr_mark *mark)
+static int32_t find_argument(const struct board_messages *recorded, const struct mr_ack *ack,
+                             const struct mr_mark *mark)
 {
     if (ack->status == MR_USAGE)
         return -1;
@@ -264,9 +264,9 @@ static int32_t argument_of(const struct board_messages *recorded, const struct m
 
 /* Collect the commands from their answers. If a command ends the landing, its answer comes after
  * the end, so it is taken from the landing's state instead. */
-static bool take_commands(const struct board_messages *recorded, struct commands *commands)
+static bool collect_commands(const struct board_messages *recorded, struct commands *commands)
 {
-    enum link_kind link = link_of_acks(recorded);
+    enum link_kind link = find_command_link(recorded);
     struct mr_mark mark = {0};
     struct mr_landing last = {0};
     bool fits = true;
@@ -291,7 +291,7 @@ static bool take_commands(const struct board_messages *recorded, struct commands
         if ((int64_t)ack.block < recorded->landing.armed_block)
             continue;
         struct mr_command message = {
-            .code = ack.code, .tag = ack.tag, .argument = argument_of(recorded, &ack, &mark)};
+            .code = ack.code, .tag = ack.tag, .argument = find_argument(recorded, &ack, &mark)};
         /* the replay would obey it, because it has no key */
         if (mr_command_is_sender_refused(ack.status))
             message.code = MR_COMMAND_NONE;
@@ -326,7 +326,7 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
         memcpy(&bits, &zero[i].zero_code, sizeof bits);
         if (!zero[i].measured)
             continue;
-        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND + input->zeros,
+        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND_BLOCK + input->zeros,
             MR_COMMAND_ZERO, i + 1, MR_SEGMENTS + 1u + input->zeros, bits);
         input->zeros++;
     }
@@ -341,10 +341,10 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
     struct mr_predictor_state state;
     int64_t source;
     enum mr_status status = store_runway_get(store, recorded->landing.id, &state, &source,
-                                             &input->runway, error);
-    if (status != MR_OK || !input->runway)
+                                             &input->has_runway, error);
+    if (status != MR_OK || !input->has_runway)
         return status;
-    size_t block = FIRST_COMMAND + input->zeros + 2 * input->surveyed;
+    size_t block = FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments;
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
         put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
             RUNWAY_TAG + i, mr_runway_word_argument(&state, i));
@@ -396,10 +396,10 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
         if (isnan(segment[i].slack_in))
             continue;
         put(writer, "command %zu %d %lld %zu %ld\n",
-            FIRST_COMMAND + input->zeros + 2 * input->surveyed, MR_COMMAND_SURVEY,
-            (long long)segment[i].segment, input->surveyed + 1,
+            FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments, MR_COMMAND_SURVEY,
+            (long long)segment[i].segment, input->survey_segments + 1,
             lround(segment[i].slack_in * 10000.0));
-        input->surveyed++;
+        input->survey_segments++;
     }
     free(segment);
     status = put_runway(writer, store, recorded, input, error);
@@ -407,7 +407,7 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
         status = put_chart(writer, store, recorded, error);
     if (status != MR_OK)
         return status;
-    bool fits = take_commands(recorded, &commands);
+    bool fits = collect_commands(recorded, &commands);
     if (!commands.armed)
         put(writer, "command %lld %d 0 0 %lld\n",
             (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
@@ -488,12 +488,13 @@ static void put_block(struct writer *writer, struct mr_block block, int64_t shif
     put(writer, "block %s\n", hex);
 }
 
-static int64_t shift_of(int64_t armed_block)
+static int64_t shift_blocks(int64_t armed_block)
 {
-    if (armed_block < EARLY_BLOCKS)
+    if (armed_block < ARMED_MIN_BLOCKS)
         return -BLOCKS_PER_S;
-    return armed_block > LATE_BLOCKS ? (armed_block - EARLY_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S
-                                     : 0;
+    return armed_block > ARMED_MAX_BLOCKS
+             ? (armed_block - ARMED_MIN_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S
+             : 0;
 }
 
 static enum mr_status put_all(struct writer *writer, struct store *store,
@@ -506,7 +507,7 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
     if (strlen(landing->board_uid) == 24)
         put(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
             landing->board_uid + 16);
-    put(writer, "crystal %d\n", input->crystal);
+    put(writer, "crystal %d\n", input->uses_crystal);
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
         status = put_captures(writer, store, recorded, input, error);
@@ -519,15 +520,15 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
 enum mr_status replay_input_write(struct store *store, const struct board_messages *recorded,
                                   const char *path, struct replay_input *input, struct error *error)
 {
-    enum mr_status status = check_whole(recorded, store_path(store), error);
+    enum mr_status status = check_complete(recorded, store_path(store), error);
     if (status != MR_OK)
         return status;
     *input = (struct replay_input){
-        .shift_blocks = shift_of(recorded->landing.armed_block),
+        .shift_blocks = shift_blocks(recorded->landing.armed_block),
         .first_block = recorded->block[0].index,
         .last_block = recorded->block[recorded->blocks - 1].index,
         .armed_block = recorded->landing.armed_block,
-        .crystal = recorded->landing.clock_source != CLOCK_INTERNAL,
+        .uses_crystal = recorded->landing.clock_source != HELLO_CLOCK_INTERNAL,
     };
     struct writer writer = {.file = fopen(path, "w")};
     if (!writer.file)

@@ -24,15 +24,15 @@ struct board_messages {
     size_t messages[LINK_KINDS];
     struct mr_block *block; /* block records, ascending by index */
     size_t blocks;
-    unsigned board;  /* type of the board: common/boards.def */
-    bool board_told; /* the record names the board */
+    unsigned board;   /* type of the board: common/boards.def */
+    bool board_known; /* the record names the board */
 };
 
 /* Loads the messages and blocks of a landing. MR_MALFORMED: an invalid record. MR_VERSION: a board
- * with another layout. Release with answers_free. */
-enum mr_status answers_load(struct store *store, int64_t run, struct board_messages *answers,
-                            struct error *error);
-void answers_free(struct board_messages *answers);
+ * with another layout. Release with board_messages_free. */
+enum mr_status board_messages_load(struct store *store, int64_t run, struct board_messages *answers,
+                                   struct error *error);
+void board_messages_free(struct board_messages *answers);
 
 /* Input of a board during a recorded landing, reconstructed from its messages: its block records,
  * the edges and film frames that it reported, and the commands that it acknowledged. It is written
@@ -50,12 +50,12 @@ struct replay_input {
     int64_t last_block;
     int64_t armed_block;
     size_t edges;
-    size_t frames;   /* film frames */
-    size_t commands; /* commands, repeated in the block in which the board executed them */
-    size_t surveyed; /* segments entered before arming */
-    bool runway;     /* the predictor's runway at arming is entered */
-    size_t zeros;    /* measured zeros set before arming */
-    bool crystal;
+    size_t frames;          /* film frames */
+    size_t commands;        /* commands, repeated in the block in which the board executed them */
+    size_t survey_segments; /* segments entered before arming */
+    bool has_runway;        /* the predictor's runway at arming is entered */
+    size_t zeros;           /* measured zeros set before arming */
+    bool uses_crystal;
 };
 
 /* Writes the replay file. MR_TOO_FEW: there are no block records, or logging started during the

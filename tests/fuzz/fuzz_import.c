@@ -28,10 +28,10 @@ static void import(const uint8_t *data, size_t size, struct mapping *mapping)
     const struct textfile file = {.text = (char *)(uintptr_t)data, .length = size};
     struct import_result result = {0};
     struct error error = {0};
-    enum mr_status status = mapping->signals
+    enum mr_status status = mapping->reads_signals
                               ? import_read_signals(&file, &request, mapping, &result, &error)
                               : csv_read(file.text, size, request.path, mapping, &result.rows,
-                                         &result.verdict, &error);
+                                         &result.parsed, &error);
     if (status == MR_OK && is_short(mapping))
         status = import_landing(fuzz_store(), mapping, &request, &result, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);

@@ -133,7 +133,7 @@ void given_take(struct golden_given *given, const char *db, long run, const char
     *given = (struct golden_given){.crystal = 1};
     enum mr_status status = store_open(db, STORE_READ, &store, &error);
     if (status == MR_OK)
-        status = answers_load(store, run, &answers, &error);
+        status = board_messages_load(store, run, &answers, &error);
     if (status == MR_OK)
         status = replay_input_write(store, &answers, scratch_path, &input, &error);
     if (status == MR_OK)
@@ -147,7 +147,7 @@ void given_take(struct golden_given *given, const char *db, long run, const char
     take_lines(given, scratch_path);
     if (given->has_runway != runway)
         golden_fail(4, "RUN %ld: the runway is given in part", run);
-    answers_free(&answers);
+    board_messages_free(&answers);
     store_close(store);
 }
 

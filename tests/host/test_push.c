@@ -54,16 +54,17 @@ static void run(const struct trial *t, uint64_t *seed, struct tally *tally)
     }
     if (push_ground_find(&readings, &two_mats, &ground, &error) != MR_OK)
         fail_msg("%s", error.text);
-    tally->k += holds(&ground.k_lb_ft.of, t->k_lb_ft);
-    tally->unloading += holds(&ground.unloading.of, t->unloading);
-    tally->law += holds(&ground.axle_law.of, t->law);
-    tally->friction += holds(&ground.friction.of, t->friction);
+    tally->k += holds(&ground.k_lb_ft.interval, t->k_lb_ft);
+    tally->unloading += holds(&ground.unloading.interval, t->unloading);
+    tally->law += holds(&ground.axle_law.interval, t->law);
+    tally->friction += holds(&ground.friction.interval, t->friction);
     tally->elastic += ground.law == PUSH_ELASTIC;
     tally->rigid += ground.law == PUSH_RIGID;
-    tally->poor += ground.poor;
-    tally->k_width += (ground.k_lb_ft.of.high - ground.k_lb_ft.of.low) / t->k_lb_ft / tally->trials;
+    tally->poor += ground.has_excess_scatter;
+    tally->k_width += (ground.k_lb_ft.interval.high - ground.k_lb_ft.interval.low) / t->k_lb_ft /
+                      tally->trials;
     for (size_t i = 0; i < readings.count; i++)
-        tally->slid += ground.fit[i].slid > 0;
+        tally->slid += ground.fit[i].slid_count > 0;
     push_ground_free(&ground);
 }
 
@@ -232,14 +233,14 @@ TEST(stiffness_is_of_one_mat)
     struct push_series series = exact_test(108.0, 1200.0, 40.0, true);
     struct push_setting setting = two_mats;
     struct push_ground ground = find(&series, 1, &setting);
-    assert_near(ground.k_lb_ft.of.value, 7200.0, 0.01);
-    assert_near(ground.unloading.of.value, 0.8, 2e-5);
+    assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.01);
+    assert_near(ground.unloading.interval.value, 0.8, 2e-5);
     assert_near(ground.axle_load_lb, 108.0, 0.0);
     assert_true(isnan(ground.spread));
     push_ground_free(&ground);
     setting.mats = 1;
     ground = find(&series, 1, &setting);
-    assert_near(ground.k_lb_ft.of.value, 14400.0, 0.02);
+    assert_near(ground.k_lb_ft.interval.value, 14400.0, 0.02);
     push_ground_free(&ground);
 }
 
@@ -249,23 +250,23 @@ TEST(what_was_not_read_is_not_told)
     struct push_series series[2] = {exact_test(108.0, 1200.0, 40.0, false),
                                     exact_test(216.0, 2400.0, 80.0, false)};
     struct push_ground ground = find(series, 1, &setting);
-    assert_true(isnan(ground.unloading.of.value));
+    assert_true(isnan(ground.unloading.interval.value));
     assert_non_null(strstr(ground.unloading.reason, "no unloading"));
-    assert_true(isnan(ground.axle_law.of.value));
+    assert_true(isnan(ground.axle_law.interval.value));
     assert_non_null(strstr(ground.axle_law.reason, "one load"));
-    assert_true(isnan(ground.friction.of.value));
-    assert_near(ground.friction.of.low, 40.0 / 108.0, 1e-9);
+    assert_true(isnan(ground.friction.interval.value));
+    assert_near(ground.friction.interval.low, 40.0 / 108.0, 1e-9);
     push_ground_free(&ground);
     /* the axle's load was not tested, and nobody knows the law */
     setting.axle_load_lb = 60.0;
     ground = find(series, 1, &setting);
-    assert_true(isnan(ground.k_lb_ft.of.value));
+    assert_true(isnan(ground.k_lb_ft.interval.value));
     assert_int_equal(ground.law, PUSH_ELASTIC);
     push_ground_free(&ground);
     /* with both loads it is: 1200 (60/108)^1 */
     ground = find(series, 2, &setting);
-    assert_near(ground.k_lb_ft.of.value, 7200.0 * 60.0 / 108.0, 0.01);
-    assert_near(ground.axle_law.of.value, 1.0, 2e-5);
+    assert_near(ground.k_lb_ft.interval.value, 7200.0 * 60.0 / 108.0, 0.01);
+    assert_near(ground.axle_law.interval.value, 1.0, 2e-5);
     push_ground_free(&ground);
 }
 
@@ -274,8 +275,8 @@ TEST(below_resolution_is_a_bound)
 {
     struct push_series series = exact_test(108.0, HUGE_VAL, 40.0, true);
     struct push_ground ground = find(&series, 1, &two_mats);
-    assert_true(isnan(ground.k_lb_ft.of.value));
-    assert_true(ground.k_lb_ft.of.low > 50000.0 && isinf(ground.k_lb_ft.of.high));
+    assert_true(isnan(ground.k_lb_ft.interval.value));
+    assert_true(ground.k_lb_ft.interval.low > 50000.0 && isinf(ground.k_lb_ft.interval.high));
     assert_int_equal(ground.law, PUSH_RIGID);
     push_ground_free(&ground);
 }
@@ -305,8 +306,8 @@ TEST(signs_and_zero_do_not_matter)
         series.moved_in[i] = 0.7 - series.moved_in[i];
     }
     struct push_ground ground = find(&series, 1, &two_mats);
-    assert_near(ground.k_lb_ft.of.value, 7200.0, 0.05);
-    assert_near(ground.unloading.of.value, 0.8, 1e-5);
+    assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.05);
+    assert_near(ground.unloading.interval.value, 0.8, 1e-5);
     push_ground_free(&ground);
 }
 
@@ -325,7 +326,7 @@ TEST(through_zero_and_again)
         series.moved_in[series.count++] = moved_in;
     }
     struct push_ground ground = find(&series, 1, &two_mats);
-    assert_near(ground.k_lb_ft.of.value, 7200.0, 0.05);
-    assert_near(ground.unloading.of.value, 0.8, 1e-5);
+    assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.05);
+    assert_near(ground.unloading.interval.value, 0.8, 1e-5);
     push_ground_free(&ground);
 }
