@@ -714,7 +714,8 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
         return error_set(error, MR_TOO_FEW,
                          "too few readings: %s: test %s under %.4g lb has %zu; read at %u forces "
                          "or more, while loading and unloading",
-                         series->path, series->name, series->load_lb, series->count, PUSH_LEAST);
+                         series->path, series->name, series->load_lb, series->count,
+                         PUSH_READINGS_MIN);
     struct work *w = xcalloc(1, sizeof *w);
     w->series = series;
     w->gages = gages;

@@ -49,7 +49,7 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
             "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
             "times as likely with %s as with the other law, but the factor must be %.0f. Push "
             "harder (to 0.8 of the sliding force), or take more readings. No gear_ key is written.",
-            times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS);
+            times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS_MIN);
     }
 }
 
@@ -86,15 +86,15 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
 
 static void add_doubts(struct answer *answer, const struct push_ground *ground)
 {
-    const struct push_interval *rho = &ground->unloading.of;
-    if (ground->poor)
+    const struct push_interval *rho = &ground->unloading.interval;
+    if (ground->has_excess_scatter)
         answer_sentence(
             answer, NULL,
             "Neither law fits well: readings scatter %.1f times as much as their stated errors, "
             "which happens by chance once in 1,000 tests. The intervals are wider by that factor. "
             "Check the curves for a bend, a drift, or a rod that seats late.",
             ground->scatter);
-    if (!isnan(rho->value) && rho->low > SPRUNG)
+    if (!isnan(rho->value) && rho->low > UNLOADING_MAX)
         answer_sentence(
             answer, NULL,
             "The mat moved back further than it had moved forward (ratio %.2f, at least %.2f): "
@@ -104,7 +104,7 @@ static void add_doubts(struct answer *answer, const struct push_ground *ground)
         answer_sentence(answer, NULL,
                         "In %zu test%s the mat moved too little to give a stiffness. They are left "
                         "out, so stiff places are under-represented.",
-                        ground->untold, ground->untold == 1 ? "" : "s");
+                        ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
 }
 
 void push_answer_law(struct answer *answer, const struct push_ground *ground,
