@@ -716,7 +716,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
                          "or more, while loading and unloading",
                          series->path, series->name, series->load_lb, series->count,
                          PUSH_READINGS_MIN);
-    struct work *w = xcalloc(1, sizeof *w);
+    struct fit_work *w = xcalloc(1, sizeof *w);
     w->series = series;
     w->gages = gages;
     if (!make_path(&w->path, series, gages.force_lb))
