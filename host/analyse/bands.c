@@ -7,8 +7,8 @@
 
 #include "host/base/units.h"
 
-/* Block in which the board was armed for the next landing of the session; INT64_MAX: not armed
- * again. */
+/* Finds the block in which the board was armed for the next landing of the session; INT64_MAX: it
+ * was not armed again. */
 static enum mr_status find_next_arming(struct store *store, const struct store_landing *landing,
                                        int64_t *block, struct error *error)
 {
@@ -104,7 +104,7 @@ static double ahead_ft(const struct measured *measured, int64_t gage, int64_t bl
     return (double)measured->channel[c].config.station_ft - measured_station_ft(measured, t_s);
 }
 
-/* Summarizes the shunt calibrations in one line; "": none. */
+/* Summarizes the shunt calibrations in one line; "": there are none. */
 static void format_shunts(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
@@ -144,9 +144,9 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 
 /* ---- answers ---- */
 
-/* Smallest or largest tension: a value with its gage and time, the middle of a block. */
+/* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
-    const char *name, *at, *ahead; /* at, ahead: column heads */
+    const char *name, *at, *ahead; /* at, ahead: column headings */
     double lb, error_lb;
     int64_t gage, block;
 };

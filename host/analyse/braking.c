@@ -10,10 +10,10 @@
 #define G_FT_S2                 32.174
 #define TICKS_PER_US            84.0
 #define LOCK_PULSES             5.0
-/* pulses before a lock that the wheel's last part of one takes: mean and error */
+/* pulse periods between the last pulse and the lock: mean and standard error */
 #define LOCK_DELAY_PULSES       1.2071
 #define LOCK_DELAY_ERROR_PULSES 0.6969
-#define PULSE_PART_ERROR        0.288675 /* of a pulse: uniform from 0 to 1 */
+#define PULSE_PART_ERROR        0.288675 /* of a pulse fraction: uniform from 0 to 1 */
 /* error of the onset over that of the touchdown: 80, 97 and 100 of 100 drawn landings are within 1,
  * 2 and 3 such errors (chosen afterwards) */
 #define ONSET_ERROR_FACTOR      1.5
@@ -22,8 +22,8 @@ struct pulse {
     double number, t_s;
 };
 
-/* Time of a capture: its ticks since an edge of a switch, whose time is exact, wrapped to the
- * millisecond in which the board reported it. */
+/* Time of a capture. It is the number of ticks since an edge of a switch, whose time is exact. The
+ * tick counter wraps, so the result is the time nearest to the millisecond of the report. */
 static double capture_s(const struct store_braking_edge *row, const struct store_edge *edge,
                         const struct measured *measured)
 {
@@ -34,7 +34,7 @@ static double capture_s(const struct store_braking_edge *row, const struct store
            1e6;
 }
 
-/* Number of pulses at a time between the first and the last. */
+/* Number of pulses up to a time between the first and the last pulse, interpolated. */
 static double pulses_at(const struct pulse *pulse, size_t count, double t_s)
 {
     size_t i = 1;
@@ -68,14 +68,14 @@ static void find_slip(const struct track *track, const struct mr_site_config *si
               part * per_pulse_ft / way.value);
 }
 
-/* Duration of the pulse at `i` (to the next row), limited to that of a wheel about to lock. */
+/* Time from pulse `i` to the next row, limited to that of a wheel about to lock. */
 static double pulse_duration_s(const struct pulse *pulse, size_t count, size_t i, double limit_s)
 {
     bool known = i + 1 < count && pulse[i + 1].number == pulse[i].number + 1.0;
     return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_PULSES;
 }
 
-/* The wheel from pulse `i` to the next one, or to the stop. */
+/* Checks whether the wheel was locked between pulse `i` and the next one, or the stop. */
 static void find_lock(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
                       size_t count, size_t i, struct braking *braking)
 {
@@ -113,9 +113,10 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
     }
 }
 
-/* Mean deceleration from the edge to the stop, and the thrust that it takes. From touchdown to the
- * edge the speed falls by as much as the fit has it, which brakes at once, or not at all: uniform.
- */
+/* Finds the mean deceleration from the brake's edge to the stop, and its thrust. The fit assumes
+ * braking from touchdown on. The loss of speed before the edge is therefore taken as uniform from 0
+ * to the loss of the fit.
+ * */
 static void find_thrust(const struct measured *measured, struct braking *braking)
 {
     const struct mr_gates_summary *summary = &measured->summary;
@@ -135,7 +136,7 @@ static void find_thrust(const struct measured *measured, struct braking *braking
                                hypot(BRAKING_SHARE_ERROR, a->error / a->value);
 }
 
-/* Splits the rows into the edge of the brake and the pulses up to the stop. */
+/* Separates the rows into the edge of the brake and the pulses up to the stop. */
 static size_t split_rows(const struct store_braking_edge *row, size_t rows,
                          const struct store_edge *edge, const struct measured *measured,
                          struct pulse *pulse, struct braking *braking)
@@ -144,7 +145,7 @@ static size_t split_rows(const struct store_braking_edge *row, size_t rows,
     for (size_t i = 0; i < rows; i++) {
         double t_s = capture_s(&row[i], edge, measured);
         if (row[i].number == 0) {
-            /* the first one beyond the first switch, else the last one before it */
+            /* the first edge after the first switch; without one, the last edge before it */
             if (braking->has_edge && braking->onset_s.value >= measured->gate[0].t_s)
                 continue;
             braking->has_edge = true;

@@ -1,19 +1,20 @@
-/* Braking of a landing from the edge of the brake and the pulses of the wheel-speed pick-up: onset,
- * slip, locked wheel, thrust. A landing without them has none of it.
+/* Braking of a landing: onset, slip, locked wheel and thrust, from the edge of the brake and the
+ * pulses of the wheel-speed pick-up. Without them, the results are not known.
  *
- * Slip is 1 - rolled / travelled: the wheel's pulses times the distance that it rolls per pulse,
- * and the gear's way by the switches (track.h). Its error comes from the rolling radius, the gear's
- * way, and the part of a pulse after the last one, of which only the range is known.
+ * Slip is 1 - rolled / travelled. The rolled distance is the number of pulses times the distance
+ * per pulse; the travelled distance is that of the gear between the switches (track.h). The error
+ * of the slip includes the rolling radius, the travelled distance, and the fraction of a pulse
+ * after the last pulse, of which only the range is known.
  *
- * The wheel is locked between two pulses if the gear travels five distances per pulse or more: a
- * slip of 80 %, which no tyre holds. It still turns by one pulse in all there. A wheel that locks
- * at once needs 0 to 1 of the pulse before for its share; one that slows down evenly, up to 1 /
- * (sqrt 2 - 1) = 2.4. The lock therefore begins 1.2 +- 0.7 such pulses after the last one
- * (uniform), and ends likewise before the next one.
+ * The wheel counts as locked between two pulses if the gear travels at least five distances per
+ * pulse, which is a slip of 80 %. Between these pulses the wheel still turns by one pulse in total.
+ * A wheel that locks at once turns for 0 to 1 periods of the previous pulse; one that slows down
+ * evenly turns for up to 1 / (sqrt 2 - 1) = 2.4 periods. The lock therefore begins 1.2 +- 0.7
+ * periods after the first pulse (uniform), and ends as long before the second one.
  *
  * The thrust is that of the lead axle on the strip at the mean deceleration from the brake's edge
- * to the stop. What share of it the strip carries is not measured: 1 +- 0.17 (uniform from 0.7 to
- * 1.3, as in host/advise). Pure functions. */
+ * to the stop. The share that the strip carries is not measured; it is taken as 1 +- 0.17 (uniform
+ * from 0.7 to 1.3, as in host/advise). Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_BRAKING_H
 #define MATRIG_HOST_ANALYSE_BRAKING_H
 
@@ -25,16 +26,16 @@
 
 struct braking {
     bool has_edge; /* the edge of the brake was recorded */
-    size_t pulses; /* of the wheel */
-    /* NaN: not known. Times are t_s of measured.h. */
+    size_t pulses; /* number of pulses of the wheel */
+    /* NaN: not known. Times are t_s, as in measured.h. */
     struct mr_estimate onset_s; /* edge of the brake after touchdown */
-    struct mr_estimate slip;    /* mean from the edge, without one from touchdown, to the stop */
+    struct mr_estimate slip;    /* mean from the brake's edge (or from touchdown) to the stop */
     struct mr_estimate locked_s;
     struct braking_lock {
         struct mr_estimate from_s, to_s;
     } lock[BRAKING_LOCKS];
-    size_t locks; /* all; the array has the first BRAKING_LOCKS */
-    struct mr_estimate deceleration_ft_s2, thrust_lb; /* from the edge to the stop */
+    size_t locks; /* number of all locks; the array has the first BRAKING_LOCKS */
+    struct mr_estimate deceleration_ft_s2, thrust_lb; /* from the brake's edge to the stop */
 };
 
 enum mr_status braking_load(struct store *store, const struct measured *measured,

@@ -22,7 +22,7 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
         answer_remark(answer, ", which it reached %s after the warning", after);
 }
 
-/* The outcome by survey and transducers, without the predictor. */
+/* Adds the outcome from survey and transducers, without the predictor. */
 static void add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
 {
     const struct record_landing given = {&summary->measured, &summary->zones};
@@ -73,7 +73,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
                   fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
-/* The channel with the largest peak. */
+/* Adds the channel with the largest peak. */
 static void add_movement(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
@@ -92,7 +92,7 @@ static void add_movement(const struct measured *measured, struct answer *answer)
     answer_remark(answer, " at most, at %s", station);
 }
 
-/* The band gages with the smallest and the largest tension. */
+/* Adds the band gages with the smallest and the largest tension. */
 static void add_tension(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *low = NULL, *high = NULL;
@@ -116,7 +116,7 @@ static void add_tension(const struct measured *measured, struct answer *answer)
     answer_words(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most, at_most);
 }
 
-/* Missing switches and lost frames. */
+/* Adds missing switches and lost frames. */
 static void add_data_quality(const struct summary *summary, struct answer *answer)
 {
     char switches[200], lost[200] = "";

@@ -5,8 +5,8 @@
 
 #include "host/analyse/summary.h"
 
-/* Prints text for people; with `all`, the full summary. Prints nothing for a landing whose outcome
- * cannot be read. Returns false if `out` cannot be written. */
+/* Prints the short summary as text; with `all`, the full summary. Prints nothing if the outcome of
+ * the landing cannot be read. Returns false if `out` cannot be written. */
 bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out);
 
 #endif

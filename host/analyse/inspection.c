@@ -122,7 +122,7 @@ void inspection_format(const struct inspection_field *field, const json_t *value
         snprintf(out, INSPECTION_TEXT_SIZE, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
 }
 
-/* A temperature has a zero that no unit has: 20 degC are 68 F. */
+/* Temperatures are converted here: their units differ in zero as well as in scale. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
                                     double zero, double *value, struct error *error)
 {
@@ -137,7 +137,7 @@ static enum mr_status read_quantity(const struct inspection_field *field, const 
     return MR_OK;
 }
 
-/* "12.3+-0.4 lb/in": a unit after either number is that of both. */
+/* "12.3+-0.4 lb/in": a unit after one number applies to both. */
 static enum mr_status read_number(const struct inspection_field *field, const char *text,
                                   json_t *values, struct error *error)
 {
@@ -361,7 +361,7 @@ const char *inspection_verdict_text(enum inspection_verdict verdict)
 
 /* ---- answers ---- */
 
-/* As inspection_format, in the units of the answer. */
+/* Like inspection_format, in the units of the answer. */
 static void format_shown(const struct inspection_field *field, const json_t *values, bool si,
                          char out[INSPECTION_TEXT_SIZE])
 {
@@ -388,7 +388,7 @@ static void format_label(const struct inspection_field *field, bool si, char lab
     snprintf(label, 80, *unit ? "%s (%s)" : "%s", field->words, unit);
 }
 
-/* A value, and the one before a correction. */
+/* Adds a value, and the previous value if it was corrected. */
 static void add_cell(const struct inspection *entry, const struct inspection_field *field,
                      struct answer *answer)
 {
@@ -420,7 +420,7 @@ static void add_place(const struct inspection *entry, const char *name, const ch
                                                               : (int64_t)entry->row.place);
 }
 
-/* Withdrawn ones last, then by verdict and number. */
+/* Sorts rows by verdict and number, withdrawn rows last. */
 static int compare_rows(const void *a, const void *b)
 {
     const struct inspection *p = *(const struct inspection *const *)a,
@@ -532,7 +532,7 @@ static void add_difference(struct difference *d, const char *kind, const char *f
     }
 }
 
-/* What `matrig landing` has of them. */
+/* Adds the differences in the data of `matrig landing`. */
 static void add_journal_differences(struct store *store, struct difference *d, struct error *error)
 {
     struct store_series series[2];

@@ -1,10 +1,10 @@
-/* Records of what the crew sets, inspects and writes down: run conditions, acceptance, damage,
- * launch, pictures. host/store/records.def lists the kinds and their fields. A record is a row that
- * never changes: a correction or a withdrawal is another row.
+/* Records of the crew's settings, inspections and notes: run conditions, acceptance, damage,
+ * launch, pictures. host/store/records.def lists the kinds and their fields. The row of a record
+ * never changes: a correction or a withdrawal is a new row.
  *
- * A value is a number in the unit that ends the field's name, or a text. A number may have a
- * standard error ("12.3+-0.4"). In the JSON object of a record the error is NAME_error, and the
- * digest of a picture NAME_sha256, the marks of a height NAME_marks. */
+ * A value is a text, or a number in the unit with which the field's name ends. A number may have a
+ * standard error ("12.3+-0.4"). In the JSON object of a record, NAME_error is the standard error,
+ * NAME_sha256 the digest of a picture, and NAME_marks the marks of a height. */
 #ifndef MATRIG_HOST_ANALYSE_INSPECTION_H
 #define MATRIG_HOST_ANALYSE_INSPECTION_H
 
@@ -43,14 +43,14 @@ extern const struct inspection_kind inspection_kinds[];
 extern const size_t inspection_kind_count;
 #define INSPECTION_FIELDS_MAX 25
 
-/* MR_UNKNOWN with the nearest name: there is no such kind. */
+/* MR_UNKNOWN: there is no such kind; the error names the nearest one. */
 enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,
                                     struct error *error);
-/* "", "run", "mat", "joint" or "station_ft". */
+/* Returns "", "run", "mat", "joint" or "station_ft". */
 const char *inspection_place_name(const struct inspection_kind *kind);
-/* True for a kind with at most one record for each landing. */
+/* Returns true for a kind with at most one record per landing. */
 bool inspection_is_single(const struct inspection_kind *kind);
-/* Unit of a number for people: "psi", "%"; "": none. In SI: "Pa". */
+/* Unit of a number for display: "psi", "%"; "": none. In SI: "Pa". */
 const char *inspection_unit(const struct inspection_field *field, bool si);
 
 struct inspection {
@@ -66,28 +66,30 @@ struct inspections {
     struct inspection *entry; /* by id */
     size_t count;
 };
-/* All records, except those of kinds that this matrig does not have. The caller releases them with
- * inspection_free, also after an error. */
+/* Loads all records, except those of kinds that this version of matrig does not know. Call
+ * inspection_free in every case. */
 enum mr_status inspection_load(struct store *store, struct inspections *all, struct error *error);
 void inspection_free(struct inspections *all);
-/* True for a valid record of this kind (NULL: any) and landing (0: any). */
+/* Returns true for a valid record of this kind (NULL: any) and landing (0: any). */
 bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
                          int64_t run);
-/* The newest such record; NULL: none. */
+/* Returns the newest valid record of this kind and landing; NULL: none. */
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
 
 /* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. The value of a marked field may be
- * "DISTANCE: X,Y X,Y X,Y [ERROR]", the marks of rig_height in pixels (ERROR: 1). Fails with
- * MR_UNKNOWN, MR_USAGE, or MR_IO for a picture that cannot be read. */
+ * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_height in pixels (default ERROR: 1). Fails with
+ * MR_UNKNOWN, MR_USAGE, or MR_IO if a picture cannot be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
-/* Writes a row with these values (NULL: a withdrawal), in a transaction of the caller. */
+/* Writes a row with these values (NULL: a withdrawal). The caller begins and ends the
+ * transaction. */
 enum mr_status inspection_add(struct store *store, const struct store_record *row,
                               const json_t *values, struct error *error);
-/* The number of a field with `what` behind its name: "", "_error". NaN: none. */
+/* Returns the number of a field. `what` is appended to the field's name: "" or "_error". NaN:
+ * none. */
 double inspection_number(const json_t *values, const char *name, const char *what);
-/* A value as people type it, "12.3+-0.4"; "": none. */
+/* Writes a value as it is typed, "12.3+-0.4"; "": none. */
 #define INSPECTION_TEXT_SIZE 300
 void inspection_format(const struct inspection_field *field, const json_t *values,
                        char out[INSPECTION_TEXT_SIZE]);
@@ -98,15 +100,15 @@ enum inspection_verdict {
     INSPECTION_MARGINAL, /* a limit is within the standard error of the value */
     INSPECTION_FAIL
 };
-/* The worst verdict of the fields. */
+/* Returns the worst verdict of the fields. */
 enum inspection_verdict inspection_judge(const struct inspection *entry);
 const char *inspection_verdict_text(enum inspection_verdict verdict);
 
-/* Adds a table of the records of a kind for people, with counts where it has limits: the worst
- * first, withdrawn ones last. `run` 0: of all landings. */
+/* Adds a table of the records of a kind, with counts if the kind has limits. The worst records are
+ * first, withdrawn ones last. `run` 0: all landings. */
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
                           int64_t run, struct answer *answer);
-/* Adds all rows with their history, for programs. `kind` NULL: any. */
+/* Adds all rows with their history, only in the JSON. `kind` NULL: any. */
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer);
 /* Adds a row for each value in which two landings differ. Returns the number of rows. */

@@ -80,7 +80,7 @@ static enum mr_status fit_gates(struct measured *measured)
     return mr_gates_fit_best(gates, count, measured->landing.switch_error_ft, &measured->fit);
 }
 
-/* True: no source has data for that time. */
+/* Returns true if no source has data for that time. */
 static bool is_in_gap(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
@@ -92,9 +92,9 @@ static bool is_in_gap(const struct measured *measured, double t_s)
     return false;
 }
 
-/* The first switch beyond the last one seen that the gear, by the fit, passed during a hole in
- * the record; 0: none. A hole distorts the fit, so a switch up to 3 standard errors beyond the
- * stop counts, too. */
+/* Returns the first unseen switch beyond the last seen one that the fitted gear passed during a gap
+ * in the record; 0: none. A gap distorts the fit, so switches up to 3 standard errors beyond the
+ * stop are included. */
 static unsigned find_hidden_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -114,9 +114,9 @@ static unsigned find_hidden_switch(const struct measured *measured)
     return 0;
 }
 
-/* The first of several unseen switches between the last one seen and the stop; 0: none. Either a
- * cable is broken, or the gear stopped before reaching them. A single unseen switch may be
- * broken itself. */
+/* Returns the first of several unseen switches between the last seen one and the stop; 0: none.
+ * Either a cable is broken, or the gear stopped before it reached them. A single unseen switch does
+ * not count, because the switch itself may be broken. */
 static unsigned find_silent_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
@@ -129,15 +129,15 @@ static unsigned find_silent_switch(const struct measured *measured)
     return silent > 1 ? first : 0;
 }
 
-/* True: by the last state received, the gear is awaited or moving. */
+/* Returns true if in the last received state the gear is awaited or moving. */
 static bool is_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
            measured->landing.state == MR_LANDING_LANDING;
 }
 
-/* The stop time has an error: until the board reports that the gear stopped, the gear may have
- * moved for two standard errors longer. */
+/* Returns true if the record ends before the gear's stop is certain. Unless the board reported the
+ * stop, the gear may have moved for two standard errors of the stop time longer. */
 static bool ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
@@ -172,8 +172,8 @@ void measured_fit_gear(struct measured *measured)
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
-    /* A stop after the end of the record is extrapolated, so the landing has no measured stop.
-     * The same holds if the last edges are missing: the fitted gear rolls on. */
+    /* A stop after the end of the record is extrapolated, so the landing has no measured stop. The
+     * same applies if the last edges are missing, because the fitted gear then rolls too far. */
     measured->hidden_switch = measured->edges_complete ? 0 : find_hidden_switch(measured);
     measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent_switch(measured);
     if (measured->missing_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
@@ -295,7 +295,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
         return (double)NAN;
     double low_s = 0.0;
     double high_s = summary->stop_t_s.value;
-    for (int i = 0; i < 60; i++) { /* bisection to the last bit */
+    for (int i = 0; i < 60; i++) { /* bisection to full precision */
         double middle_s = 0.5 * (low_s + high_s);
         if (measured_station_ft(measured, middle_s) < station_ft)
             low_s = middle_s;
@@ -307,7 +307,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
 
 /* ---- channels ---- */
 
-/* Sample of the first named edge; `samples` if there is none: all samples are then before it. */
+/* Sample of the first named edge; `samples` if there is none. */
 static size_t first_edge_sample(const struct measured *measured)
 {
     if (measured->gates == 0)
@@ -319,16 +319,17 @@ static size_t first_edge_sample(const struct measured *measured)
     return sample < (double)measured->samples ? (size_t)sample : measured->samples;
 }
 
-/* True if the first block of the record is that of arming: the mat is at rest then. */
+/* Returns true if the record begins at arming, when the mat is at rest. */
 static bool begins_at_arming(const struct measured *measured)
 {
     int64_t armed = measured->landing.armed_block;
     return armed != STORE_NONE && measured->first_block - armed <= MEASURED_BASELINE_BLOCKS / 5;
 }
 
-/* Samples of the baseline: those before the first edge. If the board had counted edges before, or
- * there is no edge, the mat may have moved by then: those after arming. An imported record without
- * an edge has no arming: its first ones. Returns false if there are none. */
+/* Finds the samples of the baseline. These are the samples before the first edge. If the board had
+ * counted earlier edges, or if there is no edge, the mat may have moved before it; the samples
+ * after arming are used instead. An imported record without an edge has no arming; its first
+ * samples are used. Returns false if there are no such samples. */
 static bool find_rest_samples(const struct measured *measured, size_t edge, size_t *from,
                               size_t *to)
 {
@@ -341,8 +342,8 @@ static bool find_rest_samples(const struct measured *measured, size_t edge, size
     return !measured->torn || begins_at_arming(measured);
 }
 
-/* Noise of one value, which is the mean of `stride` samples. Uses full-rate samples unless there
- * are more from CAN, which sends means. */
+/* Computes the noise of one value, which is the mean of `stride` samples. Uses full-rate samples
+ * unless there are more CAN samples, which are means. */
 static void find_noise(struct measured_channel *channel, size_t from, size_t to)
 {
     double squares[2] = {0.0, 0.0};
@@ -386,7 +387,7 @@ static void find_extremes(const struct measured *measured, struct measured_chann
         channel->end = measured_moving_mean(measured, channel,
                                             measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                             MEASURED_END_BLOCKS / 2);
-    /* The end value is an extreme, too. It then has the larger error of a peak, whose budget
+    /* The end value can itself be the extreme. It then has the larger error of a peak, whose budget
      * `uncertainty` prints. */
     if (channel->end > channel->high)
         channel->high = channel->end;
@@ -431,14 +432,14 @@ void measured_find_results(struct measured *measured)
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
         find_baseline(channel, from, to);
-        if (measured->no_rest) /* the noise is known, the zero is not */
+        if (measured->no_rest) /* the noise is known, but the zero is not */
             channel->baseline = (double)NAN;
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_missing(measured, channel, edge < measured->samples ? edge : 0);
     }
 }
 
-/* Source of a block: that of its record, else CAN if any channel has a CAN sample. */
+/* Source of a block: that of its block record; without one, CAN if any channel has a CAN sample. */
 static enum measured_source source_of_block(const struct measured *measured, size_t sample)
 {
     enum measured_source source = MEASURED_NO_SOURCE;
@@ -557,11 +558,11 @@ double measured_error(const struct measured *measured, const struct measured_cha
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-#define SUM_BITS 61 /* of a running sum, without the sign bit */
+#define SUM_BITS 61 /* number of bits of a running sum, without the sign bit */
 
-/* A peak is found in means over search_half_width samples to each side, then taken from means over
- * peak_half_width. The narrower mean excludes a step at the edge of the wider one. Each half of the
- * values contributes at least two. */
+/* A peak is located in means over search_half_width samples to each side, and its value is a mean
+ * over peak_half_width samples. The narrower mean excludes a step at the edge of the wider one.
+ * Each half of the values contributes at least two to it. */
 static size_t search_half_width(const struct measured_channel *channel)
 {
     return channel->stride > MEASURED_WINDOW_BLOCKS / 4 ? 2 * channel->stride
@@ -577,8 +578,8 @@ double measured_peak_samples(const struct measured_channel *channel)
     return 2.0 * (double)peak_half_width(channel) + 1.0;
 }
 
-/* Running sums over all earlier samples, for each half of the values; the halves alternate. The
- * sums are integers in `unit`, so the difference of two sums is exact. */
+/* Running sums over all earlier samples, for each half of the values. Values belong to the two
+ * halves alternately. The sums are integers in `unit`, so the difference of two sums is exact. */
 struct sums {
     struct running {
         int64_t sum, count;
@@ -620,7 +621,7 @@ static struct sums make_sums(const struct measured *measured,
     return sums;
 }
 
-/* Mean of one half of the values within `reach` samples. NaN: no valid value. */
+/* Mean of one half of the values within `reach` samples of `sample`. NaN: no valid value. */
 static double half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
                         size_t samples)
 {
@@ -691,7 +692,7 @@ char measured_source_letter(enum measured_source source)
     return sources[source].letter;
 }
 
-/* Text on the records excluded because of their time; false: none. */
+/* Describes the records that were excluded because of their time; false: there are none. */
 static bool format_excluded(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_excluded *aside = &measured->excluded;

@@ -4,14 +4,14 @@
  * Time t_s counts from touchdown (from the first edge if there is no fit, from arming if there are
  * no edges). Samples are 1 ms blocks; a sample's time is the middle of its eight scans.
  * Displacements and tensions are computed here from the block records with the board's own
- * calibration. Block records arrive over serial or from the black box. A block that arrived by
- * neither path is filled from CAN messages, each of which is the mean of 2 or 4 blocks; a landing
- * without block records consists of CAN messages only. The source of each sample is stored. CAN
- * does not fill a recalibrated landing, because the board computed its messages with the old
- * calibration. Values from another instrument (matrig import) are taken from its file unchanged. A
- * displacement is relative to its mean over the half second before the first edge; a tension is
- * absolute. Missing and invalid values are NaN. A stuck channel is invalid from the time at which
- * it stopped moving, which is before the fault could be detected.
+ * calibration. Block records are received over serial or read from the black box. A block without a
+ * block record is filled from CAN messages, each of which is the mean of 2 or 4 blocks; a landing
+ * without block records has CAN messages only. The source of each sample is stored. CAN does not
+ * fill a recalibrated landing, because the board computed its messages with the old calibration.
+ * Values from another instrument (matrig import) are used unchanged. A displacement is relative to
+ * its mean over the half second before the first edge; a tension is absolute. Missing and invalid
+ * values are NaN. A stuck channel is invalid from the time at which it stopped moving, which is
+ * before the fault could be detected.
  *
  * A peak is located in every second reading, and its value is the mean of the other readings. This
  * is done with both halves of the readings. The largest of many noisy means is above the true
@@ -26,8 +26,8 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
-/* Blocks that are loaded of a landing longer than twice this number: the last ones before the first
- * edge, or before the end of the record if there is no edge. */
+/* Of a landing longer than twice this number of blocks, only this many blocks before the first edge
+ * are loaded; without an edge, this many before the end of the record. */
 #define MEASURED_BEFORE_BLOCKS   60000
 /* length of the moving mean in which peaks are located, blocks */
 #define MEASURED_WINDOW_BLOCKS   11
@@ -64,7 +64,7 @@ struct measured_channel {
      * from CAN, the number of blocks that a CAN message is the mean of; for an imported file, the
      * number stored with it. */
     size_t stride;
-    size_t phase; /* a CAN message begins at each sample i for which `stride` divides i + phase */
+    size_t phase; /* a CAN message begins at sample i if `stride` divides i + phase */
     /* The next fields describe the value (raw, less the baseline for displacements) from the first
      * edge on. */
     double high, low; /* extremes of the moving mean */
@@ -77,11 +77,12 @@ struct measured_channel {
     size_t missing_from, missing_to;
 };
 
-/* Records that were set aside because their time is far from the landing's. Such a group is
- * separated by a pause of at least half a minute and is small compared with the largest group. */
+/* Records that were excluded because their time is far from that of the landing. Such records form
+ * a group that is separated by a pause of at least half a minute and is small compared with the
+ * largest group. */
 struct measured_excluded {
     size_t blocks, messages, edges;
-    int64_t block; /* block of the first record set aside */
+    int64_t block; /* block of the first excluded record */
 };
 
 struct measured {
@@ -106,34 +107,35 @@ struct measured {
     uint64_t fitted_switches; /* the fitted switches: bit p-1 is switch p */
     uint64_t seen_switches;   /* switches with an edge: bit p-1 is switch p */
     double switch_ft[64];     /* station of switch p at index p-1, for fitted switches */
-    /* Edges that the board named and that are missing in the record, as far as the board's own
-     * result shows. */
+    /* number of edges that are missing in the record according to the board's own result */
     size_t missing_edges;
     bool edges_complete; /* the board's result was received: no other edges are missing */
-    /* Without the board's result: a switch that the gear should have passed while nothing was
-     * recorded, so it may have opened. 0: none. */
+    /* without the board's result: a switch that the gear should have passed during a gap in the
+     * record; 0: none */
     unsigned hidden_switch;
-    /* Several switches before the apparent stop never opened: the first of them. 0: none. */
+    /* first of several switches before the apparent stop that never opened; 0: none */
     unsigned silent_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the
      * gear moves, or edges are missing, so only the touchdown of the summary is known. MR_TOO_FEW:
      * too few edges, or a torn landing, whose first edges are missing. */
     enum mr_status fit_status;
-    /* Times as t_s. Errors include the clock's error if the board does not run from its crystal. */
+    /* Times are t_s. Errors include the clock error if the board does not run from its crystal. */
     struct mr_gates_summary summary;
     struct mr_gates_fit fit; /* fitted curve from which the summary is computed */
 
     struct measured_channel channel[MR_CHANNELS];
     int64_t first_edge; /* the board's count of the first received edge; 0: none */
-    bool torn; /* edges before first_edge are missing; results that need them are not stated */
-    /* Torn, and the record begins after arming: the mat may have moved before. No baselines. */
+    bool torn; /* edges before first_edge are missing; results that need them are not given */
+    /* torn, and the record begins after arming: the mat may have moved before, so there are no
+     * baselines */
     bool no_rest;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated_channels;
     bool dates_known;           /* the configuration was read, so calibration dates are known */
-    struct mr_site_config site; /* 0 if it was not */
-    double thrust_lb_per_g;     /* of the predictor; NaN: not known */
-    /* a channel that was not recalibrated has no calibration date; false if dates are not known */
+    struct mr_site_config site; /* 0 if the configuration was not read */
+    double thrust_lb_per_g;     /* parameter of the predictor; NaN: not known */
+    /* some channel that was not recalibrated has no calibration date; false if dates are not
+     * known */
     bool uncalibrated;
 };
 
@@ -141,21 +143,21 @@ void measured_free(struct measured *measured);
 /* Text "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
 #define MEASURED_TORN_SIZE 120u
 void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE]);
-/* What t_s counts from: "touchdown", "the first switch edge" (of a torn landing with " received"),
+/* Origin of t_s: "touchdown", "the first switch edge" (with " received" for a torn landing),
  * "arming" or "the record's begin". Static text. */
 const char *measured_origin_text(const struct measured *measured);
-/* True if the landing's board was an emulated one: its readings are synthetic
+/* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
 /* Marks to print after any number of the landing: "", ", incomplete", ", UNCALIBRATED" or
  * ", calibration unknown" (its configuration was not read), or the first and one of these. Static
  * storage. */
 const char *measured_marks(const struct measured *measured);
-/* For MR_TRUNCATED: the reason why the stop is not known, as part of a sentence. */
+/* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
 #define MEASURED_REASON_SIZE 100
 void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
 
-/* True if the record ends while the gear moves or may still move. */
+/* Returns true if the record ends while the gear moves or may still move. */
 bool measured_is_cut_short(const struct measured *measured);
 /* "moves" or "may still move", for a record that ends early. Static storage. */
 const char *measured_motion_at_end_text(const struct measured *measured);
@@ -185,8 +187,8 @@ void measured_find_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
 void measured_find_results(struct measured *measured);
-/* Station and speed of the lead wheel at a time. NaN before touchdown or without a fit; after the
- * stop, the wheel is at rest. */
+/* Station and speed of the lead wheel at a time. NaN before touchdown or without a fit. After the
+ * stop the wheel is at rest. */
 double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
 /* Time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops before that
@@ -207,7 +209,7 @@ size_t measured_list_channels(const struct measured *measured,
  * used (see the file comment). NaN: no mean has a valid reading. */
 void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
                          size_t from, double *high, double *low);
-/* Number of samples in the mean that is a peak, for measured_error. */
+/* Number of samples in the mean of a peak, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 
 /* Sources of the samples of a measured landing: serial, the black box, CAN, a file of another
@@ -217,15 +219,15 @@ double measured_peak_samples(const struct measured_channel *channel);
 
 /* "serial", "can", "blackbox", "import", "none". Static storage. */
 const char *measured_source_name(enum measured_source source);
-/* The source as one letter for tables: S, C, B, I, and - for none. */
+/* Source as one letter for tables: S, C, B, I, and - for none. */
 char measured_source_letter(enum measured_source source);
-/* Source of the samples as text: "serial block records, 1 kHz", the parts filled from CAN and the
- * black box, and the missing parts. */
+/* Describes the sources of the samples: "serial block records, 1 kHz", the parts filled from CAN
+ * and the black box, and the missing parts. */
 void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE]);
 /* Prints the excluded records as a note, for output without measured_format_source, which
  * also contains them. */
 void measured_print_excluded(const struct measured *measured, const struct cli *cli);
-/* The records set aside as JSON numbers; null if there are none. */
+/* The numbers of excluded records as JSON; null if there are none. */
 json_t *measured_excluded_json(const struct measured *measured);
 
 #endif

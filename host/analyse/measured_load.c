@@ -17,7 +17,7 @@
 
 /* ---- gates ---- */
 
-/* Collects edges with a known switch in order of time; each switch once. */
+/* Collects the first edge of each known switch, in order of time. */
 static void collect_gates(struct measured *measured, const struct store_edge *edges,
                           size_t edge_count, const struct store_switch *places, size_t place_count)
 {
@@ -255,8 +255,8 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
     mr_watch_begin(watch, config, index);
 }
 
-/* A channel may have left its range and returned during a hole, which only the board observed.
- * Channels that were not stuck are therefore judged anew. */
+/* During a gap a channel may have left its range and returned, which only the board observed.
+ * Channels that were not stuck are therefore judged again from the start. */
 #define WATCH_HOLE_BLOCKS 20
 static void reset_after_hole(struct mr_watch *watch)
 {
@@ -272,8 +272,8 @@ static void invalidate_stuck(struct measured_channel *channel, size_t sample)
     channel->raw[sample] = MR_NAN;
 }
 
-/* Judges readings like the board. A stuck channel is invalid from its anchor on, so earlier
- * readings are invalidated back to the anchor. */
+/* Judges readings as the board does. A stuck channel is invalid from its anchor on, so readings
+ * back to the anchor are invalidated. */
 static void read_block(struct measured *measured, struct mr_watch *watch,
                        const struct mr_block *block, enum measured_source source)
 {
@@ -326,8 +326,8 @@ static enum mr_status apply_stuck_events(struct store *store, struct measured *m
     return status;
 }
 
-/* A CAN message is the mean of several samples: fills one of them, unless a better source did.
- * `end`: sample after the message. */
+/* Fills one of the samples of which a CAN message is the mean, unless a better source has filled
+ * it. `end`: first sample after the message. */
 static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
                         size_t end)
 {
@@ -373,8 +373,8 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
     measured->source = 2 * from_box > record->blocks ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
-/* First block to load: a board may be armed for hours before the landing, and so many blocks do
- * not fit into memory. INT64_MIN: load all. */
+/* Returns the first block to load. A board may be armed for hours before the landing, and the
+ * blocks of hours do not fit into memory. INT64_MIN: load all. */
 static int64_t find_first_block(const struct measured *measured, const struct time_groups *groups)
 {
     const struct group *last = groups->groups ? &groups->group[groups->groups - 1] : NULL;
@@ -483,8 +483,8 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
     return status;
 }
 
-/* Sets source, first_block, samples, raw samples and validities. Needs landing and channel
- * configuration. */
+/* Sets source, first_block, samples, raw samples and validities. The landing and the channel
+ * configuration must be loaded. */
 static enum mr_status load_series(struct store *store, struct measured *measured,
                                   struct error *error)
 {
@@ -548,7 +548,8 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
-/* Finds channels without calibration date; unknown if another version wrote the configuration. */
+/* Finds channels without calibration date. The dates are not known if another version wrote the
+ * configuration. */
 static enum mr_status find_calibration(struct store *store, int64_t run, struct measured *measured,
                                        struct error *error)
 {
@@ -611,7 +612,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     return load_details(store, run, measured, error) ?: load_all(store, run, measured, error);
 }
 
-#define NEAR_BLOCKS 1000 /* one second: a block record that close to an edge covers the edge */
+#define NEAR_BLOCKS 1000 /* one second: a block record this close to an edge covers the edge */
 
 /* Fits the gear without loading samples. `*enough`: true if the board received all edges,
  * reported the end of the landing, and has block records near each edge and after the stop. */
@@ -633,7 +634,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
         return status;
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* a record without end, to find the stop first */
+    measured->samples = SIZE_MAX / 4; /* an endless record, to find the stop first */
     measured_fit_gear(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;

@@ -6,7 +6,8 @@
 
 #define ROUNDING 1e-9
 
-/* Product of powers: the squares of the relative errors, each multiplied by its power, add up. */
+/* Product of powers. Its relative error is the root of the sum of squares of power times relative
+ * error. */
 static struct estimate product_of_powers(double constant, const struct estimate *factors,
                                          const double *powers, size_t count)
 {
@@ -90,7 +91,7 @@ struct estimate params_mean(const double *readings, size_t count, double each)
     return (struct estimate){mean, sqrt(scatter2 + each * each)};
 }
 
-/* Student's t with a two-sided probability of 1 %, by degrees of freedom. */
+/* Student's t for a two-sided probability of 1 %, by degrees of freedom. */
 static double student_t(size_t freedom)
 {
     static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,

@@ -2,9 +2,9 @@
  * 2.6).
  *
  * Errors are standard errors of independent readings, propagated to first order. The error of a
- * list of readings includes their scatter. An error stated with the list covers what the scatter
- * cannot show (a wrong scale) and is added in quadrature. Units are ft, lb and s unless the name
- * states another unit. Pure functions. */
+ * list of readings includes their scatter. An error stated with the list covers errors that scatter
+ * does not show, such as a wrong scale, and is added in quadrature. Units are ft, lb and s unless
+ * the name states another unit. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_PARAMS_H
 #define MATRIG_HOST_ANALYSE_PARAMS_H
 
@@ -24,11 +24,11 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
  * (lb/in per in). */
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in);
 
-/* A straight line through readings of a part with free travel: it yields freely up to x = free and
- * is a spring beyond, y = k (x - free). Only readings beyond `free` belong to the line. */
+/* A straight line through readings of a part with free travel. The part moves freely up to x = free
+ * and acts as a spring beyond: y = k (x - free). Only readings beyond `free` are used. */
 struct params_spring {
     bool is_known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
-    size_t below_free; /* number of readings below `free`; if not 0, the line is not valid */
+    size_t below_free; /* number of readings below `free`; the line is valid only if this is 0 */
     double scatter;    /* standard deviation of y about the line */
     struct estimate k, free;
 };
@@ -56,8 +56,8 @@ struct estimate params_soil(struct estimate load_lb, struct estimate deflection_
 /* Soil stiffness under one mat end from a plate bearing test: pressure under the plate against its
  * settlement gives the modulus of soil reaction, which model and prototype have in common (2.2),
  * and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the plate
- * is seated does not matter. 1.96 errors are a 95 % interval: Student's t is included. MR_TOO_FEW:
- * fewer than three readings, or one settlement only. */
+ * is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is included.
+ * MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
 enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
                             struct estimate plate_ft, struct estimate mat_ft2,
                             struct estimate *kv_lb_ft, struct error *error);

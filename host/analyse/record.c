@@ -47,7 +47,7 @@ static void set_warning(const struct measured *measured, const struct zones *zon
                         : RECORD_NO_WARNING;
 }
 
-/* Compares the landing with its advice: off plan if braking or speed differ. */
+/* Compares the landing with its advice. It is off plan if braking or speed differ. */
 static void compare_with_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
@@ -97,15 +97,15 @@ static void set_verdict(struct record_row *row)
         row->verdict = row->outcome.reached == OUTCOME_REACHED ? RECORD_MISS : RECORD_TRUE_NEGATIVE;
 }
 
-/* The landings before and after, of the same board; NULL: none. */
+/* The landings of the same board before and after a landing; NULL: none. */
 struct neighbours {
     const struct store_landing *before, *after;
-    bool is_runway_restored; /* the one after began on a runway from before this one */
+    bool is_runway_restored; /* the next landing began on a runway saved before this one */
 };
 
-#define STEP_SAMPLES      20 /* samples of 1 ms: the wheel rolls 0.7 ft at most */
-#define MIN_ZONE_STEPS    5  /* 0.1 s: a zone shorter than that is an artefact of coarse segments */
-#define MIN_SPEED_FT_S    2.0 /* below, the wheel is about to stop */
+#define STEP_SAMPLES      20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
+#define MIN_ZONE_STEPS    5   /* 0.1 s: a shorter zone is an artefact of coarse segments */
+#define MIN_SPEED_FT_S    2.0 /* below this speed, the wheel is about to stop */
 #define MIN_COVERED_SHARE 0.5
 
 const char *outcome_basis_text(enum outcome_basis basis)
@@ -121,9 +121,9 @@ const char *outcome_basis_text(enum outcome_basis basis)
 
 /* ---- surveys ---- */
 
-/* A board sends its survey with each landing, even an old one. The survey counts as new if at
- * least half of its openings changed. Otherwise only the changed openings are new: two readings
- * of a closed segment may be equal to the last digit. */
+/* A board sends its survey with each landing, even if the survey is old. The survey counts as new
+ * if at least half of its openings changed, because two readings of a closed segment may be equal
+ * to the last digit. Otherwise only the changed openings are new. */
 static enum mr_status load_board_survey(struct store *store, int64_t run, int64_t run_before,
                                         struct zones_closure *told, struct error *error)
 {
@@ -147,8 +147,8 @@ static enum mr_status load_board_survey(struct store *store, int64_t run, int64_
     return status;
 }
 
-/* Replaces the board's survey with the newest gage survey that has readings and was begun
- * between the two times. */
+/* Replaces the board's survey by the newest gage survey that has readings and began between the two
+ * times. */
 static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                        struct zones_closure *slack, struct error *error)
 {
@@ -165,7 +165,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 
 /* ---- transducers ---- */
 
-/* The longest zone that the wheel reached, and the first time the wheel was at a zone of 50
+/* The longest zone that the wheel reached, and the first time at which it was at a zone of 50
  * mats. */
 struct reached_zone {
     unsigned mats;
@@ -352,7 +352,7 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
 
 /* ---- a landing ---- */
 
-/* The newest advice between the previous landing of the campaign and this one. */
+/* Sets the newest advice between the previous landing of the campaign and this one. */
 static void set_advice(const struct store_advice *advice, size_t count, int64_t before,
                        struct record_row *row)
 {
@@ -364,7 +364,7 @@ static void set_advice(const struct store_advice *advice, size_t count, int64_t 
     }
 }
 
-/* What landings have made of the runway that a landing of an emulated board began on, apart from
+/* Identifies the history of the runway on which a landing of an emulated board began, apart from
  * surveys; 0: none, or not known. */
 static uint64_t runway_history_id(struct store *store, const struct store_landing *landing)
 {
@@ -381,7 +381,7 @@ static uint64_t runway_history_id(struct store *store, const struct store_landin
     return (uint64_t)state.landings << 32 | scale;
 }
 
-/* A runway that was restored, and with it the advice that was kept for it. */
+/* Finds the landing whose runway was restored for this landing, and the advice for that runway. */
 static void set_same_runway(const struct record *record, const uint64_t *history,
                             struct record_row *row)
 {
@@ -407,7 +407,7 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
     return NULL;
 }
 
-/* Checked first: samples load slowly and are useful only with a survey. */
+/* Samples load slowly and are useful only with a survey, so this is checked first. */
 static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
 {
     struct zones_closure told;
@@ -438,7 +438,7 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
 static enum mr_status load_landing(struct store *store, const struct neighbours *between,
                                    struct record_row *row, struct error *error)
 {
-    static struct measured measured; /* static: some ten kilobytes */
+    static struct measured measured; /* static because of its size, some ten kilobytes */
     struct zones zones = {0};
     bool surveyed = false;
     enum mr_status status = has_survey(store, row->run, &surveyed, error);

@@ -1,9 +1,9 @@
-/* The record of a campaign: the stored advice before each landing, the warnings and risk reported
- * during it, its outcome, and the totals.
+/* The record of a campaign: for each landing the stored advice, the warnings and risk reported by
+ * the board, and the outcome; and the totals.
  *
  * A landing with an unknown outcome is counted as unknown, never as a success. Voided landings are
- * counted separately. Nothing here is stored: the record is computed from the campaign each time,
- * so that a later survey or correction counts. */
+ * counted separately. The record is not stored. It is computed from the campaign each time, so that
+ * later surveys and corrections are included. */
 #ifndef MATRIG_HOST_ANALYSE_RECORD_H
 #define MATRIG_HOST_ANALYSE_RECORD_H
 
@@ -31,7 +31,7 @@
  * `why` has the reason. */
 
 #define OUTCOME_MATS    50 /* length of a zone at which buckling begins (report 6.1.4) */
-/* distance at which a zone counts as reached: seven mats, as in tests/score */
+/* a zone counts as reached at this distance (seven mats), as in tests/score */
 #define OUTCOME_NEAR_FT 2.0
 
 enum outcome_reached { OUTCOME_UNKNOWN, OUTCOME_REACHED, OUTCOME_NOT_REACHED };
@@ -50,10 +50,12 @@ struct outcome {
     /* Longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known. */
     int64_t mats;
     double start_ft; /* start of that longest zone */
-    /* time at which the wheel reached a zone of 50 mats; NaN: it did not, or not known */
+    /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
+     * known */
     double t_s;
     double covered_share; /* share of the gear's path that lies between transducers */
-    /* Closed run at the wheel, by the survey after the landing; STORE_NONE: no survey was read. */
+    /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
+     * was read. */
     int64_t closed_after_mats;
     size_t waves, breaks; /* numbers of waves and breaks that were observed and not withdrawn */
 };
@@ -61,13 +63,13 @@ struct outcome {
 /* Basis as text for tables, such as "transducers and survey". Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 
-/* A landing whose braking or speed differs from the plan by more than this share is off plan: the
- * advice was not given for it. */
+/* A landing is off plan if its braking or speed differs from the plan by more than this share. The
+ * advice does not apply to it. */
 #define RECORD_OFF_BRAKING 0.25
 #define RECORD_OFF_SPEED   0.10
 
 enum record_warned {
-    RECORD_NO_BOARD, /* readings of another instrument: no board could warn */
+    RECORD_NO_BOARD, /* the readings are from another instrument: no board could warn */
     RECORD_WARNED,
     RECORD_NO_WARNING,
     RECORD_NOT_RECEIVED /* no warning was received, but one may have been sent */
@@ -92,14 +94,14 @@ struct record_row {
     /* time from the warning until the wheel reached a zone; NaN: no warning, or no zone */
     double lead_s;
     double max_risk; /* largest risk reported during the landing; NaN: none */
-    /* First landing that began on the same runway, which was restored; STORE_NONE: none. Only the
-     * runway of an emulated board can be: its memory is a file. */
+    /* First landing that began on the same runway, if the runway was restored; STORE_NONE: none.
+     * Only an emulated board can restore its runway, because its memory is a file. */
     int64_t same_runway_run;
     bool has_advice;
     struct store_advice advice; /* newest advice before the landing, on its runway */
-    bool has_motion;            /* its motion is known: the next two are, too */
+    bool has_motion;            /* the motion is known, so the next two fields are valid */
     bool off_plan;
-    bool followed; /* advised against the plan: it braked no harder than advised */
+    bool followed; /* the plan was advised against, and the landing braked no harder than advised */
     struct outcome outcome;
     enum record_verdict verdict;
     const char *reason; /* reason for RECORD_NOT_KNOWN; static */
@@ -113,8 +115,8 @@ struct record {
     size_t landings, voided;
     size_t verdict[RECORD_VERDICTS];
     size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_reached */
-    /* landings that differed from their plan, or followed the advice against it; not counted in
-     * `advice` */
+    /* number of landings that differed from their plan or followed the advice against it; not
+     * counted in `advice` */
     size_t off_plan;
 };
 
@@ -124,8 +126,7 @@ struct record_landing {
     const struct zones *zones;
 };
 
-/* Makes one row per landing, none of them judged yet. The caller releases it with record_free, also
- * after an error. */
+/* Makes one row per landing; none is judged yet. Call record_free in every case. */
 enum mr_status record_begin(struct store *store, struct record *record, struct error *error);
 /* Finds the row of a landing; NULL if there is none. */
 struct record_row *record_find(struct record *record, int64_t run);
@@ -139,7 +140,7 @@ enum mr_status record_load(struct store *store, struct record *record, struct er
 void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);
-/* The advice before a landing and whether it was followed: "against, followed"; "none". */
+/* Writes the advice before a landing and whether it was followed: "against, followed"; "none". */
 #define RECORD_ADVICE_SIZE 48
 const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE]);
 /* Adds the totals as JSON. Text output has one line with `brief` (for `matrig show`), otherwise all

@@ -11,7 +11,7 @@ enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed
 {
     double *squared = xcalloc(2 * count + 1, sizeof *squared), *weight = squared + count;
     struct line_fit line;
-    /* equal errors of v are errors of v^2 in proportion to v */
+    /* equal errors of v are errors of v^2 that are proportional to v */
     for (size_t i = 0; i < count; i++) {
         squared[i] = speed_ft_s[i] * speed_ft_s[i];
         weight[i] = 1.0 / squared[i];
@@ -57,8 +57,9 @@ enum mr_status rig_height(const struct rig_marks *marks, struct estimate distanc
     /* y counts downwards */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),
                  along = (dx * px + dy * py) / (between * between);
-    /* The line's ends shift it at the point in proportion to the distances of the other end; only
-     * errors along the line change the scale, so the two are independent. */
+    /* An error of one end shifts the line at the point in proportion to the distance of the other
+     * end. Only errors along the line change the scale, so shift and scale errors are
+     * independent. */
     const double of_off = marks->error * sqrt(1.0 + along * along + (1.0 - along) * (1.0 - along)),
                  of_scale = hypot(distance_ft.error / distance_ft.value,
                                   M_SQRT2 * marks->error / between);

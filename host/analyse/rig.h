@@ -1,7 +1,7 @@
-/* What the landings of a campaign teach about the rig: touchdown speed by release height, and the
- * drag of the bearings by temperature (1973 report, sections 2.4 and 2.7.1); heights in pictures
- * (2.7.3). Predictions are for the next landing. The true value is within 1.96 errors with a
- * probability of 95 %. Pure functions. */
+/* Properties of the rig from the landings of a campaign: touchdown speed as a function of release
+ * height, and drag of the bearings as a function of temperature (1973 report, sections 2.4 and
+ * 2.7.1); heights in pictures (2.7.3). Predictions are for the next landing. The true value is
+ * within 1.96 errors with a probability of 95 %. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_RIG_H
 #define MATRIG_HOST_ANALYSE_RIG_H
 
@@ -10,29 +10,29 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-/* Speed of a coasting gear released at `height_ft` above the runway. A track that takes a fixed
- * share of the energy, and a drag that does not depend on speed, make v^2 a straight line over the
- * height. MR_TOO_FEW: fewer than three landings, or one height only. MR_NUMERICS: the line predicts
- * that the gear does not arrive. */
+/* Speed of a coasting gear released at `height_ft` above the runway. If the track dissipates a
+ * fixed share of the energy and drag does not depend on speed, v^2 is a linear function of height.
+ * MR_TOO_FEW: fewer than three landings, or all heights are equal. MR_NUMERICS: the line predicts
+ * that the gear does not reach the runway. */
 enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed_ft_s, size_t count,
                                    double height_ft, struct estimate *predicted_ft_s,
                                    struct error *error);
 
-/* Deceleration without brakes at `temperature_f`, as a straight line over the temperature.
- * MR_TOO_FEW: fewer than three landings, or one temperature only. */
+/* Deceleration without brakes at `temperature_f`, as a linear function of temperature. MR_TOO_FEW:
+ * fewer than three landings, or all temperatures are equal. */
 enum mr_status rig_bearing_drag(const double *temperatures_f, const double *deceleration_ft_s2,
                                 size_t count, double temperature_f,
                                 struct estimate *predicted_ft_s2, struct error *error);
 
-/* Points marked in a picture, in pixels from its upper left corner: two of known distance, and the
- * point whose height is measured. `error`: standard error of each coordinate. */
+/* Points marked in a picture, in pixels from its upper left corner: two points at a known distance,
+ * and the point whose height is measured. `error`: standard error of each coordinate. */
 struct rig_marks {
     double x[3], y[3], error;
 };
 
-/* Height of the third point above the straight line through the first two, in the scale of these
- * two; negative below it. Valid if all three are in one plane that faces the camera. MR_USAGE: the
- * first two are nearer than 20 errors, so that the scale is not known. */
+/* Height of the third point above the straight line through the first two, whose distance gives the
+ * scale; negative below the line. Valid if the three points are in one plane that faces the camera.
+ * MR_USAGE: the first two are nearer than 20 errors, so the scale is not known. */
 enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,
                           struct estimate *height_ft, struct error *error);
 

@@ -206,8 +206,8 @@ static bool is_missing_samples(const struct measured_channel *channel, enum mr_c
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
-/* "1, 2, 5": the channels with the same missing time as channel `c`. False: an earlier channel
- * already listed `c`. */
+/* Lists the channels with the same missing time as channel `c`: "1, 2, 5". False: an earlier
+ * channel already listed `c`. */
 static bool format_channels(const struct measured *measured, unsigned c, char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
@@ -332,8 +332,9 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
 
 #define TIME_MAX_US 1e17 /* the year 5138 */
 
-/* Order of time maps: good ones first, of these CAN, which has the shorter delay. Of two bad
- * ones the refusal with more information is better. */
+/* Returns true if time map `a` is better than `b`. Usable maps are better than refused ones. Of two
+ * usable maps, CAN is better, because its delay is shorter. Of two refused maps, the refusal with
+ * more information is better. */
 static bool is_better_clock(const struct store_time_map *a, const struct store_time_map *b)
 {
     if (a->refusal != TIMEMAP_OK || b->refusal != TIMEMAP_OK)
@@ -547,8 +548,8 @@ static double event_time_s(const struct measured *measured, const struct store_f
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
 
-/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The end of a fault is
- * part of its line, so events of a channel that is valid again are skipped. */
+/* Adds "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The line contains the
+ * end of the fault, so events of a channel that is valid again are skipped. */
 static void add_damage(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
@@ -610,7 +611,7 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-/* One line for each order except an accepted arming, which every landing has. */
+/* Adds one line for each command except an accepted arming, which every landing has. */
 static void add_commands(const struct summary *summary, struct answer *answer)
 {
     for (size_t i = 0; i < summary->commands; i++) {

@@ -16,8 +16,8 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-/* Result of `matrig ready` before a landing: the newest check and the newest walk of its board,
- * within 12 h before arming. */
+/* Result of `matrig ready` before a landing: the newest check and the newest switch walk of its
+ * board, within 12 h before arming. */
 
 #define SUMMARY_READY_KINDS 2
 
@@ -38,8 +38,8 @@ struct summary_link {
     int64_t lost;                   /* frames sent by the board and not received */
     int64_t dropped;                /* frames that the board reports as dropped from its queue */
     int64_t trouble[LINK_TROUBLES]; /* errors that the link itself counted */
-    /* The link fell silent during the landing or was silent from the start, so losses cannot be
-     * counted. */
+    /* the link was silent from the start, or became silent during the landing: losses cannot be
+     * counted */
     bool silent;
 };
 
@@ -67,7 +67,7 @@ struct summary {
     size_t channel_events;
     struct store_fault *restart; /* restarts of the board during the landing */
     size_t restarts;
-    /* commands of another program, or refused commands; count 1: sent by the log itself */
+    /* commands from another program, and refused commands; count 1: sent by matrig log itself */
     struct store_fault *command;
     size_t commands;
     struct store_fault *key;               /* states of the board key; code: enum mr_key_state */
@@ -81,13 +81,13 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
                             struct error *error);
 void summary_free(struct summary *summary); /* call also after an error */
 
-/* Heading as text: "RUN 5: landing 5, done". */
+/* Writes the heading: "RUN 5: landing 5, done". */
 #define SUMMARY_HEADING_SIZE 80
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
 void summary_add_dates(const struct measured *measured, struct answer *answer);
-/* Adds the whole summary under its heading. The functions below add parts that a page shows in
- * separate sections. */
+/* Adds the whole summary under its heading. The functions below add parts of it, which a page shows
+ * in separate sections. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);
 /* Adds what makes the landing doubtful: incomplete, recorded twice, restarted, commands received,
  * or not ready. */
@@ -102,12 +102,12 @@ void summary_add_health(const struct summary *summary, struct answer *answer);
 void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
                           const char *label, struct answer *answer);
 
-/* The summary as JSON, as summary_to_answer has it. The caller owns the object. */
+/* The content of summary_to_answer as JSON. The caller owns the object. */
 json_t *summary_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
-/* Switches as text: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
+/* Writes the state of the switches: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size);
-/* LINK_TROUBLES counts as text: "bus off 1, no acknowledgement 12"; "" if all are 0. */
+/* Writes LINK_TROUBLES counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
 void summary_format_troubles(const int64_t *trouble, char *out, size_t size);
 /* LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the object. */
 json_t *summary_troubles_json(const int64_t *trouble);
@@ -116,8 +116,7 @@ json_t *summary_troubles_json(const int64_t *trouble);
 void summary_count_gaps(const struct store_gap *gaps, size_t count,
                         struct summary_link link[LINK_KINDS]);
 
-/* Host time of a moment of the board: Unix microseconds, and half the 95 % interval. NaN: not
- * known. */
+/* Host time of a board time: Unix microseconds, and half the 95 % interval. NaN: not known. */
 struct summary_moment {
     double host_us;
     double half_width_us;

@@ -26,7 +26,7 @@ static double power(double t_s, size_t n)
     return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
 }
 
-/* Matrix of universal kriging: covariances, bordered by the parabola. */
+/* Fills the matrix of universal kriging: covariances, bordered by the terms of the parabola. */
 static size_t set_system(const struct track *track, const struct track_model *model,
                          double system[TRACK_SIZE][TRACK_SIZE])
 {
@@ -51,8 +51,8 @@ static void swap_rows(double *a, double *b, size_t n)
     }
 }
 
-/* Gauss-Jordan with row pivots; also returns the logarithm of the absolute determinant. False:
- * singular. */
+/* Inverts by Gauss-Jordan elimination with row pivots, and computes the logarithm of the absolute
+ * determinant. False: singular. */
 static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
                    double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
 {
@@ -88,8 +88,8 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
     return true;
 }
 
-/* Minus twice the restricted log likelihood, without a constant. The bordered determinant is |S|
- * |X' S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
+/* Minus twice the restricted log likelihood, up to a constant. The bordered determinant is |S| |X'
+ * S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
 static double restricted_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
@@ -103,7 +103,8 @@ static double restricted_deviance(const struct track *track, struct track_model 
     return log_determinant + squares;
 }
 
-/* Keeps a model if it is among the likeliest. `unlikely` has the same order as track->model. */
+/* Keeps a model if it is among the likeliest. `unlikely` has the deviance of each entry of
+ * track->model. */
 static void keep_model(struct track *track, const struct track_model *model,
                        double unlikeliness_now, double unlikely[TRACK_MODELS])
 {
@@ -121,7 +122,8 @@ static void keep_model(struct track *track, const struct track_model *model,
     unlikely[place] = unlikeliness_now;
 }
 
-/* Searches a grid: q in half powers of ten, ripples from none to many times the gates' error. */
+/* Searches a grid of models: q in half powers of ten, ripples from 0 to many times the gates'
+ * error. */
 static void find_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
@@ -143,7 +145,7 @@ static void find_models(struct track *track)
         track->model[m].weight /= sum;
 }
 
-/* Station by one model, between the first and the last gate. Returns the variance. */
+/* Predicts the station by one model, between the first and the last gate. Returns the variance. */
 static double predict_station(const struct track *track, const struct track_model *model,
                               double since_s, double *station_ft)
 {
@@ -161,7 +163,7 @@ static double predict_station(const struct track *track, const struct track_mode
         if (i < track->points)
             *station_ft += weight * track->station_ft[i];
     }
-    /* the ripple is real motion, also between gates */
+    /* the ripple is real motion and exists between gates too */
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
@@ -186,8 +188,8 @@ static struct track_moment gate_moment(const struct track *track, double t_s, do
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
-/* Standard error from the rise of the brake (common/gates.h: delay d, shape k). The rise may or
- * may not have displaced the track by a d^2 (1 + k) / 2. */
+/* Standard error due to the rise of the brake (common/gates.h: delay d, shape k), which displaces
+ * the track by 0 to a d^2 (1 + k) / 2. */
 static double brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
@@ -268,12 +270,12 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 
 /* ---- the film ---- */
 
-#define GAP_PERIODS_MAX 1e9 /* limits a gap if a damaged time is huge */
-/* number of steps on each side in the median; up to half of them may be gaps */
+#define GAP_PERIODS_MAX 1e9 /* limit of a gap, for damaged times */
+/* number of steps on each side that are in the median; up to half of them may be gaps */
 #define MEDIAN_STEPS    7u
 
-/* Median of the steps from `from` to `to`. Of two middle steps the shorter one: a longer step
- * may be a gap of several periods. */
+/* Median of the steps from `from` to `to`. Of two middle steps it is the shorter one, because a
+ * longer step may be a gap of several periods. */
 static double median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * MEDIAN_STEPS + 1];

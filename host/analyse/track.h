@@ -1,17 +1,17 @@
 /* The gear's position at any time, computed from the gates only, with its standard error.
  *
  * The fit of gates.h is a polynomial of low order. It gives speeds, but if braking changes between
- * gates, the position deviates from it by more than its error. The model here, from the first gate
- * beyond touchdown to the last, is a parabola whose deceleration varies randomly: its derivative is
- * white noise of intensity q. A ripple is added to the station for changes faster than the gate
- * spacing; ripple values at different times are independent. The intensity q and the size of the
- * ripple are determined from the gates, whose errors are the switches' tolerance: pairs of both on
- * a grid are weighted by restricted likelihood. For each pair, the best linear unbiased estimate of
- * the station (universal kriging; a smoothing spline of degree five) runs through the gates within
- * their errors, and its standard error grows between them. The result is the weighted mean over the
- * pairs, with the variance within and between them.
+ * gates, the true position deviates from it by more than its error. The model here, from the first
+ * gate beyond touchdown to the last, is a parabola whose deceleration varies randomly: its
+ * derivative is white noise of intensity q. A ripple is added to the station for changes faster
+ * than the gate spacing; ripple values at different times are independent. The intensity q and the
+ * size of the ripple are determined from the gates, whose errors are the switches' tolerance: pairs
+ * of the two on a grid are weighted by their restricted likelihood. For each pair, the best linear
+ * unbiased estimate of the station (universal kriging; a smoothing spline of degree five) runs
+ * through the gates within their errors, and its standard error grows between them. The result is
+ * the weighted mean over the pairs, with the variance within and between them.
  *
- * A cubic on either side joins the estimate to touchdown and stop, and the error changes smoothly
+ * At both ends a cubic connects the estimate to touchdown and stop, and the error changes smoothly
  * to theirs. Before touchdown the speed is constant (report 2.4), back to the first edge; after the
  * stop the gear rests. Pure functions. */
 #ifndef MATRIG_HOST_ANALYSE_TRACK_H
@@ -31,7 +31,7 @@ struct track_moment {
 
 struct track {
     bool known;
-    double start_s; /* first edge, or touchdown; the station is not known before */
+    double start_s; /* first edge, or touchdown; before it, the station is not known */
     struct track_moment touchdown, first, last, stop;
     double speed_error_ft_s; /* standard error of the speed at touchdown */
     size_t points;           /* number of gates */
@@ -52,7 +52,7 @@ void track_make(const struct measured *measured, struct track *track);
 /* Station of the lead wheel with its standard error; NaN where it is not known. */
 struct mr_estimate track_at(const struct track *track, double t_s);
 
-/* The film of a landing: the frame number of each camera pulse, and the gear position on that
+/* The film of a landing: the frame number of each camera pulse, and the gear position in that
  * frame.
  *
  * Frames are numbered from 1, the first pulse of the landing. A missing pulse (not sent by the

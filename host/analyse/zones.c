@@ -109,7 +109,7 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
-#define PAUSE_BLOCKS 100 /* two messages: a single lost frame hides no warning for long */
+#define PAUSE_BLOCKS 100 /* two messages: a single lost frame does not hide a warning for long */
 
 /* `row`: sorted by time. */
 static struct zones_received find_received(const struct measured *measured,
@@ -253,7 +253,7 @@ static void add_lead(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_actual_s, 3);
 }
 
-/* The content of a warning, and its outcome. */
+/* Adds the content of a warning, and its outcome. */
 static void add_warning(const struct zone_warning *w, struct answer *answer)
 {
     answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
@@ -304,7 +304,7 @@ bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
     return w->warned && zones_format_doubt(&zones->received, w->t_s, out);
 }
 
-/* Whether and when a warning was given; notes if the record cannot show it. */
+/* Adds whether and when a warning was given, and notes if the record may lack a warning. */
 static void add_warned(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
@@ -388,8 +388,8 @@ bool zones_format_doubt(const struct zones_received *received, double before_s,
 
 /* ---- foresight ---- */
 
-/* after arming, the transducers' zeros are determined first (0.2 s): missing transducers do not
- * count */
+/* after arming, the transducers' zeros are determined first (0.2 s), so missing transducers are
+ * ignored */
 #define SETTLING_BLOCKS 500
 
 static void extend_span(struct foresight_span *span, double t_s)
@@ -399,8 +399,8 @@ static void extend_span(struct foresight_span *span, double t_s)
     span->to_s = t_s;
 }
 
-/* Missing motion counts only at the kinematic level: before the first switches no motion is
- * expected. */
+/* Missing motion counts only at the kinematic level, because no motion is expected before the first
+ * switches. */
 static void update_lacks(struct foresight *foresight, const struct store_prediction *row,
                          double t_s)
 {

@@ -18,11 +18,11 @@ struct zones_received {
     bool ended; /* the board reported the end of the landing */
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
-    const char *origin;              /* what t_s counts from */
+    const char *origin;              /* origin of t_s */
 };
 
 #define ZONES_DOUBT_SIZE 300
-/* Gives the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
+/* Writes the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
 bool zones_format_doubt(const struct zones_received *heard, double before_s,
                         char out[ZONES_DOUBT_SIZE]);
@@ -31,11 +31,11 @@ struct zone_warning {
     bool warned;
     /* The next fields are the state at the first warning. Its time is that of the decision, by the
      * board's clock: the start of the block that led to the warning, which is also the time stamp
-     * of the frame. The lamp and the frame follow when the block is complete, 1 ms later. summary.h
-     * has the time at which the frame was received. */
+     * of the frame. The board switches on the lamp and sends the frame when the block is complete,
+     * 1 ms later. summary.h has the time at which the frame was received. */
     int64_t block;
-    /* Time since touchdown, as shown by log, report and make series. The live page, which has no
-     * fit yet, shows the block. */
+    /* Time since touchdown, as shown by log, report and make series. The live page has no fit yet
+     * and shows the block. */
     double t_s;
     int64_t mats;
     double start_ft, end_ft;
@@ -49,7 +49,7 @@ struct zone_warning {
     double predicted_wheel_ft;           /* predicted wheel position at that zone */
     /* time from the warning until the wheel reached predicted_wheel_ft; NaN: it stopped before */
     double predicted_wheel_after_s;
-    /* The zone warned of: the longest run reported while the warning was on. */
+    /* The zone of the warning: the longest run reported while the warning was on. */
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
     /* The wheel and the zone of the first warning, from the final fit. */
@@ -62,7 +62,8 @@ struct zone_warning {
     double lead_s; /* predicted time to the zone; NaN: never sent */
     double lead_t_s;
     double lead_start_ft; /* start of the zone at that time */
-    /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or not known */
+    /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or the time is not
+     * known */
     double lead_actual_s;
 };
 
@@ -81,7 +82,7 @@ void zones_free(struct zones *zones);
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Adds whether and when the board warned, as text for people. */
 void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer);
-/* Gives the reason why a warning before the first recorded one may have been missed. Returns false
+/* Writes the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
 bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
@@ -98,8 +99,8 @@ void zones_find_closed(const struct measured *measured, const struct zones_closu
                        size_t sample, float remaining_in[MR_SEGMENTS],
                        struct mr_closure_zone *zone);
 
-/* What the board's predictor used in a landing, as text: the runway it started with, and the inputs
- * it lacked. */
+/* Inputs of the board's predictor in a landing: the runway with which it started, and the inputs
+ * that were missing. */
 
 enum foresight_lack {
     FORESIGHT_BLIND,
@@ -121,12 +122,12 @@ struct foresight {
     unsigned landings; /* number of landings in the history of its runway */
     double resistance; /* joint resistance, relative to the configured one; NaN: not reported */
     struct foresight_span lack[FORESIGHT_LACKS];
-    int64_t worst_level; /* cheapest model that the predictor had to use */
-    /* Last reason why a transducer was left out; 0: it was trusted throughout. */
+    int64_t worst_level; /* simplest model that the predictor had to use */
+    /* last reason why a transducer was excluded; 0: it was never excluded */
     unsigned doubt[MR_TRANSDUCERS];
-    /* left out in this time, as reported once a second and on change */
+    /* time in which a transducer was excluded, as reported once a second and on change */
     struct foresight_span left_out[MR_TRANSDUCERS];
-    bool still_left_out[MR_TRANSDUCERS]; /* still left out at the last report */
+    bool still_left_out[MR_TRANSDUCERS]; /* still excluded at the last report */
     double max_risk, max_risk_s;         /* largest risk and its time; NaN: no risk was reported */
     unsigned risk_basis;                 /* basis of the largest risk */
     double off_plan_s;                   /* time from which the landing was off plan; NaN: never */
