@@ -355,7 +355,7 @@ static double longest_s(const struct zone_input *in, double stop_s,
 
 void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
                         const struct compare_board_reports *said,
-                        const struct compare_segments *segments, struct compare_find_zones *zones)
+                        const struct compare_segments *segments, struct compare_zones *zones)
 {
     static const char *const longest[] = {"longest measured", "longest said", "longest simulated"};
     const struct zone_input in = {measured, survey, segments, said};
@@ -369,8 +369,7 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
     extend_range(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
 }
 
-const struct compare_zone_moment *compare_find_moment(const struct compare_find_zones *zones,
-                                                      bool rest)
+const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest)
 {
     for (size_t i = 0; i < zones->count; i++) {
         if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
@@ -542,7 +541,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
                           const struct compare_board_reports *said,
                           const struct store_simulation_head *head,
                           const struct store_simulation *rows, size_t count,
-                          struct compare_find_figures *figures)
+                          struct compare_figures *figures)
 {
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
@@ -572,7 +571,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
     compare_find_zones(measured, survey, said, &segments, &figures->zones);
 }
 
-struct compare_mean compare_mean_of(const struct compare_find_figures *figures)
+struct compare_mean compare_mean_of(const struct compare_figures *figures)
 {
     struct compare_mean mean = {0};
     double sum = 0.0, squares = 0.0;
@@ -597,13 +596,12 @@ struct compare_mean compare_mean_of(const struct compare_find_figures *figures)
 
 /* ---- agreement ---- */
 
-void compare_find_agreement(const struct compare_find_figures *figures,
-                            struct compare_find_agreement *a)
+void compare_find_agreement(const struct compare_figures *figures, struct compare_agreement *a)
 {
-    *a = (struct compare_find_agreement){.run = figures->run,
-                                         .against = figures->against[0] ? figures->against
-                                                                        : "the simulation",
-                                         .en = (double)NAN};
+    *a = (struct compare_agreement){.run = figures->run,
+                                    .against = figures->against[0] ? figures->against
+                                                                   : "the simulation",
+                                    .en = (double)NAN};
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
         const struct {
@@ -632,7 +630,7 @@ void compare_find_agreement(const struct compare_find_figures *figures,
     }
 }
 
-void compare_write_sentence(const struct compare_find_agreement *a, bool si,
+void compare_write_sentence(const struct compare_agreement *a, bool si,
                             char out[COMPARE_SENTENCE_SIZE])
 {
     const struct unit *station = unit_of(UNIT_STATION, si);

@@ -110,14 +110,13 @@ struct compare_zone_moment {
 
 #define COMPARE_MOMENTS 2u /* when the zone is longest, and at rest */
 
-struct compare_find_zones {
+struct compare_zones {
     size_t count; /* 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
 /* The moment at rest, or the other moment; NULL: not known. */
-const struct compare_zone_moment *compare_find_moment(const struct compare_find_zones *zones,
-                                                      bool rest);
+const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_find_overlap(const struct compare_zone *measured,
                                             const struct compare_zone *other);
 
@@ -142,7 +141,7 @@ struct compare_segments {
 };
 void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
                         const struct compare_board_reports *said,
-                        const struct compare_segments *segments, struct compare_find_zones *zones);
+                        const struct compare_segments *segments, struct compare_zones *zones);
 
 /* The comparison of a landing as figures: the measurement, and a simulation with the measured
  * motion, either just run or the newest one stored in the campaign. `matrig compare` and the report
@@ -166,7 +165,7 @@ struct compare_channel {
     double bias_en, peak_en, end_en, arrival_en;
 };
 
-struct compare_find_figures {
+struct compare_figures {
     int64_t run;
     char against[120]; /* the model's file; empty: not stored */
     /* Reason why the measured numbers are doubtful (measured_format_torn); "": they are not. */
@@ -177,7 +176,7 @@ struct compare_find_figures {
     size_t surveyed; /* number of segments with known slack */
     size_t channels; /* number of fitted channels */
     struct compare_channel channel[MR_TRANSDUCERS];
-    struct compare_find_zones zones;
+    struct compare_zones zones;
     struct compare_clock clock;
 };
 
@@ -187,14 +186,14 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
                           const struct compare_board_reports *said,
                           const struct store_simulation_head *head,
                           const struct store_simulation *rows, size_t count,
-                          struct compare_find_figures *figures);
+                          struct compare_figures *figures);
 /* Means over the compared channels, weighted by their number of samples. */
 struct compare_mean {
     size_t channels;
     double samples, bias_in, rms_in; /* NaN: no channel was compared */
     double worst_rms_in, peak_en;    /* largest of all channels */
 };
-struct compare_mean compare_mean_of(const struct compare_find_figures *figures);
+struct compare_mean compare_mean_of(const struct compare_figures *figures);
 /* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
  * compared. The caller frees `storage`. */
 struct compare_curves {
@@ -208,7 +207,7 @@ void compare_curves(const struct measured *measured, const struct compare_clock 
 /* Agreement of measured and simulated values: peak, end and arrival of each compared transducer.
  * Two values agree if En, their difference divided by twice their common standard error, is at most
  * 1. */
-struct compare_find_agreement {
+struct compare_agreement {
     int64_t run;
     const char *against;
     size_t values_judged,
@@ -220,11 +219,11 @@ struct compare_find_agreement {
     bool is_time;
     double measured, simulated, en;
 };
-void compare_find_agreement(const struct compare_find_figures *figures,
-                            struct compare_find_agreement *agreement);
+void compare_find_agreement(const struct compare_figures *figures,
+                            struct compare_agreement *agreement);
 /* The agreement as one sentence without newline. */
 #define COMPARE_SENTENCE_SIZE 400
-void compare_write_sentence(const struct compare_find_agreement *agreement, bool si,
+void compare_write_sentence(const struct compare_agreement *agreement, bool si,
                             char out[COMPARE_SENTENCE_SIZE]);
 
 #endif

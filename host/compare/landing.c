@@ -613,7 +613,7 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     return error->status;
 }
 
-static void pool_figures(struct compare_series *set, const struct compare_find_figures *figures)
+static void pool_figures(struct compare_series *set, const struct compare_figures *figures)
 {
     set->run_ms += figures->run_ms;
     set->error_in = fmax(set->error_in, figures->error_in);

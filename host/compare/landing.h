@@ -87,7 +87,7 @@ void compare_simulated_free(struct compare_simulated *simulated);
 /* One landing compared with a model; the comparison is stored in the campaign. */
 
 struct compare_landing {
-    struct compare_find_figures figures;
+    struct compare_figures figures;
     struct measured measured;
     struct store_simulation_head head;
     struct store_simulation row[MR_TRANSDUCERS];
@@ -108,7 +108,7 @@ struct compare_series_landing {
     int64_t run;
     bool compared;
     char reason[600]; /* reason if not compared */
-    struct compare_find_figures figures;
+    struct compare_figures figures;
     struct compare_verdict verdict;
 };
 

@@ -64,7 +64,7 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
     }
 }
 
-void compare_add_channels(const struct compare_find_figures *figures, struct answer *answer)
+void compare_add_channels(const struct compare_figures *figures, struct answer *answer)
 {
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
@@ -120,7 +120,7 @@ static void add_overlap(const char *name, const struct compare_overlap *overlap,
     answer_close(answer);
 }
 
-void compare_add_zones(const struct compare_find_zones *zones, struct answer *answer)
+void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
 {
     static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured",
                                                        [COMPARE_BOARD] = "board",
@@ -148,7 +148,7 @@ void compare_add_zones(const struct compare_find_zones *zones, struct answer *an
     answer_close(answer);
 }
 
-static void add_agreement(const struct compare_find_agreement *a, struct answer *answer)
+static void add_agreement(const struct compare_agreement *a, struct answer *answer)
 {
     const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char sentence[COMPARE_SENTENCE_SIZE];
@@ -184,8 +184,8 @@ static void add_verdict(const struct compare_verdict *verdict, struct answer *an
     answer_close(answer);
 }
 
-void compare_to_answer(const struct compare_find_figures *figures,
-                       const struct compare_verdict *verdict, struct answer *answer)
+void compare_to_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
+                       struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run)->end = figures->marks;
     if (figures->torn[0])
@@ -210,18 +210,18 @@ void compare_to_answer(const struct compare_find_figures *figures,
     answer_count(answer, "missing_channels", NULL, (int64_t)missing);
     compare_add_channels(figures, answer);
     compare_add_zones(&figures->zones, answer);
-    struct compare_find_agreement agreement;
+    struct compare_agreement agreement;
     compare_find_agreement(figures, &agreement);
     add_agreement(&agreement, answer);
     add_verdict(verdict, answer);
 }
 
-void compare_add_brief(const struct compare_find_figures *figures,
-                       const struct compare_verdict *verdict, struct answer *answer)
+void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
+                       struct answer *answer)
 {
     const struct compare_mean mean = compare_mean_of(figures);
     const struct compare_zone_moment *rest = compare_find_moment(&figures->zones, true);
-    struct compare_find_agreement agreement;
+    struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE_SIZE];
     compare_find_agreement(figures, &agreement);
     compare_write_sentence(&agreement, answer_is_si(answer), sentence);
@@ -312,7 +312,7 @@ static void add_channels(const struct compare_series *set, struct answer *answer
 /* Agreement of the landing that differs most. */
 static void add_worst_agreement(const struct compare_series *set, struct answer *answer)
 {
-    struct compare_find_agreement worst = {.en = (double)NAN}, one;
+    struct compare_agreement worst = {.en = (double)NAN}, one;
     size_t differ = 0;
     for (size_t i = 0; i < set->count; i++) {
         if (!set->landing[i].compared)
@@ -350,7 +350,7 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
 
 /* ---- limits ---- */
 
-void compare_judge(const struct compare_find_figures *figures, const struct compare_limits *limits,
+void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
                    struct compare_verdict *verdict)
 {
     static const struct compare_verdict none;

@@ -665,10 +665,10 @@ static void channels(const struct report *report, const struct report_landing *l
 
 /* ---- measured against simulated ---- */
 
-static void compared_words(FILE *out, const struct compare_find_figures *figures, bool si)
+static void compared_words(FILE *out, const struct compare_figures *figures, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    struct compare_find_agreement agreement;
+    struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE_SIZE];
     fputs("<p class=\"say\">", out);
     if (figures->against[0]) {

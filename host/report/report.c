@@ -106,8 +106,7 @@ static void take_zones(const struct report_landing *landing, struct report_facts
 
 /* ---- comparison ---- */
 
-static struct compare_overlap overlap_of(const struct compare_find_zones *zones, bool rest,
-                                         bool board)
+static struct compare_overlap overlap_of(const struct compare_zones *zones, bool rest, bool board)
 {
     const struct compare_zone_moment *moment = compare_find_moment(zones, rest);
     return !moment ? (struct compare_overlap){.is_known = false}
@@ -117,7 +116,7 @@ static struct compare_overlap overlap_of(const struct compare_find_zones *zones,
 
 static void take_compared(const struct report_landing *landing, struct report_facts *facts)
 {
-    const struct compare_find_figures *figures = landing->compared;
+    const struct compare_figures *figures = landing->compared;
     if (!figures)
         return;
     snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);

@@ -31,7 +31,7 @@ struct report_landing {
     struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
     double *station_ft;       /* station of the lead wheel at each sample; NULL: not known */
     /* newest comparison, recomputed with the current measured data; NULL: none */
-    struct compare_find_figures *compared;
+    struct compare_figures *compared;
 };
 
 /* Problems of a landing: bits of report_facts.wrong, in the order of wrong_text. */

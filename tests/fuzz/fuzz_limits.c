@@ -6,7 +6,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct compare_limits limits = {NULL};
     struct compare_verdict verdict = {0};
-    struct compare_find_figures figures = {
+    struct compare_figures figures = {
         .run = 1, .channels = 1, .channel = {{.number = 1, .compared = true}}};
     struct error error = {0};
     if (compare_limits_load(&limits, fuzz_file("limits.json", data, size), &error) == MR_OK) {

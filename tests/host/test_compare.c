@@ -120,7 +120,7 @@ TEST(differences_of_a_known_series)
     struct zones_closure survey;
     struct compare_model model;
     struct compare_landing landing;
-    struct compare_find_figures f;
+    struct compare_figures f;
     const struct compare_board_reports nothing = {0};
     load_one(&s, &m, &survey);
     assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error),
@@ -183,7 +183,7 @@ TEST(kept_and_made_again)
     struct zones_closure survey;
     struct compare_model model;
     struct compare_landing landing;
-    struct compare_find_figures again;
+    struct compare_figures again;
     struct store_simulation *rows;
     struct store_simulation_head head;
     const struct compare_board_reports nothing = {0};
@@ -385,9 +385,9 @@ static struct compare_limits limits_of(const char *text, struct error *error)
     return limits;
 }
 
-static struct compare_find_figures two_channels(void)
+static struct compare_figures two_channels(void)
 {
-    struct compare_find_figures f = {.run = 7, .channels = 2};
+    struct compare_figures f = {.run = 7, .channels = 2};
     for (int c = 0; c < 2; c++)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
@@ -401,8 +401,7 @@ static struct compare_find_figures two_channels(void)
     return f;
 }
 
-static struct compare_verdict verdict_of(const char *text,
-                                         const struct compare_find_figures *figures)
+static struct compare_verdict verdict_of(const char *text, const struct compare_figures *figures)
 {
     struct error error = {0};
     struct compare_verdict verdict = {0};
@@ -415,7 +414,7 @@ static struct compare_verdict verdict_of(const char *text,
 
 TEST(limits_decide)
 {
-    struct compare_find_figures f = two_channels();
+    struct compare_figures f = two_channels();
     struct compare_verdict v;
     v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04}", &f);
     assert_true(v.failed == 0 && v.checked == 5); /* two of each, and that none is missing */
@@ -478,9 +477,9 @@ TEST(limits_that_are_wrong)
 }
 
 /* Two transducers that agree in all six values. */
-static struct compare_find_figures agreeing(void)
+static struct compare_figures agreeing(void)
 {
-    struct compare_find_figures figures = {.run = 7, .against = "x.json", .channels = 2};
+    struct compare_figures figures = {.run = 7, .against = "x.json", .channels = 2};
     for (size_t i = 0; i < 2; i++) {
         struct compare_channel *c = &figures.channel[i];
         c->number = (int64_t)(3 + i);
@@ -496,10 +495,9 @@ static struct compare_find_figures agreeing(void)
     return figures;
 }
 
-static void assert_sentence(const struct compare_find_figures *figures, bool si,
-                            const char *expected)
+static void assert_sentence(const struct compare_figures *figures, bool si, const char *expected)
 {
-    struct compare_find_agreement agreement;
+    struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE_SIZE];
     compare_find_agreement(figures, &agreement);
     compare_write_sentence(&agreement, si, sentence);
@@ -508,7 +506,7 @@ static void assert_sentence(const struct compare_find_figures *figures, bool si,
 
 TEST(a_sentence_has_the_largest_difference)
 {
-    struct compare_find_figures figures = agreeing();
+    struct compare_figures figures = agreeing();
     assert_sentence(&figures, false,
                     "Landing 7 agrees with x.json: 0 of 6 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the arrival at transducer 3, 60.0 ft, "

@@ -473,7 +473,7 @@ static void board(struct store *store, int64_t run, double slack_in)
 TEST(nothing_is_known)
 {
     struct store *store = fresh("surveyed0.db");
-    struct fit_load_survey found;
+    struct fit_survey found;
     int64_t run = land(store, 1);
     assert_int_equal(fit_load_survey(store, run, false, run, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
@@ -488,7 +488,7 @@ TEST(nothing_is_known)
 TEST(the_newest_between_two_landings)
 {
     struct store *store = fresh("surveyed1.db");
-    struct fit_load_survey found;
+    struct fit_survey found;
     survey(store, 500, 42, 0.25, 0.004);
     int64_t first = land(store, 1);
     board(store, first, 0.20);
@@ -512,7 +512,7 @@ TEST(the_newest_between_two_landings)
     assert_near(found.sum_in[10], 0.18, 1e-6); /* not read: the board's */
     assert_near(found.error_in, 0.1 / sqrt(2.0), 1e-9);
 
-    struct fit_load_survey before;
+    struct fit_survey before;
     assert_int_equal(fit_load_survey(store, second, false, second, &before, &failure), MR_OK);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         assert_near(before.sum_in[s], found.sum_in[s], 0.0);

@@ -799,7 +799,7 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_res
 /* ---- landings of a campaign ---- */
 
 enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
-                               struct fit_load_survey *surveyed, struct error *error)
+                               struct fit_survey *surveyed, struct error *error)
 {
     static struct survey_found found;
     struct zones_closure told = {.surveyed = 0};
@@ -808,7 +808,7 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     bool there = false;
     double squares = 0.0;
     int64_t from_us = INT64_MIN, to_us = INT64_MAX;
-    *surveyed = (struct fit_load_survey){0};
+    *surveyed = (struct fit_survey){0};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         told.slack_in[s] = NAN;
     if (store_landings(store, &rows, &count, error) != MR_OK)
@@ -880,7 +880,7 @@ static size_t set_series(const struct measured *measured, struct fit_series seri
 }
 
 /* True if a survey differs from the survey before the landing. */
-static bool is_survey_new(const struct fit_landing *landing, const struct fit_load_survey *after)
+static bool is_survey_new(const struct fit_landing *landing, const struct fit_survey *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(after->sum_in[s]) && !(fabs(after->sum_in[s] - landing->survey_in[s]) < 1e-9))
@@ -904,7 +904,7 @@ static enum mr_status load_after(struct store *store, const struct store_landing
                                  struct fit_landing *landing, struct error *error)
 {
     struct store_landing *rows;
-    struct fit_load_survey after;
+    struct fit_survey after;
     size_t count;
     int64_t next = STORE_NONE;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
@@ -927,7 +927,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
                                   const char *scene_path, const struct fit_landings *list,
                                   struct fit_landing *landing, struct error *error)
 {
-    struct fit_load_survey before;
+    struct fit_survey before;
     const struct mr_gates_summary *summary = &measured->summary;
     landing->run = measured->landing.id;
     if (fit_load_survey(store, landing->run, false, landing->run, &before, error) != MR_OK)

@@ -176,7 +176,7 @@ size_t fit_campaign_set_gap(struct fit_landings *list);
  * between two landings (`matrig survey`, with their error) are used first; for a segment without
  * such a reading, the value is that of the board when the landing was armed. */
 
-struct fit_load_survey {
+struct fit_survey {
     double sum_in[MR_SEGMENTS]; /* sum of each segment; NaN: not surveyed */
     double error_in; /* standard error of a sum of openings between gage points; 0: not read */
     size_t segments, gages; /* number of known segments, and of those read at gage points */
@@ -185,6 +185,6 @@ struct fit_load_survey {
 /* Loads the survey before landing `run`, or after it and before the next landing is armed. `board`:
  * landing whose survey in the board is also used, or STORE_NONE. */
 enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
-                               struct fit_load_survey *surveyed, struct error *error);
+                               struct fit_survey *surveyed, struct error *error);
 
 #endif
