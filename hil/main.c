@@ -220,8 +220,8 @@ static const struct option {
         "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
-            "parity at the other end of the serial line: none, even, odd or board (as the "
-            "board);\ndefault: none; with pty:, board"),
+            "parity at the other end of the serial line: none, even, odd or board (the same as "
+            "the\nboard); default: none; with pty:, board"),
     OF_NUMBER(
         "--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
         "bit rate at the other end of the serial line; default: 2000000; with pty:, as set at "

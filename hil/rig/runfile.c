@@ -35,7 +35,7 @@ enum mr_status hil_record_open(struct hil_record *r, const char *kind)
         return hil_file_refuse(&r->at, MR_TRUNCATED, "the file ends without its `end` line");
     if (r->size - end != 9 || sscanf(r->bytes + end, "%8" SCNx32, &stated) != 1)
         return hil_file_refuse(&r->at, MR_MALFORMED,
-                               "`end <crc32, 8 hex digits>` expected as the last line");
+                               "expected `end <crc32, 8 hex digits>` as the last line");
     uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
     if (stated != crc)
         return hil_file_refuse(
@@ -126,7 +126,7 @@ static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, con
     if (sscanf(text, "%u %lf %lf %31s %n", &position, &nominal_ft, &true_ft, open, &end) != 4 ||
         text[end] || position != run->switches + 1u || position > HIL_RUN_SWITCHES ||
         (strcmp(open, "-") != 0 && !parse_time_ps(open, &open_ps)))
-        return refuse(r, "`switch %u <nominal_ft> <true_ft> <t_open_s or ->` expected",
+        return refuse(r, "expected `switch %u <nominal_ft> <true_ft> <t_open_s or ->`",
                       run->switches + 1u);
     run->switch_open_ps[run->switches] = open_ps;
     run->switch_ft[run->switches++] = true_ft;
@@ -140,7 +140,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
     int end = 0;
     if (sscanf(text, "%31s %7s %n", time, link, &end) != 2 || !parse_time_ps(time, &command.t_ps) ||
         (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
-        return refuse(r, "`command <t_s> <can or serial> <name> ...` expected");
+        return refuse(r, "expected `command <t_s> <can or serial> <name> ...`");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
         return refuse(r, "commands must be in order of time");
     command.by_serial = link[0] == 's';
@@ -185,7 +185,7 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
     int end = 0;
     if (run->samples || sscanf(text, "%u %lf %n", &count, &run->rate_hz, &end) != 2 || text[end] ||
         count < 1 || count > SAMPLES_MAX || !(run->rate_hz > 0.0 && run->rate_hz <= 1e9))
-        return refuse(r, "`samples <count 1..%u> <rate_hz>` expected, once", SAMPLES_MAX);
+        return refuse(r, "expected `samples <count 1..%u> <rate_hz>`, once", SAMPLES_MAX);
     run->samples = calloc(count, sizeof *run->samples);
     if (!run->samples)
         abort();
@@ -195,7 +195,7 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
             return refuse(r, "only %zu of %u samples", run->sample_count, count);
         if (line[0] != 'x') {
             if (!read_row(line, run->samples[run->sample_count++]))
-                return refuse(r, "a row of %u integers, or xN, expected", HIL_RUN_COLUMNS);
+                return refuse(r, "expected a row of %u integers, or xN", HIL_RUN_COLUMNS);
             continue;
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
@@ -231,7 +231,7 @@ static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char 
         return sscanf(text, "%lf %n", &run->duration_s, &end) == 1 && !text[end] &&
                        run->duration_s > 0.0 && run->duration_s <= 1e6
                  ? MR_OK
-                 : refuse(r, "`duration_s <seconds>` expected");
+                 : refuse(r, "expected `duration_s <seconds>`");
     }
     snprintf(known, sizeof known, " %s ", keyword);
     return strstr(truth, known) ? MR_OK : refuse(r, "unknown keyword `%s`", keyword);

@@ -168,8 +168,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
                             (isnan(plan->mean_ft_s2) && !plan->profile.count);
     if (advise->uses_previous && !last)
         return error_set(error, MR_USAGE,
-                         "no plan: there is no earlier landing to take it from; give --speed and "
-                         "--deceleration");
+                         "no plan: there is no earlier landing whose speed and deceleration could "
+                         "be used; give --speed and --deceleration");
     if (isnan(plan->speed_ft_s))
         plan->speed_ft_s = last->observation.braking.speed_ft_s;
     if (plan->profile.count) {
@@ -607,8 +607,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      history->surveyed_segments, history->segments);
     if (history->is_relaid)
         answer_words(answer, NULL, "note",
-                     "a series has begun since: the joint openings are assumed to be those of a "
-                     "newly laid runway");
+                     "a series has begun since the last landing: the joint openings are assumed to "
+                     "be those of a newly laid runway");
     if (advise->repairs)
         answer_words(answer, NULL, "note",
                      "%zu repairs: the openings of these joints are assumed to be those of newly "

@@ -27,7 +27,7 @@ static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_
     (void)store_advices(store, &rows, &count, &ignored);
     if (count && rows[count - 1].made_us > armed_us &&
         strcmp(rows[count - 1].verdict, "against") == 0)
-        append_line(out, "matrig advise advised against this landing: %.300s\n",
+        append_line(out, "matrig advise recommends against this landing: %.300s\n",
                     rows[count - 1].reason);
     free(rows);
 }

@@ -522,7 +522,7 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
         [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones follow only from "
                                 "transducers and survey, and have no times",
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
-                                "landing: do not rely on its zones",
+                                "landing: do not rely on the zones that it predicted",
     };
     const struct foresight_span *span = &foresight->lack[lack];
     if (isnan(span->from_s))

@@ -86,10 +86,10 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
                          "the cable and repeat",
                          text);
     if (format != FORMAT)
-        return error_set(
-            error, MR_VERSION,
-            "bring-up: format %d, but this matrig uses %d; use the matrig version of that image",
-            format, FORMAT);
+        return error_set(error, MR_VERSION,
+                         "bring-up: format %d, but this matrig uses %d; use the matrig version "
+                         "that belongs to the image",
+                         format, FORMAT);
     for (bool first = true;; first = false) {
         size_t count = line_length(text + at, length - at);
         if (count == SIZE_MAX)

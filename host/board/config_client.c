@@ -140,7 +140,7 @@ static enum mr_status request_words(struct config_client *client, struct error *
     if (status == MR_OK && client->words.count && client->words.count != MR_CONFIG_WORDS)
         return error_set(error, MR_VERSION,
                          "the configuration of the board has %u words, that of this matrig %u: %s; "
-                         "use the matrig version of the board's firmware",
+                         "use the matrig version that belongs to the board's firmware",
                          client->words.count, MR_CONFIG_WORDS, dialogue_spec(client->dialogue));
     return status;
 }
@@ -165,7 +165,7 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
     if (status == MR_VERSION)
         return error_set(error, status,
                          "the configuration of the board has different fields than that of this "
-                         "matrig: %s; use the matrig version of the board's firmware",
+                         "matrig: %s; use the matrig version that belongs to the board's firmware",
                          dialogue_spec(client->dialogue));
     return status == MR_OK
              ? MR_OK

@@ -79,7 +79,7 @@ enum mr_status identity_check_layout(const struct identity *identity, const char
         return MR_OK;
     return error_set(error, MR_VERSION,
                      "the board uses layout %u, this matrig layout %u: %s; use the matrig version "
-                     "of the board's firmware",
+                     "that belongs to the board's firmware",
                      identity->hello.layout, MR_LAYOUT, spec);
 }
 

@@ -165,8 +165,8 @@ static void health_client_receive(struct health_client *client)
     if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_S, fatal) ==
         MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
-                  "the board did not report its health: %s; check that its firmware has the "
-                  "version of this matrig",
+                  "the board did not report its health: %s; check that its firmware and this "
+                  "matrig have the same version",
                   dialogue_spec(client->dialogue));
 }
 

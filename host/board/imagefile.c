@@ -166,10 +166,10 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
     if (status == MR_UNKNOWN)
         return MR_OK;
     if (status == MR_VERSION)
-        return error_set(
-            error, MR_VERSION,
-            "image header of a different format: %s; use the matrig version of the image",
-            image->path);
+        return error_set(error, MR_VERSION,
+                         "image header of a different format: %s; use the matrig version that "
+                         "belongs to the image",
+                         image->path);
     if (status != MR_OK)
         return error_set(error, MR_CRC,
                          "the vectors or the header are damaged: %s; build or copy the image again",

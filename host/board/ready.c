@@ -516,7 +516,8 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     }
     if (!bad)
         snprintf(text, sizeof text, "%u gages good; %s%s%s", f->shunts.count,
-                 compared ? "change since the last one " : "no earlier one is stored",
+                 compared ? "change since the last calibration "
+                          : "no earlier calibration is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
     ready_add(report, verdict_if(!bad), name, "1 % and three standard errors",
@@ -585,7 +586,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     }
     if (!f->box_known) {
         ready_add(report, READY_NO_GO, "black box", NULL, "try again; check the serial cable",
-                  "the board did not report it");
+                  "the board did not report its black box");
         return;
     }
     if (isnan(box->wait_s))
@@ -681,7 +682,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
     char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
-                                       : "the board did not report them";
+                                       : "the board did not report its faults";
     if (!f->can_used) {
         ready_add(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
                   "not used here; the board reports: %s", state);

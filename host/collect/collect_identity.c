@@ -39,7 +39,7 @@ static enum mr_status handle_hello(struct collector *collector, struct side *sid
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
                          "the board uses layout %u, this matrig layout %u: %s; use firmware and "
-                         "matrig of one version",
+                         "matrig of the same version",
                          message->layout, MR_LAYOUT, side->spec);
     collector->reported.hello_known = true;
     collector->reported.identity.clock_source = message->clock_source;

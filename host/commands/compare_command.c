@@ -96,8 +96,7 @@ static int conclude(const struct compare_verdict *verdict, struct answer *answer
         error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
                   verdict->failed - 1, verdict->checked);
     else if (verdict->failed)
-        error_set(&error, MR_LIMIT, "%s; check the table above, or change the limit",
-                  verdict->text);
+        error_set(&error, MR_LIMIT, "%s; check the table above, or the limits", verdict->text);
     return exit_code == 0 && verdict->failed ? cli_fail(&error) : exit_code;
 }
 

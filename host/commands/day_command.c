@@ -373,8 +373,10 @@ static enum day_state land_state(const struct day_facts *f, char reason[240])
         return because(reason, DAY_NEXT, "RUN %lld: %s", run,
                        mr_landing_state_text((uint8_t)f->state));
     if (f->run && f->armed_us >= f->logging_since_us)
-        return because(reason, DAY_NEXT, "RUN %lld is recorded: end the log (Ctrl-C there)", run);
-    return because(reason, DAY_NEXT, "the log is running, but nothing is armed: type arm there");
+        return because(reason, DAY_NEXT,
+                       "RUN %lld is recorded: end the log (Ctrl-C in its terminal)", run);
+    return because(reason, DAY_NEXT,
+                   "the log is running, but nothing is armed: type arm in its terminal");
 }
 
 static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
@@ -688,7 +690,8 @@ static bool note_waves(struct day *day)
             return false;
         if (!station[0])
             return true;
-        if (!ask("panels that the wave spans (2: the gear crosses it; Enter: not counted): ",
+        if (!ask("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
+                 "counted): ",
                  panels, sizeof panels))
             return false;
         struct line line = line_of("landing", day->r.db);

@@ -414,7 +414,8 @@ static unsigned chip_of(const struct imagefile *image)
     const struct mr_board *board = mr_board_by_number(image->header.board);
     if (!board)
         error_set(fatal, MR_VERSION,
-                  "image for unknown board %u: %s; use the matrig version of the image",
+                  "the image is for board %u, which this matrig does not know: %s; use the matrig "
+                  "version that belongs to the image",
                   image->header.board, image->path);
     return board->chip;
 }

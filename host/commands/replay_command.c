@@ -236,8 +236,8 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct replay
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN]", "campaign database and landing; default: RUN 1. The digests of a bundle "
-                          "are checked, and its image is used"),
+    HELP_ITEM("DB [RUN]", "campaign database and landing; default: RUN 1. If DB is a bundle, its "
+                          "digests are checked and its image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
                   "max, or real (real time); default: max"),
     OPTION_TEXT("--elf", "F", board.elf,

@@ -187,7 +187,7 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
     if (!m->reads_signals)
         read_column(r, "time", column, m->time_column, &m->time_column_index);
     else if (column)
-        refuse_value(r, "time", "column", "the log gives the times: leave it out");
+        refuse_value(r, "time", "column", "the log contains the times: leave this key out");
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
         refuse_value(r, "time", "unit", "give s, ms, us or min");

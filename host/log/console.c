@@ -645,7 +645,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 #define TYPING_HOLD_US     15000000u
 
 /* reply to an unknown command */
-#define HELP               "type arm [N], with N from 0 to 65535 (default: the next number), or disarm"
+#define HELP "type arm [N] (0 to 65535; default: the next number), or disarm"
 
 void typed_begin(struct typed *typed, bool commands, bool listen)
 {

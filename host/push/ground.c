@@ -283,7 +283,8 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
     double least = HUGE_VAL;
     for (size_t i = 0; i < count; i++)
         least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
-    set_undetermined(&ground->k_lb_ft, "no test moved more than the errors of its gages");
+    set_undetermined(&ground->k_lb_ft,
+                     "in every test, the mat moved less than the errors of the gages");
     ground->k_lb_ft.interval.low = fmax(0.0, least);
 }
 

@@ -398,8 +398,8 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning%s: %lld mats, wheel at it %.3f s later", heard,
-                 (long long)warning->mats, warning->true_lead_s);
+        snprintf(text, sizeof text, "first warning%s: %lld mats, reached by the wheel %.3f s later",
+                 heard, (long long)warning->mats, warning->true_lead_s);
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
                  warning->path_known ? "; the wheel stopped before the zone" : "");
@@ -679,7 +679,7 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
     if (figures->seeds > 1)
         fprintf(out, "%lld runways, ", (long long)figures->seeds);
     if (!isnan(figures->error_in))
-        fprintf(out, "standard error (its own estimate) %.*f %s, ", si ? 2 : 4,
+        fprintf(out, "standard error (estimated by its solver) %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
     compare_find_agreement(figures, &agreement);

@@ -65,7 +65,7 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
         snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give an earlier tend");
     else if (!given && underflow && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         snprintf(why, size,
-                 "friction sign chatters around rest; give friction stick, its exact form");
+                 "friction law sign chatters around rest; give friction stick, its exact form");
     else if (!given && underflow)
         snprintf(why, size,
                  "solver %s makes no progress; give another solver, a looser rtol or an earlier "

@@ -136,7 +136,7 @@ static enum mr_status refuse_foreign(struct store *store, struct error *error)
         return MR_OK;
     return error_set(error, MR_MALFORMED,
                      "the tables of the campaign are not those of matrig (%s): %s; drop the "
-                     "foreign ones with sqlite3, or use an earlier copy",
+                     "foreign tables with sqlite3, or use an earlier copy",
                      what, store->path);
 }
 

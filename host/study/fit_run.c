@@ -373,9 +373,9 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
 {
     char note[240];
     snprintf(note, sizeof note,
-             "f, KL, gap0, grit and the thrust in path by matrig fit, RUN %lld: mean gap %.4g in, "
-             "mean resistance %.4g lb, share %.4g; this draw of the joints, of %u, is nearest to "
-             "the measurements",
+             "matrig fit determined f, KL, gap0, grit and the thrust in path from RUN %lld: mean "
+             "gap %.4g in, mean resistance %.4g lb, share %.4g. Of %u draws of the joints, this "
+             "one is nearest to the measurements",
              (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
              NEAREST_DRAWS);
     json_object_set_new(scene, "_fit", json_string(note));

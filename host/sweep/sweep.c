@@ -691,7 +691,8 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
     }
     if (!input)
         return error_set(error, MR_MALFORMED,
-                         "no such key: %s: a dotted key is not in the base; correct it", path);
+                         "no such key: %s: a key with a dot is not in the base; correct the key",
+                         path);
     snprintf(where, sizeof where, "%s: first case", path);
     if (sweep->is_study) {
         if (series_from_json(&series, where, input, error) == MR_OK)

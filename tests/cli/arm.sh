@@ -121,7 +121,7 @@ not_yes_sends_nothing() { # after it the board still arms for 24
 doubts_are_repeated() { # what advise, survey and ready had found; an order in the place of yes is obeyed as one
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 1 + max(armed_us), 'against', 'a zone is likely', 1 from landings;
         insert into gage_surveys(made_us, edges, error_in) values(1, 'left', 0.005); insert into readiness(board_uid, kind, made_us, verdict, checks) select board_uid, 'ready', 1772600000000000, 'go', '{}' from landings limit 1"
-    echo 'arm 25' >&8 && said 'matrig: matrig advise advised against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished; continue it with matrig survey DB$' &&
+    echo 'arm 25' >&8 && said 'matrig: matrig advise recommends against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished; continue it with matrig survey DB$' &&
         said 'matrig: the result of matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm for landing 25\?' && echo 'arm 26' >&8 && said 'arm for landing 26\?' && echo 'n' >&8 || return 1
     await eval '[ "$(grep -c "the answer was not yes.: nothing was sent" "$work/log.err")" = 3 ]'
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 2 + max(armed_us), 'clear', 'c', 1 from landings; update gage_surveys set ended_us = 2"

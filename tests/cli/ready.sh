@@ -76,7 +76,7 @@ rig rest
 a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO, UNCALIBRATED after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 7 not done$' &&
         grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, the factory setting \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
-        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: configured values used, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
+        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: configured values used, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier calibration' "$tmp/ready.txt"
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
     timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
@@ -90,7 +90,7 @@ a_landing_names_it() { # logged at once after, it says so; and the next time has
 }
 the_second_time_compares() {
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as in RUN 1' "$tmp/ready.txt" &&
-        grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; change since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
+        grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; change since the last calibration [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
         with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as in RUN 1' "$tmp/ready.txt"
 }
 a_dated_sensor_is_calibrated() { # by its configuration, or anew: all 22 (bits 0 to 21) are known then
@@ -117,7 +117,7 @@ in_si_units() { # 100 lb are 445 N, a quarter of an inch 6.3 mm
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db"
     global=()
     grep -Eq '^GO +transducer 1 +[+-][0-9]\.[0-9]{3} mm from its zero, .*\[6\.3 mm, 3 codes\]' "$tmp/ready.txt" && grep -Eq '^GO +gage 5 +44[0-9]\.[0-9] N, .*\[445 \+- 111 N, 3 codes\]' "$tmp/ready.txt" &&
-        grep -Eq '^GO +band 2 +pretension 44[0-9]\.[0-9] N, mean of 7 gages \[445 \+- 44 N\]' "$tmp/ready.txt" && grep -Eq 'since the last one [+-][0-9]\.[0-9]+ N at most' "$tmp/ready.txt" &&
+        grep -Eq '^GO +band 2 +pretension 44[0-9]\.[0-9] N, mean of 7 gages \[445 \+- 44 N\]' "$tmp/ready.txt" && grep -Eq 'since the last calibration [+-][0-9]\.[0-9]+ N at most' "$tmp/ready.txt" &&
         ! grep -E '[0-9] (lb|in|ft)\b' "$tmp/ready.txt"
 }
 json_says_the_same() {

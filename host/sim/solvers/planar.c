@@ -541,7 +541,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                    ESTIMATE_SPAN_PART};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
-        sim_result_add_note(result, "friction sign is replaced by stick, its exact form");
+        sim_result_add_note(result, "friction law sign is replaced by stick, its exact form");
     }
     sim_result_add_note(result,
                         "error estimate: three times the largest difference to runs with 1.9 "
@@ -611,9 +611,8 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        sim_result_add_note(result,
-                            "auto: friction sign does not define the force on a mat at rest; "
-                            "replaced by stick, its exact form");
+        sim_result_add_note(result, "auto: friction law sign does not define the force on a mat at "
+                                    "rest; it is replaced by stick, its exact form");
     if (steps <= ESTIMATE_EXPLICIT_STEPS) {
         sim_result_add_note(
             result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
@@ -720,7 +719,9 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
         if (!contradicted || i == MAX_TIGHTENINGS || given)
             break;
         request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * RTOL_FACTOR);
-        sim_result_add_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
+        sim_result_add_note(
+            result, "the results at two tolerances disagreed; the run was repeated at rtol %.3g",
+            request.rtol);
     }
 }
 
@@ -782,7 +783,8 @@ static void run_auto(struct model *m, const struct sim_options *options,
         refused.rhs = result->rhs;
         refused.passes = result->passes;
         sim_result_add_note(&refused,
-                            "auto: the other solvers had a limit of %g s; %s reached %.*g s",
+                            "auto: the other solvers had a computing limit of %g s; %s reached "
+                            "%.*g s of simulated time",
                             PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
                             result->start_s + result->t_s);
         sim_result_free(result);
@@ -855,7 +857,8 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     if (run_planar(scene, &deadline.options, &other, &not_theirs) != MR_OK ||
         other.status != SIM_OK) {
         if (deadline.is_exceeded)
-            sim_result_add_note(result, "auto: the other solvers reached their limit of %g s",
+            sim_result_add_note(result,
+                                "auto: the other solvers reached their computing limit of %g s",
                                 PLANAR_OTHERS_S);
         sim_result_free(&other);
         return MR_OK;
