@@ -65,8 +65,8 @@ static void set_limits(struct mr_band *band, float pretension_lb)
 
 static void start_group(struct mr_bands *bands)
 {
-    bands->in_group = 0;
-    bands->group_quiet = true;
+    bands->group_steps = 0;
+    bands->is_group_quiet = true;
     for (unsigned g = 0; g < MR_GAGES; g++)
         bands->sum_lb[g] = bands->square_sum_lb2[g] = 0.0f;
 }
@@ -84,7 +84,7 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         set_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;
         each->min.tension_lb = each->max.tension_lb = MR_NAN;
-        bands->active |= each->gages > 0;
+        bands->is_active |= each->gages > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
         bands->group_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] =
@@ -216,7 +216,7 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
                     doubt.from_lb;
     if (!(doubt.min_lb < 0.0f ? left_lb <= doubt.min_lb : left_lb >= doubt.min_lb))
         return;
-    band->frozen = true;
+    band->is_frozen = true;
     add_finding(bands, number, band->gage[doubt.position] + 1u, doubt.other,
                 (enum mr_band_reason)doubt.reason,
                 doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
@@ -239,14 +239,14 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
                               tension_before_lb(bands, g, 0) - tension_before_lb(bands, g, 2));
         step_lb[i] = tension_before_lb(bands, g, 2) - tension_before_lb(bands, g, 4) - trend_lb[i];
     }
-    band->hold = MR_BANDS_HOLD_STEPS;
+    band->hold_steps = MR_BANDS_HOLD_STEPS;
     block -= MR_BANDS_STEP_BLOCKS * 3u;
     unsigned i = find_pullout(bands, band, step_lb);
     if (i == band->gages) {
         record_candidate(bands, band, step_lb, trend_lb, block);
         return;
     }
-    band->frozen = true;
+    band->is_frozen = true;
     add_finding(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
                 __builtin_fabsf(step_lb[i]) + __builtin_fabsf(step_lb[i + 1]), block);
 }
@@ -303,7 +303,7 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
         float lb = tension_lb[g];
         float change_lb = lb - tension_before_lb(bands, g, 1);
         bands->sum_lb[g] += lb;
-        bands->square_sum_lb2[g] += bands->in_group ? change_lb * change_lb : 0.0f;
+        bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
             bands->low_steps[g] = 0;
             continue;
@@ -317,10 +317,10 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
         }
         sudden |= bands->filled == MR_BANDS_HISTORY_STEPS && is_sudden(bands, band, g);
     }
-    if (!band->hold) {
+    if (!band->hold_steps) {
         if (sudden)
             classify_step(bands, number, block);
-    } else if (--band->hold == 0 && band->candidate.reason) {
+    } else if (--band->hold_steps == 0 && band->candidate.reason) {
         confirm_candidate(bands, number);
     }
 }
@@ -366,7 +366,7 @@ static void end_group(struct mr_bands *bands, uint32_t block)
     }
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band *band = &bands->band[b];
-        if (!bands->group_quiet || band->frozen)
+        if (!bands->is_group_quiet || band->is_frozen)
             continue;
         for (unsigned i = 0; i < band->gages; i++) {
             bands->before_lb[band->gage[i]] = bands->group_lb[band->gage[i]];
@@ -381,7 +381,7 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
                          float wheel_ft, uint32_t block)
 {
     bands->finding_count = 0;
-    if (!bands->active)
+    if (!bands->is_active)
         return 0;
     bands->newest = (bands->newest + 1u) % MR_BANDS_HISTORY_STEPS;
     memcpy(bands->history[bands->newest], tension_lb, sizeof bands->history[0]);
@@ -391,8 +391,8 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
         if (bands->band[b].gages)
             update_band(bands, b, tension_lb, quiet, wheel_ft, block);
     }
-    bands->group_quiet &= quiet;
-    if (++bands->in_group == MR_BANDS_GROUP_STEPS)
+    bands->is_group_quiet &= quiet;
+    if (++bands->group_steps == MR_BANDS_GROUP_STEPS)
         end_group(bands, block);
     return bands->finding_count;
 }
@@ -401,7 +401,7 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
 
 void mr_bands_end(struct mr_bands *bands)
 {
-    bands->active = false;
+    bands->is_active = false;
 }
 
 static float extreme_error(const struct mr_bands *bands, const struct mr_band_extreme *extreme)

@@ -89,21 +89,21 @@ struct mr_band {
     float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
     float step_lb, slack_lb, yield_lb;
     struct mr_band_extreme min, max;
-    uint8_t hold;                  /* steps until the next search for a sudden change */
-    bool unequal_reported, frozen; /* frozen: a failure was found; the baseline is kept */
+    uint8_t hold_steps;               /* steps until the next search for a sudden change */
+    bool unequal_reported, is_frozen; /* frozen: a failure was found; the baseline is kept */
     struct mr_band_candidate candidate;
 };
 
 struct mr_bands {
     const struct mr_channel_config *channel; /* configuration of the gages */
-    bool active;
+    bool is_active;
     struct mr_band band[MR_CONFIG_BANDS];
     float history[MR_BANDS_HISTORY_STEPS][MR_GAGES];
     unsigned newest, filled;
     /* sums over the group: tensions, and squared differences between successive steps */
     float sum_lb[MR_GAGES], square_sum_lb2[MR_GAGES];
-    unsigned in_group;
-    bool group_quiet;
+    unsigned group_steps;
+    bool is_group_quiet;
     float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
     uint8_t low_steps[MR_GAGES];

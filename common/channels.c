@@ -72,7 +72,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
     if (reading.validity != MR_VALID)
         return reading;
     float value = reading.code;
-    if (mr_channel_measures(config)) {
+    if (mr_channel_is_sensor(config)) {
         if (__builtin_isnan(ratio)) {
             reading.validity = MR_INVALID_REFERENCE;
             return reading;

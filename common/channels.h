@@ -90,7 +90,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* True if the channel measures inches or pounds. */
-static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
+static inline _Bool mr_channel_is_sensor(const struct mr_channel_config *channel)
 {
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }

@@ -39,7 +39,7 @@ static void push_joints_closed(const float *slack_in, float *remaining_in, float
 /* Closes joints by the readings, one interval between transducers after the other. The wheel's own
  * displacement is not measured. Behind the wheel the mat keeps its displacement, so the last
  * station passed represents the wheel. */
-static void close_by_movement(const struct mr_closure_input *input, float *remaining_in)
+static void close_joints_by_movement(const struct mr_closure_input *input, float *remaining_in)
 {
     unsigned from = MR_TRANSDUCERS;
     for (unsigned to = 0; to < MR_TRANSDUCERS; to++) {
@@ -77,7 +77,7 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
 
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         remaining_in[s] = input->slack_in[s];
-    close_by_movement(input, remaining_in);
+    close_joints_by_movement(input, remaining_in);
 
     *zone = (struct mr_closure_zone){0};
     for (unsigned s = 0; s < MR_SEGMENTS;) {

@@ -7,7 +7,7 @@
  *      0  "MRCF"
  *      4  format u16 (MR_CONFIG_FORMAT) | 0 u16
  *      8  length u32 of the whole stored form
- *     12  layout u32: CRC-32 of the names, types and counts of all fields (mr_config_layout)
+ *     12  layout u32: CRC-32 of the names, types and counts of all fields (mr_config_layout_crc)
  *     16  revision u32, copied from the group site
  *     20  every field, in the order of the table; TEXT unchanged
  *      .  0 to 3 bytes of 0 that make the length a multiple of 4
@@ -124,19 +124,19 @@ static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i
     return config->gate[i].station_ft - config->site[0].wheel_ahead_ft;
 }
 
-uint32_t mr_config_layout(void);
+uint32_t mr_config_layout_crc(void);
 /* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which is also in the last four bytes. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
 /* Checks that `image` is a complete configuration of this table. MR_OK; MR_MALFORMED: not a
  * configuration; MR_TRUNCATED: longer than `length`; MR_CRC; MR_VERSION: intact, but of a different
  * format or table. The values are not checked; use mr_config_check for them. */
-enum mr_status mr_config_examine(const uint8_t *image, size_t length);
-/* Calls mr_config_examine and, if it returns MR_OK, reads the configuration; else `config` is
+enum mr_status mr_config_check_image(const uint8_t *image, size_t length);
+/* Calls mr_config_check_image and, if it returns MR_OK, reads the configuration; else `config` is
  * unchanged. */
 enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config);
 /* Swaps the field values of a complete image and of `config`; a second call restores both. The
  * revision and CRC of the image are not updated. */
-void mr_config_exchange(uint8_t *image, struct mr_config *config);
+void mr_config_swap(uint8_t *image, struct mr_config *config);
 
 /* Rules that a configuration must meet. The brackets give the meaning of `other`. */
 /* clang-format off */

@@ -63,7 +63,7 @@ static uint32_t add_name(uint32_t crc, const char *name)
     return crc;
 }
 
-uint32_t mr_config_layout(void)
+uint32_t mr_config_layout_crc(void)
 {
     uint32_t crc = 0;
     for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
@@ -163,7 +163,7 @@ uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
     p = mr_put_u32(image, MAGIC);
     p = mr_put_u16(mr_put_u16(p, MR_CONFIG_FORMAT), 0);
     p = mr_put_u32(p, MR_CONFIG_IMAGE);
-    p = mr_put_u32(p, mr_config_layout());
+    p = mr_put_u32(p, mr_config_layout_crc());
     p = mr_put_u32(p, config->site[0].revision);
     /* the cast is safe: copy_elements only reads the configuration */
     copy_elements(p, (struct mr_config *)(uintptr_t)config, true, false);
@@ -172,7 +172,7 @@ uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
     return crc;
 }
 
-enum mr_status mr_config_examine(const uint8_t *image, size_t length)
+enum mr_status mr_config_check_image(const uint8_t *image, size_t length)
 {
     const uint8_t *p = image;
     if (length < MR_CONFIG_HEADER + 4)
@@ -191,21 +191,21 @@ enum mr_status mr_config_examine(const uint8_t *image, size_t length)
     if (mr_get_u32(&p) != mr_crc32(0, image, own_length - 4))
         return MR_CRC;
     if (format != MR_CONFIG_FORMAT || reserved || own_length != MR_CONFIG_IMAGE ||
-        layout != mr_config_layout())
+        layout != mr_config_layout_crc())
         return MR_VERSION;
     return MR_OK;
 }
 
 enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config)
 {
-    enum mr_status status = mr_config_examine(image, length);
+    enum mr_status status = mr_config_check_image(image, length);
     if (status == MR_OK)
         /* the cast is safe: copy_elements only reads the image */
         copy_elements((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true);
     return status;
 }
 
-void mr_config_exchange(uint8_t *image, struct mr_config *config)
+void mr_config_swap(uint8_t *image, struct mr_config *config)
 {
     copy_elements(image + MR_CONFIG_HEADER, config, true, true);
 }
@@ -365,7 +365,8 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i,
 static bool check_gain(const struct mr_channel_config *channel, unsigned i,
                        struct mr_config_reason *reason)
 {
-    enum mr_config_rule rule = mr_channel_measures(channel) ? mr_gain_check(channel) : MR_RULE_NONE;
+    enum mr_config_rule rule = mr_channel_is_sensor(channel) ? mr_gain_check(channel)
+                                                             : MR_RULE_NONE;
     return rule == MR_RULE_NONE || SET_REASON(reason, channel, i, unit_per_code, rule);
 }
 

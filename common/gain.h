@@ -53,7 +53,7 @@ struct mr_gain_limits {
     float low_code, high_code; /* readable range: code times the reference's ratio */
 };
 
-/* Limits for a channel that measures (mr_channel_measures). */
+/* Limits for a channel that measures (mr_channel_is_sensor). */
 struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel);
 /* Gain, in or lb per code, with the sign of unit_per_code. */
 float mr_channel_gain(const struct mr_channel_config *channel);

@@ -58,7 +58,7 @@ static bool is_between(float x, float least, float most)
     return x >= least && x <= most;
 }
 
-static unsigned joints_of(const struct mr_predictor *p)
+static unsigned joint_count(const struct mr_predictor *p)
 {
     return p->config.chain.mats + 1u;
 }
@@ -133,17 +133,17 @@ static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float 
 }
 
 /* Number of joints in a segment; 0 beyond the runway. */
-static unsigned joints_in(const struct mr_predictor *p, unsigned segment)
+static unsigned segment_joints(const struct mr_predictor *p, unsigned segment)
 {
     unsigned first = segment * MR_MATS_PER_SEGMENT;
-    unsigned left = first < joints_of(p) ? joints_of(p) - first : 0;
+    unsigned left = first < joint_count(p) ? joint_count(p) - first : 0;
     return left < MR_MATS_PER_SEGMENT ? left : MR_MATS_PER_SEGMENT;
 }
 
 static float gap_sum_ft(const struct mr_predictor *p, unsigned segment)
 {
     float sum = 0.0f;
-    for (unsigned j = 0; j < joints_in(p, segment); j++)
+    for (unsigned j = 0; j < segment_joints(p, segment); j++)
         sum += p->gap_ft[segment * MR_MATS_PER_SEGMENT + j];
     return sum;
 }
@@ -151,8 +151,8 @@ static float gap_sum_ft(const struct mr_predictor *p, unsigned segment)
 /* True if the segment's joints can have this sum, within the reading error. */
 static bool is_possible_sum(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
-    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
-    return joints_in(p, segment) > 0 &&
+    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)segment_joints(p, segment);
+    return segment_joints(p, segment) > 0 &&
            is_between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
 }
 
@@ -160,7 +160,7 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
 {
     float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
+        unsigned first = s * MR_MATS_PER_SEGMENT, count = segment_joints(p, s);
         float have_ft = gap_sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
         p->surveyed_in[s] = is_possible_sum(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
         if (__builtin_isnan(p->surveyed_in[s]))
@@ -186,7 +186,7 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
     float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float have_in = IN_PER_FT * gap_sum_ft(p, s),
-              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
+              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)segment_joints(p, s);
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
         bool holds = is_possible_sum(p, s, sum_in[s]) &&
                      is_between(have_in - said_in, -error_in, error_in);
@@ -203,8 +203,8 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
         /* base_in is movement that the gaps already include */
         moved_in[i] = p->last_in[i] - p->base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * gap_sum_ft(p, s)
-                                                             : MR_NAN;
+        slack_in[s] = segment_joints(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * gap_sum_ft(p, s)
+                                                                  : MR_NAN;
     const struct mr_closure_input input = {.station_ft = p->config.station_ft,
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
@@ -213,7 +213,7 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
 }
 
 /* Sets the gaps from the transducers alone. */
-static void end_kinematic(struct mr_predictor *p)
+static void set_gaps_from_readings(struct mr_predictor *p)
 {
     struct mr_closure_zone zone;
     float left_in[MR_SEGMENTS];
@@ -221,23 +221,23 @@ static void end_kinematic(struct mr_predictor *p)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float off_ft = left_in[s] / IN_PER_FT - gap_sum_ft(p, s);
         if (off_ft < 0.0f)
-            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft,
+            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, segment_joints(p, s), off_ft,
                            p->config.chain.slack_ft);
     }
 }
 
 /* Sets the gaps from the chain model. */
-static void end_chain(struct mr_predictor *p)
+static void set_gaps_from_chain(struct mr_predictor *p)
 {
     const struct mr_chain *chain = &p->chain;
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         unsigned first = (j - 1u) * chain->group, count = chain->group;
         float have_ft = 0.0f, to_ft = mr_chain_opening_ft(chain, j);
-        if (first >= joints_of(p))
+        if (first >= joint_count(p))
             break;
-        if (first + count > joints_of(p))
-            count = joints_of(p) - first;
+        if (first + count > joint_count(p))
+            count = joint_count(p) - first;
         for (unsigned i = 0; i < count; i++)
             have_ft += p->gap_ft[first + i];
         if (__builtin_isnan(to_ft))
@@ -253,9 +253,9 @@ static void end_chain(struct mr_predictor *p)
 
 /* Resistance of a group's joint that closes next, relative to the mean. The weakest joint closes
  * first; reach_ft shows how far the group has closed. */
-static float open_share(const struct mr_predictor *p, unsigned j)
+static float next_joint_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
+    unsigned group = p->chain.group, first = (j - 1u) * group, last = joint_count(p) - 1u;
     float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
     if (group == 1u)
         return grit_share(j);
@@ -292,7 +292,7 @@ static void set_grits(struct mr_predictor *p)
     struct mr_chain *chain = &p->chain;
     float mean_lb = p->config.grit_lb * p->scale;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
-        chain->grit_lb[j] = mean_lb * open_share(p, j);
+        chain->grit_lb[j] = mean_lb * next_joint_share(p, j);
         if (chain->group > 1u)
             p->closing_lb[j] = mean_lb * closing_share(p, j);
     }
@@ -309,19 +309,19 @@ static void update_grits(struct mr_predictor *p)
     for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
         if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
             continue;
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * next_joint_share(p, j);
         followed++;
     }
     p->visits += GRIT_UPDATE_VISITS * followed;
     p->interval_updates += GRIT_UPDATE_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
-static unsigned group_of(enum mr_predictor_level level)
+static unsigned level_group(enum mr_predictor_level level)
 {
     return level == MR_PREDICTOR_TWO ? 2u : level == MR_PREDICTOR_FOUR ? 4u : 1u;
 }
 
-static unsigned mat_at(const struct mr_predictor *p, float station_ft)
+static unsigned mat_at_station(const struct mr_predictor *p, float station_ft)
 {
     if (!(station_ft >= 0.0f && station_ft < 1e6f))
         return 0;
@@ -335,7 +335,8 @@ static enum mr_status start_chain(struct mr_predictor *p)
 {
     const struct mr_chain_params params = p->config.chain;
     /* NULL: set_grits sets the resistances */
-    enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, NULL);
+    enum mr_status status = mr_chain_start(&p->chain, &params, level_group(p->level), p->gap_ft,
+                                           NULL);
     p->pending_s = 0.0f;
     if (status == MR_OK)
         set_grits(p);
@@ -420,11 +421,11 @@ static void continue_scan(struct mr_predictor *p)
 static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        unsigned mat = mat_at(p, p->config.station_ft[i]);
+        unsigned mat = mat_at_station(p, p->config.station_ft[i]);
         if (mat)
             p->base_in[i] = model_displacement_in(p, i, mat);
     }
-    end_chain(p);
+    set_gaps_from_chain(p);
     p->level = level;
     p->intervals_within_budget = 0;
     p->is_degraded = level > p->config.level;
@@ -438,7 +439,7 @@ static void fall_back(struct mr_predictor *p)
 {
     p->has_fallen_back = true;
     p->failures++;
-    end_kinematic(p);
+    set_gaps_from_readings(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
     if (p->failures > FAILURES_MAX)
@@ -493,7 +494,7 @@ void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *
     state->mats = p->config.chain.mats;
     state->landings = (uint16_t)(p->landings < UINT16_MAX ? p->landings : UINT16_MAX);
     state->scale = p->scale;
-    for (unsigned j = 0; j < joints_of(p); j++)
+    for (unsigned j = 0; j < joint_count(p); j++)
         state->gap_hmil[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
 }
 
@@ -503,13 +504,13 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     if (state->mats != p->config.chain.mats ||
         !(state->scale >= SCALE_MIN && state->scale <= SCALE_MAX))
         return MR_MALFORMED;
-    for (unsigned j = 0; j < joints_of(p); j++) {
+    for (unsigned j = 0; j < joint_count(p); j++) {
         if (state->gap_hmil[j] > most_hmil)
             return MR_MALFORMED;
     }
     p->landings = state->landings;
     p->scale = state->scale;
-    for (unsigned j = 0; j < joints_of(p); j++)
+    for (unsigned j = 0; j < joint_count(p); j++)
         p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
@@ -596,7 +597,7 @@ static float spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat, f
 static void apply_springs(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        unsigned mat = mat_at(p, p->config.station_ft[i]);
+        unsigned mat = mat_at_station(p, p->config.station_ft[i]);
         float reading_in = input->displacement_in[i];
         if (!mat)
             continue;
@@ -655,7 +656,7 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
 {
     float push_lb = input->on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
     if (p->level == MR_PREDICTOR_PLOUGH) {
-        unsigned mat = mat_at(p, input->wheel_ft);
+        unsigned mat = mat_at_station(p, input->wheel_ft);
         if (mat && push_lb > 0.0f && mat != p->ploughed_mat)
             push_joints_closed(p, mat);
         p->ploughed_mat = mat;
@@ -665,7 +666,8 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
     for (p->pending_s += BLOCK_S; p->pending_s > 0.999f * step_s; p->pending_s -= step_s) {
         at_ft += input->speed_ft_s * step_s;
         mr_chain_step(&p->chain,
-                      push_lb > 0.0f ? mat_at(p, at_ft - 0.5f * input->speed_ft_s * step_s) : 0,
+                      push_lb > 0.0f ? mat_at_station(p, at_ft - 0.5f * input->speed_ft_s * step_s)
+                                     : 0,
                       push_lb);
     }
     if (!mr_chain_end_block(&p->chain))
@@ -770,9 +772,9 @@ void mr_predictor_end_landing(struct mr_predictor *p)
     if (!p->is_armed)
         return;
     if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
-        end_kinematic(p);
+        set_gaps_from_readings(p);
     else
-        end_chain(p);
+        set_gaps_from_chain(p);
     p->is_armed = false;
     p->landings++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
@@ -805,11 +807,11 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
                              : found->compression_lb;
     if (p->speed_ft_s > 0.0f) {
         float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
-        zone->coming_mats = coming * group;
-        zone->coming_ft = coming ? position_ft(p, place, group_ft) : MR_NAN;
-        if (p->scan.found.future * p->chain.group > zone->coming_mats) {
-            zone->coming_mats = p->scan.found.future * p->chain.group;
-            zone->coming_ft = position_ft(p, p->scan.found.future_position, ahead_ft);
+        zone->future_mats = coming * group;
+        zone->future_ft = coming ? position_ft(p, place, group_ft) : MR_NAN;
+        if (p->scan.found.future * p->chain.group > zone->future_mats) {
+            zone->future_mats = p->scan.found.future * p->chain.group;
+            zone->future_ft = position_ft(p, p->scan.found.future_position, ahead_ft);
         }
     }
     unsigned first = found->first, end = found->first + found->groups;
@@ -832,11 +834,11 @@ static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predicto
     struct mr_closure_zone found;
     float left_in[MR_SEGMENTS];
     mr_predictor_find_kinematic(p, &found, left_in);
-    zone->mats = zone->coming_mats = found.mats;
+    zone->mats = zone->future_mats = found.mats;
     zone->start_ft = found.start_ft;
     zone->end_ft = found.end_ft;
     zone->closed_joints = found.mats ? found.mats + 1u : 0;
-    zone->coming_ft = found.start_ft;
+    zone->future_ft = found.start_ft;
     zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSURE_OPEN_IN / (float)MR_MATS_PER_SEGMENT : 0.0f;
 }
 
@@ -887,7 +889,7 @@ static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 2
 static const float start_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
                    end_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
 
-static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
+static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
     float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats;
     bool near = false, beyond = false;
@@ -909,7 +911,7 @@ static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *z
     bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
-    zone->end_class = (uint8_t)(surveyed + class_of_end(p, zone));
+    zone->end_class = (uint8_t)(surveyed + classify_end(p, zone));
     zone->start_error_ft = mat_ft * start_error_factor[zone->level] *
                            start_error_mats[zone->start_class];
     zone->end_error_ft = mat_ft * end_error_factor[zone->level] * end_error_mats[zone->end_class];
@@ -917,11 +919,11 @@ static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *z
 
 static void set_verdict(struct mr_predictor_zone *zone)
 {
-    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
+    if (zone->future_mats >= MR_PREDICTOR_WARNING_MATS) {
         zone->verdict = MR_PREDICTOR_WARNING;
         zone->reason = zone->mats >= MR_PREDICTOR_WARNING_MATS ? MR_PREDICTOR_LONG_ZONE
                                                                : MR_PREDICTOR_GROWING_ZONE;
-    } else if (zone->coming_mats >= MR_PREDICTOR_ADVISORY_MATS) {
+    } else if (zone->future_mats >= MR_PREDICTOR_ADVISORY_MATS) {
         zone->verdict = MR_PREDICTOR_ADVISORY;
         zone->reason = zone->mats >= MR_PREDICTOR_ADVISORY_MATS ? MR_PREDICTOR_LONG_ZONE
                                                                 : MR_PREDICTOR_GROWING_ZONE;
@@ -932,7 +934,7 @@ void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zon
 {
     bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
     *zone = (struct mr_predictor_zone){.level = p->level,
-                                       .coming_ft = MR_NAN,
+                                       .future_ft = MR_NAN,
                                        .distance_ft = MR_NAN,
                                        .lead_s = MR_NAN,
                                        .start_error_ft = MR_NAN,

@@ -85,8 +85,8 @@ struct mr_predictor_zone {
     /* from the wheel to the start; NaN: unknown, or the wheel stops earlier; 0: reached */
     float distance_ft, lead_s;
     /* longest zone that will form ahead of the wheel before it stops, at constant deceleration */
-    unsigned coming_mats;
-    float coming_ft;      /* position of the wheel when that zone has formed */
+    unsigned future_mats;
+    float future_ft;      /* position of the wheel when that zone has formed */
     float compression_lb; /* largest compression ahead of the wheel now */
     float critical_lb;    /* P_c of the assumed irregularity */
     enum mr_predictor_verdict verdict;

@@ -2,16 +2,16 @@
 
 #include "common/wire.h"
 
-/* One row per member. MEAN marks the mean of the members that QUANTITY begins. */
+/* QUANTITY initialises the row of a quantity; MEAN adds the member about its mean. */
 static const struct mr_quantity_info quantities[MR_QUANTITIES] = {
-#define QUANTITY(name_, NAME, quantity, suffix, text, sign, digits, value, error) \
-    [MR_QUANTITY_##quantity].name = #quantity,                                    \
-    [MR_QUANTITY_##quantity].key = #quantity "_" #suffix,                         \
-    [MR_QUANTITY_##quantity].error_key = #quantity "_error_" #suffix,             \
-    [MR_QUANTITY_##quantity].words = text, [MR_QUANTITY_##quantity].unit = sign,  \
+#define QUANTITY(name_, NAME, quantity, suffix, words, sign, digits, value, error) \
+    [MR_QUANTITY_##quantity].name = #quantity,                                     \
+    [MR_QUANTITY_##quantity].key = #quantity "_" #suffix,                          \
+    [MR_QUANTITY_##quantity].error_key = #quantity "_error_" #suffix,              \
+    [MR_QUANTITY_##quantity].text = words, [MR_QUANTITY_##quantity].unit = sign,   \
     [MR_QUANTITY_##quantity].decimals = digits, [MR_QUANTITY_##quantity].id = MR_ID_##NAME,
 #define MEAN(name_, NAME, quantity, table, column, error, reason) \
-    [MR_QUANTITY_##quantity].why = reason,
+    [MR_QUANTITY_##quantity].missing_reason = reason,
 #include "common/catalogue.def"
 };
 

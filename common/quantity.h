@@ -15,9 +15,9 @@ enum mr_quantity {
 struct mr_quantity_info {
     const char *name;            /* "temperature" */
     const char *key, *error_key; /* "temperature_c", "temperature_error_c" */
-    const char *words, *unit;    /* "mat temperature", in UTF-8 */
+    const char *text, *unit;     /* "mat temperature", in UTF-8 */
     /* reason for a missing reading; NULL: the mean over a landing is not sent */
-    const char *why;
+    const char *missing_reason;
     int decimals;
     uint16_t id; /* identifier of the message that carries it */
 };

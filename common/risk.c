@@ -354,7 +354,7 @@ static void set_lead(const struct mr_predictor *p, const struct mr_predictor_zon
                      struct mr_risk_report *said)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS     ? zone->start_ft
-                   : zone->coming_mats >= EXPECTED_ZONE_MIN_MATS ? zone->coming_ft
+                   : zone->future_mats >= EXPECTED_ZONE_MIN_MATS ? zone->future_ft
                                                                  : MR_NAN;
     said->start_s = said->failure_s = said->failure_ft = MR_NAN;
     if (__builtin_isnan(start_ft) || !(p->speed_ft_s > 0.0f) || __builtin_isnan(p->wheel_ft))
@@ -391,7 +391,7 @@ static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
         return MR_RISK_NO_REASON;
     if (zone->mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_THERE;
-    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS)
+    if (zone->future_mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_COMING;
     if (risk->planned_mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_PLANNED;
@@ -425,9 +425,9 @@ static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
         look_ahead_as_now(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_CONSTANT] = 1.0f;
-    x[MR_RISK_COMING] = zone_share(zone->coming_mats);
+    x[MR_RISK_FUTURE] = zone_share(zone->future_mats);
     x[MR_RISK_KINEMATIC] = blind ? 0.0f : zone_ratio(closed.mats);
-    x[MR_RISK_EXCESS] = excess_share(zone->coming_mats);
+    x[MR_RISK_EXCESS] = excess_share(zone->future_mats);
     x[MR_RISK_BRAKING] = (risk->hardest_ft_s2 < 20.0f ? risk->hardest_ft_s2 : 20.0f) / 6.0f;
     float still = 1.0f - (planned ? excess_share(risk->planned_mats) : x[MR_RISK_EXCESS]);
     x[MR_RISK_DISTANCE] =
@@ -443,18 +443,18 @@ static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
         x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
                                        row_count(&risk->plan), risk->mean_ft_s2 * risk->plan_ratio);
     }
-    said->set = (charted   ? MR_RISK_BY_CHART
-                 : planned ? MR_RISK_BY_PLAN
-                           : MR_RISK_NO_PLAN) +
-                (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
-                (blind ? MR_RISK_IF_NO_SENSOR : 0u);
+    said->weight_set = (charted   ? MR_RISK_BY_CHART
+                        : planned ? MR_RISK_BY_PLAN
+                                  : MR_RISK_NO_PLAN) +
+                       (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
+                       (blind ? MR_RISK_IF_NO_SENSOR : 0u);
 }
 
 static float compute_risk(const struct mr_risk_report *said)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
-        sum += weights[said->set][i] * said->input[i];
+        sum += weights[said->weight_set][i] * said->input[i];
     return mr_risk_logistic(sum);
 }
 
@@ -470,7 +470,7 @@ void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
         said->risk = compute_risk(said);
         /* a plan must not lower the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
-            said->set >= MR_RISK_BY_PLAN) {
+            said->weight_set >= MR_RISK_BY_PLAN) {
             struct mr_risk_report without = *said;
             set_inputs(risk, p, zone, false, &without);
             without.risk = compute_risk(&without);

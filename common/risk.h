@@ -62,7 +62,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan);
 /* Inputs of the regression, each divided by a scale so that its magnitude is about 1. */
 enum mr_risk_input {
     MR_RISK_CONSTANT,
-    MR_RISK_COMING,    /* predicted future zone, at most 50 mats; scale 50 mats */
+    MR_RISK_FUTURE,    /* predicted future zone, at most 50 mats; scale 50 mats */
     MR_RISK_KINEMATIC, /* zone from transducers and survey only; scale 50 mats */
     MR_RISK_EXCESS,    /* 0 for a future zone of 40 mats, rising to 1 at 60 */
     MR_RISK_BRAKING,   /* largest future braking, else present braking; scale 6 ft/s2 */
@@ -114,7 +114,7 @@ struct mr_risk_report {
      * that station; NaN: no zone is expected, or the wheel stops earlier */
     float start_s, failure_s, failure_ft;
     /* set of weights and inputs that were used */
-    unsigned set;
+    unsigned weight_set;
     float input[MR_RISK_INPUTS];
 };
 

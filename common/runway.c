@@ -7,7 +7,7 @@
 
 #define MAGIC 0x5752524du /* "MRRW" */
 
-static void put_body(const struct mr_predictor_state *state, uint8_t *p)
+static void put_fields(const struct mr_predictor_state *state, uint8_t *p)
 {
     p = mr_put_u16(mr_put_u16(p, state->mats), state->landings);
     p = mr_put_f32(p, state->scale);
@@ -18,7 +18,7 @@ static void put_body(const struct mr_predictor_state *state, uint8_t *p)
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image)
 {
     mr_put_u32(mr_put_u32(image, MAGIC), sequence);
-    put_body(state, image + 8);
+    put_fields(state, image + 8);
     mr_put_u32(image + MR_RUNWAY_IMAGE - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE - 4));
 }
 
@@ -62,7 +62,7 @@ unsigned mr_runway_messages(const struct mr_predictor_state *state)
     return (joints_of(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
 }
 
-static uint16_t gap_at(const struct mr_predictor_state *state, unsigned j)
+static uint16_t gap_hmil_at(const struct mr_predictor_state *state, unsigned j)
 {
     return j < joints_of(state) ? state->gap_hmil[j] : 0;
 }
@@ -71,9 +71,9 @@ struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state
 {
     unsigned j = n * MR_RUNWAY_PER_MESSAGE;
     return (struct mr_runway_joints){.index = (uint16_t)(j + 1u),
-                                     .gap_1 = gap_at(state, j),
-                                     .gap_2 = gap_at(state, j + 1u),
-                                     .gap_3 = gap_at(state, j + 2u)};
+                                     .gap_1 = gap_hmil_at(state, j),
+                                     .gap_2 = gap_hmil_at(state, j + 1u),
+                                     .gap_3 = gap_hmil_at(state, j + 2u)};
 }
 
 static void set_gap(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
@@ -94,8 +94,8 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
 
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
 {
-    return (int32_t)((uint32_t)gap_at(state, 2u * index) | (uint32_t)gap_at(state, 2u * index + 1u)
-                                                               << 16);
+    return (int32_t)((uint32_t)gap_hmil_at(state, 2u * index) |
+                     (uint32_t)gap_hmil_at(state, 2u * index + 1u) << 16);
 }
 
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument)

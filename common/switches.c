@@ -10,7 +10,7 @@ void mr_switches_start(struct mr_switches *switches)
     mr_staircase_init(&switches->staircase);
 }
 
-void mr_switches_close(struct mr_switches *switches)
+void mr_switches_reset(struct mr_switches *switches)
 {
     switches->count = 0;
     switches->opened = 0;

@@ -49,7 +49,7 @@ struct mr_switches {
 
 void mr_switches_start(struct mr_switches *switches);
 /* Marks all switches as closed and discards the waiting edges. */
-void mr_switches_close(struct mr_switches *switches);
+void mr_switches_reset(struct mr_switches *switches);
 
 /* Adds the level of the next block; afterwards add the edges up to that block. False: no room, and
  * the edge is ignored. */

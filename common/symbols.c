@@ -16,20 +16,20 @@ struct table {
     uint64_t names, names_bytes; /* offset in the file */
 };
 
-static uint32_t u16(const uint8_t *p)
+static uint32_t read_u16(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8;
 }
-static uint32_t u32(const uint8_t *p)
+static uint32_t read_u32(const uint8_t *p)
 {
-    return u16(p) | u16(p + 2) << 16;
+    return read_u16(p) | read_u16(p + 2) << 16;
 }
 
 static enum mr_status read_table(const uint8_t *file, size_t length, const uint8_t *section,
                                  const uint8_t *strings, struct table *table)
 {
-    uint64_t at = u32(section + 16), bytes = u32(section + 20);
-    uint64_t names = u32(strings + 16), names_bytes = u32(strings + 20);
+    uint64_t at = read_u32(section + 16), bytes = read_u32(section + 20);
+    uint64_t names = read_u32(strings + 16), names_bytes = read_u32(strings + 20);
     if (at + bytes > length || names + names_bytes > length)
         return MR_TRUNCATED;
     *table = (struct table){file + at, (size_t)(bytes / SYMBOL_BYTES), names, names_bytes};
@@ -42,15 +42,15 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     *table = (struct table){0};
     if (length < HEADER_BYTES || memcmp(file, "\177ELF\1\1", 6) != 0)
         return MR_MALFORMED;
-    uint64_t sections = u32(file + 32);
-    uint32_t step = u16(file + 46), count = u16(file + 48);
+    uint64_t sections = read_u32(file + 32);
+    uint32_t step = read_u16(file + 46), count = read_u16(file + 48);
     if (count && (step < SECTION_BYTES || sections + (uint64_t)step * count > length))
         return MR_TRUNCATED;
     for (uint32_t i = 0; i < count; i++) {
         const uint8_t *section = file + sections + (uint64_t)i * step;
-        if (u32(section + 4) == SECTION_SYMBOLS && u32(section + 24) < count)
+        if (read_u32(section + 4) == SECTION_SYMBOLS && read_u32(section + 24) < count)
             return read_table(file, length, section,
-                              file + sections + (uint64_t)u32(section + 24) * step, table);
+                              file + sections + (uint64_t)read_u32(section + 24) * step, table);
     }
     return MR_OK;
 }
@@ -102,13 +102,14 @@ enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_sym
     symbols->count = 0;
     for (size_t i = 0; status == MR_OK && i < table.count; i++) {
         const uint8_t *s = table.symbols + SYMBOL_BYTES * i;
-        if ((s[12] & 15u) != SYMBOL_FUNCTION || u16(s + 14) == 0 || u32(s) >= table.names_bytes)
+        if ((s[12] & 15u) != SYMBOL_FUNCTION || read_u16(s + 14) == 0 ||
+            read_u32(s) >= table.names_bytes)
             continue;
-        const uint8_t *name = file + table.names + u32(s);
+        const uint8_t *name = file + table.names + read_u32(s);
         if (!memchr(name, 0, length - (size_t)(name - file)))
             status = MR_TRUNCATED;
         else
-            all[symbols->count++] = (struct mr_symbol){u32(s + 4) & ~1u, u32(s + 8),
+            all[symbols->count++] = (struct mr_symbol){read_u32(s + 4) & ~1u, read_u32(s + 8),
                                                        (const char *)name};
     }
     if (status == MR_OK)

@@ -22,7 +22,7 @@ static bool is_displacement(const struct mr_channel_config *config)
 
 static bool is_on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
 {
-    return mr_channel_measures(a) && a->kind == b->kind && a->band == b->band;
+    return mr_channel_is_sensor(a) && a->kind == b->kind && a->band == b->band;
 }
 
 static void find_neighbours(struct mr_watch_channel *channel,
@@ -252,7 +252,7 @@ void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *conf
                     uint32_t index, struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
-    if (!mr_channel_measures(config))
+    if (!mr_channel_is_sensor(config))
         return;
     if (watch->is_recording)
         check_reading(watch, config, c, index, reading);

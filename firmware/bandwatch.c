@@ -55,7 +55,7 @@ void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
     bool recording = landing_is_recording(landing);
     if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
         report_state(telemetry, tension_lb);
-    if (!recording || !watch->bands.active)
+    if (!recording || !watch->bands.is_active)
         return;
     bool quiet = landing_is_quiet(landing, block->index);
     float station_ft = quiet ? MR_NAN : wheel_ft(watch, landing, block);
@@ -66,7 +66,7 @@ void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
 {
     struct mr_band_figures f;
-    if (!watch->bands.active)
+    if (!watch->bands.is_active)
         return;
     mr_bands_end(&watch->bands);
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {

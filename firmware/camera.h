@@ -18,11 +18,10 @@
 #define CAMERA_PULSE_BLOCKS 10u
 
 struct camera {
-    bool
-        /* the trigger by station has been sent in this landing or is not needed */
-        is_station_trigger_done;
-    uint8_t
-        due_cause; /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
+    /* the trigger by station has been sent in this landing or is not needed */
+    bool is_station_trigger_done;
+    /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
+    uint8_t due_cause;
     bool is_high;
     uint32_t high_block; /* block at which the pulse began */
     struct pulses pulses;

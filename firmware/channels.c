@@ -59,7 +59,7 @@ static void report_quality(const struct channels *channels, struct telemetry *te
 {
     const struct mr_channel_config *channel = &config.channel[c];
     const struct mr_watch_channel *watched = &channels->watch.channel[c];
-    if (!mr_channel_measures(channel))
+    if (!mr_channel_is_sensor(channel))
         return;
     bool movement = !__builtin_isnan(baseline);
     struct mr_error_case c_now = {

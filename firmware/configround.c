@@ -22,7 +22,7 @@ static unsigned calibration_items(const struct mr_channel_config *channel)
     unsigned points = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
     if (channel->kind == MR_KIND_REFERENCE)
         return MR_CALIBRATION_GAIN_ERROR + 1;
-    return mr_channel_measures(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
+    return mr_channel_is_sensor(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
 }
 
 void configround_send_hello(struct telemetry *telemetry, unsigned sinks,

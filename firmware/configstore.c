@@ -27,7 +27,7 @@ static uint8_t check_copy(unsigned copy)
     const uint8_t *bytes = flash_copy(copy);
     return mr_is_blank(bytes, MR_CONFIG_IMAGE)
              ? CONFIGSTORE_BLANK
-             : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
+             : (uint8_t)-mr_config_check_image(bytes, FLASH_COPY_BYTES);
 }
 
 /* True if `config` is valid, and fits no channel for which the board has no input. */
@@ -51,9 +51,9 @@ static bool use_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
     memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE);
-    mr_config_exchange(store->image, &config);
+    mr_config_swap(store->image, &config);
     if (check_config(&reason) != MR_OK) {
-        mr_config_exchange(store->image, &config);
+        mr_config_swap(store->image, &config);
         store->copy[copy] = (uint8_t)-MR_LIMIT;
         return false;
     }
@@ -157,14 +157,14 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
 static enum mr_status check_staged(struct configstore *store, struct mr_config_reason *reason)
 {
     uint32_t revision = config.site[0].revision;
-    mr_config_exchange(store->image, &config);
+    mr_config_swap(store->image, &config);
     enum mr_status status = check_config(reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
         *reason = (struct mr_config_reason){
             .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
         status = MR_LIMIT;
     }
-    mr_config_exchange(store->image, &config);
+    mr_config_swap(store->image, &config);
     return status;
 }
 
@@ -188,7 +188,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
     if (!store->staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
-    enum mr_status status = mr_config_examine(store->image, MR_CONFIG_IMAGE);
+    enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE);
     if (status == MR_OK && word_at(store->image, MR_CONFIG_WORDS - 1) != crc)
         status = MR_CRC;
     if (status != MR_OK)

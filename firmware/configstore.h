@@ -33,8 +33,8 @@ enum configstore_source { CONFIGSTORE_BUILT_IN, CONFIGSTORE_COPY_A, CONFIGSTORE_
 
 struct configstore {
     enum configstore_source source; /* source of the active configuration */
-    uint8_t copy[FLASH_COPIES];     /* negative status of mr_config_examine, or CONFIGSTORE_BLANK */
-    uint32_t crc;                   /* CRC of the active configuration */
+    uint8_t copy[FLASH_COPIES]; /* negative status of mr_config_check_image, or CONFIGSTORE_BLANK */
+    uint32_t crc;               /* CRC of the active configuration */
 
     uint8_t image[MR_CONFIG_IMAGE];                /* configuration being staged or read out */
     uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */

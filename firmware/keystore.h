@@ -34,9 +34,8 @@ struct keystore {
     unsigned step, at, page, tries;
     bool is_in_progress;   /* an operation of this module is in progress in the memory */
     bool has_damaged_copy; /* a copy is damaged */
-    bool
-        /* the power failed before the old copy was erased; it must still be erased */
-        has_stale_copy;
+    /* the power failed before the old copy was erased; it must still be erased */
+    bool has_stale_copy;
     struct mr_ack answer; /* answer to the key-set or key-clear in progress; code 0: none */
     bool has_answer;
     uint8_t buffer[NOR_PAGE];

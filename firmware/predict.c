@@ -312,7 +312,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,
                                              .distance_ft = MR_NAN,
-                                             .coming_ft = MR_NAN};
+                                             .future_ft = MR_NAN};
         p->is_warning = false;
         board_set_warning(false);
         p->risk_report = (struct mr_risk_report){.risk = MR_NAN,

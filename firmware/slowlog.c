@@ -53,9 +53,9 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
 {
     if (log->unsent)
         send_tensions(log, telemetry);
-    if (!log->begun)
+    if (!log->is_begun)
         log->due = next_row_block(index);
-    log->begun = true;
+    log->is_begun = true;
     if (!is_at_or_after(index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!quiet) { /* starts again after the landing */

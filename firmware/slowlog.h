@@ -13,7 +13,7 @@
 
 /* Initialise with zeros. */
 struct slowlog {
-    bool begun;
+    bool is_begun;
     uint32_t due;
     unsigned blocks;
     float sum[MR_GAGES];

@@ -21,7 +21,7 @@ void landing_start(struct landing *landing)
 
 static void reset_passage(struct landing *landing)
 {
-    mr_switches_close(&landing->switches);
+    mr_switches_reset(&landing->switches);
     mr_passage_clear(&landing->passage);
     landing->edges_in_row = 0;
 }
@@ -271,7 +271,7 @@ struct landing_block_changes landing_on_block(struct landing *landing,
     handle_edges(landing, config, index, edge_ticks, edge_count);
     if (mr_passage_on_block(&landing->passage, index)) {
         put_passage_events(landing, index);
-        mr_switches_close(&landing->switches);
+        mr_switches_reset(&landing->switches);
     }
     if (landing->state == MR_LANDING_LANDING) {
         if (index - landing->last_gate_block >= blocks_to_rest(landing))

@@ -115,8 +115,8 @@ void predict_fill_report(const struct mr_predictor *predictor, const struct mr_p
                                          .end_ft = zone->end_error_ft,
                                          .mean_gap_in = zone->mean_gap_in,
                                          .block16 = block16};
-    said->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->coming_mats,
-                                           .wheel_ft = zone->coming_ft,
+    said->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->future_mats,
+                                           .wheel_ft = zone->future_ft,
                                            .closed_joints = (uint16_t)zone->closed_joints,
                                            .block16 = block16};
     said->press = (struct mr_zone_press){.compression_lb = zone->compression_lb,

@@ -71,7 +71,7 @@ static void print_chip(void)
                "source");
 }
 
-static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
+static bool is_option_word_consistent(uint32_t word, uint32_t register_half, uint32_t mask)
 {
     uint32_t half = word & 0xffffu;
     return (half ^ word >> 16) == 0xffffu && (half & mask) == (register_half & mask);
@@ -80,7 +80,8 @@ static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
 static void print_options(void)
 {
     uint32_t optcr = FLASH_OPTCR;
-    bool same = agrees(OPTIONS_LOW, optcr, 0xffecu) && agrees(OPTIONS_HIGH, optcr >> 16, 0xfffu);
+    bool same = is_option_word_consistent(OPTIONS_LOW, optcr, 0xffecu) &&
+                is_option_word_consistent(OPTIONS_HIGH, optcr >> 16, 0xfffu);
     print_hex("read_protection", optcr >> 8 & 0xffu, "byte");
     print_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
     print_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
@@ -667,7 +668,7 @@ static void print_memory(void)
 #define LEVEL_2_MV               2800u
 #define SUPPLY_TOLERANCE_PERCENT 5u /* allowed deviation from the board's nominal supply */
 
-static bool is_the_boards(uint32_t mv)
+static bool is_board_supply(uint32_t mv)
 {
     uint32_t off = mv > BOARD_SUPPLY_MV ? mv - BOARD_SUPPLY_MV : BOARD_SUPPLY_MV - mv;
     return off * 100u <= BOARD_SUPPLY_MV * SUPPLY_TOLERANCE_PERCENT;
@@ -713,7 +714,7 @@ static void set_brown_out(void)
     else
         print_none("supply", "V");
     uint32_t level = mv >= LEVEL_3_MV ? 3u : mv >= LEVEL_2_MV ? 2u : 0u;
-    if (mv && !is_the_boards(mv))
+    if (mv && !is_board_supply(mv))
         print_word("brown_out_set", "supply_not_the_boards", "result");
     else if (level)
         set_level(level);
@@ -752,7 +753,7 @@ static void overflow_stack(void)
     }
 }
 
-static const char *caught_word(const struct board_restart *restart)
+static const char *overflow_result_word(const struct board_restart *restart)
 {
     if (!(reset_cause() & CAUSE_SOFTWARE) || !restart->crash || restart->crash_age != 0)
         return "no_fault";
@@ -765,7 +766,7 @@ static void print_overflow(void)
     struct board_restart restart;
     board_get_restart(&restart);
     const uint32_t *crash = restart.crash;
-    print_word("stack_overflow", caught_word(&restart), "caught_by");
+    print_word("stack_overflow", overflow_result_word(&restart), "caught_by");
     if (!crash || restart.crash_age != 0) {
         print_none("stack_status", "cfsr");
         print_none("stack_address", "address");

@@ -64,7 +64,7 @@ static void fail_ram(const uint32_t *words)
     health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_RAM);
 }
 
-static bool window_holds(uint32_t *words)
+static bool is_window_good(uint32_t *words)
 {
     return (march_test(words, 0x00000000u) | march_test(words, 0x55555555u)) == 0;
 }
@@ -76,7 +76,7 @@ void memory_start(void)
     for (volatile uint32_t *p = stack_bottom; p < sp - 16; p++)
         *p = STACK_PATTERN;
     for (uint32_t *p = dma_start; p < dma_end; p += WINDOW_WORDS) {
-        if (!window_holds(p))
+        if (!is_window_good(p))
             fail_ram(p);
     }
     board_restart_memory_test();
@@ -101,7 +101,7 @@ static unsigned find_streams(uint32_t address[STREAMS])
     return count;
 }
 
-static bool in_use_by_dma(const uint32_t *words, const uint32_t *address, unsigned count)
+static bool is_used_by_dma(const uint32_t *words, const uint32_t *address, unsigned count)
 {
     uint32_t place = (uint32_t)(uintptr_t)words;
     if (words >= dma_start && words < dma_end)
@@ -118,7 +118,7 @@ static void test_ram(void)
     uint32_t address[STREAMS];
     unsigned count = find_streams(address);
     for (unsigned i = 0; i < SLICE_WINDOWS; i++) {
-        if (!in_use_by_dma(at, address, count) && !window_holds(at))
+        if (!is_used_by_dma(at, address, count) && !is_window_good(at))
             fail_ram(at);
         at += WINDOW_WORDS;
         if (at >= ram_used_end) {

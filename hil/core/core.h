@@ -337,10 +337,10 @@ struct hil_register {
     uint32_t plain;  /* bits that read back as written */
     uint32_t action; /* bits that start an action or clear a flag when written */
     uint32_t status; /* bits that hardware sets; written values are ignored */
-    uint32_t
-        conditional;  /* bits that are modelled only for some values or states; see `explanation` */
-    uint32_t refused; /* bits that exist in hardware but are not modelled */
-    const char *explanation; /* explanation of partly and refused */
+    /* bits that are modelled only for some values or states; see `explanation` */
+    uint32_t conditional;
+    uint32_t refused;        /* bits that exist in hardware but are not modelled */
+    const char *explanation; /* explanation of `conditional` and `refused` */
 };
 
 struct hil_register_set {

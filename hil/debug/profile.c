@@ -7,7 +7,7 @@
 
 #define HALFWORDS ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* one per halfword of flash or SRAM */
 
-/* The block that begins at a place. */
+/* The block that begins at a halfword of memory. */
 struct profile_block {
     uint64_t runs, instructions;
     uint16_t size, slow;
@@ -15,8 +15,8 @@ struct profile_block {
 
 struct hil_profile {
     const struct hil_core *core;
-    uint64_t rom_instructions,
-        slow_instructions; /* instructions of the boot ROM; divisions and square roots */
+    uint64_t rom_instructions;  /* instructions of the boot ROM */
+    uint64_t slow_instructions; /* divisions and square roots */
     struct profile_block block[HALFWORDS];
 };
 

@@ -31,8 +31,8 @@ struct hil_adc {
     uint64_t start_cycle;  /* start of the first sampling window */
     uint32_t clock_cycles; /* HCLK cycles per ADC clock in this sequence */
     bool is_planned;       /* length, channels and end_clock match the registers */
-    uint32_t
-        planned_hclk_hz; /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
+    /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
+    uint32_t planned_hclk_hz;
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
     int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */

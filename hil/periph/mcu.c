@@ -14,8 +14,8 @@
 /* Peripherals: boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
 static const struct part {
     uint32_t base;
-    unsigned
-        unit_count; /* number of equal units; addresses a kilobyte apart, enable bits adjacent */
+    /* number of equal units; addresses a kilobyte apart, enable bits adjacent */
+    unsigned unit_count;
     unsigned unit;
     size_t device; /* offset in struct hil_mcu */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);

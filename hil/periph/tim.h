@@ -37,8 +37,8 @@ struct hil_tim {
     /* cycle at which an edge passes the filter, or HIL_NEVER */
     uint64_t capture_cycle[HIL_CAPTURE_CHANNELS];
     bool capture_level[HIL_CAPTURE_CHANNELS];
-    uint8_t
-        capture_skipped[HIL_CAPTURE_CHANNELS]; /* edges since the last capture, for the prescaler */
+    /* edges since the last capture, for the prescaler */
+    uint8_t capture_skipped[HIL_CAPTURE_CHANNELS];
 };
 
 struct hil_tim_device {

@@ -188,7 +188,7 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
             unit++;
         if (!m->readings && m->told)
             answer_words(answer, NULL, info->name, "none of %lld readings received; %s",
-                         (long long)m->told, info->why);
+                         (long long)m->told, info->missing_reason);
         if (!m->readings)
             continue;
         answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);

@@ -698,7 +698,7 @@ uint32_t config_text_undated_channels(const struct mr_config *config)
 {
     uint32_t undated = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
-        if (mr_channel_measures(&config->channel[i]) && !config->channel[i].calibrated_day)
+        if (mr_channel_is_sensor(&config->channel[i]) && !config->channel[i].calibrated_day)
             undated |= 1u << i;
     return undated;
 }

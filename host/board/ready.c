@@ -150,7 +150,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
     char text[120] = "", name[20];
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
-        if (!mr_channel_measures(channel))
+        if (!mr_channel_is_sensor(channel))
             continue;
         sensors++;
         if (!channel->expires_day || channel->expires_day > f->today_day)
@@ -178,7 +178,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
         char name[20], input[8], mistake[80];
-        if (!mr_channel_measures(channel) || channel->unit_per_code == 0.0f ||
+        if (!mr_channel_is_sensor(channel) || channel->unit_per_code == 0.0f ||
             mr_gain_check(channel) == MR_RULE_NONE)
             continue;
         jump_channel_name(i, input);
@@ -240,7 +240,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
     unsigned without = 0, sensors = 0;
     char text[200] = "", name[8];
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (!mr_channel_measures(&f->config.channel[i]))
+        if (!mr_channel_is_sensor(&f->config.channel[i]))
             continue;
         sensors++;
         jump_channel_name(i, name);
@@ -566,7 +566,7 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
               "readings", limit, "see matrig board health",
               "%u blocks checked, %u lost by the board", f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (mr_channel_measures(&f->config.channel[i]))
+        if (mr_channel_is_sensor(&f->config.channel[i]))
             judge_channel(f, i, report);
     }
     for (unsigned band = 1; band <= MR_CONFIG_BANDS; band++)

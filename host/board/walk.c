@@ -87,7 +87,7 @@ static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
     if (kind == WALK_SWITCH)
         return n >= 1 && n <= MR_CONFIG_SWITCHES && walk->config->gate[n - 1].step_codes;
     for (unsigned i = first; i < first + count; i++) {
-        if (mr_channel_measures(&walk->config->channel[i]) && walk->config->channel[i].number == n)
+        if (mr_channel_is_sensor(&walk->config->channel[i]) && walk->config->channel[i].number == n)
             return true;
     }
     return false;

@@ -23,7 +23,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
                char text[JUMP_TEXT_SIZE])
 {
     bool transducer = new->kind == MR_KIND_DISPLACEMENT;
-    if (!mr_channel_measures(new) || old->kind != new->kind || old->number != new->number ||
+    if (!mr_channel_is_sensor(new) || old->kind != new->kind || old->number != new->number ||
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
     /* false: another sensor, or the first calibration */

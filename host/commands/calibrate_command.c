@@ -334,7 +334,7 @@ static void read_board(const struct request *r, struct mr_config *config,
     struct dialogue *dialogue = dialogue_open_for_command(NULL, r->serial);
     uint32_t crc;
     config_client_begin_idle(&talk, dialogue, config, &crc, fatal);
-    if (!mr_channel_measures(&config->channel[r->channel]))
+    if (!mr_channel_is_sensor(&config->channel[r->channel]))
         error_set(fatal, MR_USAGE,
                   "%s is not fitted: the configuration of %s; see matrig board config", r->word,
                   r->serial);
@@ -355,7 +355,7 @@ static int calibrate(struct request *r)
         read_board(r, &config, &points);
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
-    if (!mr_channel_measures(channel))
+    if (!mr_channel_is_sensor(channel))
         error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
     check_codes(r, &points, channel);
     calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit, fatal);
@@ -406,7 +406,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct mr_channel_config *new = &config->channel[c];
         unsigned changed = 0;
-        if (!mr_channel_measures(&old[c]))
+        if (!mr_channel_is_sensor(&old[c]))
             continue;
         if (new->kind != old[c].kind || new->number != old[c].number)
             error_set(fatal, MR_LIMIT,

@@ -128,7 +128,7 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
         return false;
     struct budget_case of = {.half_range_k = r->kelvin, .certificate_expanded = (double)NAN};
     of.reading = s->run ? landing_case(s, r->at_value, one) : plain_case(r, s, one);
-    if (!mr_channel_measures(&one->channel))
+    if (!mr_channel_is_sensor(&one->channel))
         return false;
     of.channel = &one->channel;
     if (s->certificates.known[index]) {

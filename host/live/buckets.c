@@ -113,7 +113,7 @@ static bool is_calibrated(const struct live_buckets *b, unsigned index)
     if (!b->channel_known[index] || known->kind == MR_KIND_NONE)
         return b->channel_known[index];
     return b->zero_known[index] &&
-           (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
+           (!mr_channel_is_sensor(known) || (b->calibration_known[index] & needed) == needed);
 }
 
 void live_buckets_add_record(struct live_buckets *b, const struct mr_block *record)
@@ -142,7 +142,7 @@ static void add_pack(struct live_buckets *b, const struct mr_message *message, i
     unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
     first += pack->first - 1u;
     for (unsigned i = 0; i < count && bucket; i++) {
-        bool fitted = !b->channel_known[first + i] || mr_channel_measures(&b->channel[first + i]);
+        bool fitted = !b->channel_known[first + i] || mr_channel_is_sensor(&b->channel[first + i]);
         if (fitted)
             add_reading(b, bucket, first + i, values[i],
                         isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);

@@ -126,8 +126,8 @@ static json_t *quantities_json(void)
     for (unsigned i = 0; i < MR_QUANTITIES; i++) {
         const struct mr_quantity_info *q = mr_quantity_at(i);
         json_array_append_new(quantities, json_pack("{sssssssssi}", "key", q->key, "error_key",
-                                                    q->error_key, "words", q->words, "unit",
-                                                    q->unit, "decimals", q->decimals));
+                                                    q->error_key, "words", q->text, "unit", q->unit,
+                                                    "decimals", q->decimals));
     }
     return quantities;
 }

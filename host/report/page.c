@@ -653,7 +653,7 @@ static void calibrations(const struct report_landing *landing, struct answer *an
     answer_table(answer, NULL, "");
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &measured->channel[i].config;
-        if (!mr_channel_measures(channel))
+        if (!mr_channel_is_sensor(channel))
             continue;
         answer_row(answer);
         answer_words(answer, NULL, "channel", "%s %u",

@@ -140,7 +140,7 @@ static unsigned wrong_of(const struct summary *summary, const struct report_fact
         wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_CHANNEL : 0u;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &summary->measured.channel[c];
-        if (summary->measured.samples && mr_channel_measures(&channel->config) &&
+        if (summary->measured.samples && mr_channel_is_sensor(&channel->config) &&
             channel->valid == 0)
             wrong |= REPORT_CHANNEL;
     }
@@ -173,8 +173,8 @@ static void take_site(const struct report_landing *landing, struct report_facts 
     facts->config_read = landing->config != NULL;
     for (unsigned i = 0; landing->config && i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &landing->config->channel[i];
-        facts->sensors += mr_channel_measures(channel);
-        facts->serials += mr_channel_measures(channel) && channel->serial[0];
+        facts->sensors += mr_channel_is_sensor(channel);
+        facts->serials += mr_channel_is_sensor(channel) && channel->serial[0];
     }
     if (landing->config)
         snprintf(facts->site, sizeof facts->site, "%.*s", (int)sizeof landing->config->site[0].name,

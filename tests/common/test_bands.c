@@ -247,7 +247,7 @@ TEST(a_band_that_is_not_configured_is_not_watched)
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 0.0f);
     play((const double[]){0.0, 0.0}, 2, 200, false, 10.0);
-    assert_false(bands.active);
+    assert_false(bands.is_active);
     assert_int_equal(finds, 0);
 }
 

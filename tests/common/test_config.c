@@ -92,12 +92,12 @@ TEST(exchanging_twice_changes_nothing)
     other.gate[23].step_codes = 1;
     mr_config_encode(&other, kept);
     memcpy(image, kept, sizeof image);
-    mr_config_exchange(image, &c);
+    mr_config_swap(image, &c);
     assert_int_equal(c.gate[23].step_codes, 1);
     assert_near(c.site[0].touchdown_ft, 9.0, 0.0);
     mr_config_encode(&c, of_other);
     assert_memory_equal(of_other, kept, sizeof kept);
-    mr_config_exchange(image, &c);
+    mr_config_swap(image, &c);
     assert_memory_equal(image, kept, sizeof image);
     struct mr_config sound = sound_config();
     assert_memory_equal(&c, &sound, sizeof c);
@@ -109,7 +109,7 @@ TEST(every_wrong_bit_is_noticed)
     mr_config_encode(&c, image);
     for (unsigned bit = 0; bit < 8 * MR_CONFIG_IMAGE; bit++) {
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        if (mr_config_examine(image, sizeof image) == MR_OK)
+        if (mr_config_check_image(image, sizeof image) == MR_OK)
             fail_msg("bit %u of byte %u is wrong and nobody sees it", bit % 8, bit / 8);
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
@@ -132,27 +132,27 @@ TEST(what_is_wrong_has_a_name)
     struct mr_config c = sound_config();
     static uint8_t longer[MR_CONFIG_IMAGE + 8];
     mr_config_encode(&c, image);
-    assert_int_equal(mr_config_examine(image, MR_CONFIG_IMAGE - 1), MR_TRUNCATED);
-    assert_int_equal(mr_config_examine(image, 10), MR_TRUNCATED);
+    assert_int_equal(mr_config_check_image(image, MR_CONFIG_IMAGE - 1), MR_TRUNCATED);
+    assert_int_equal(mr_config_check_image(image, 10), MR_TRUNCATED);
     image[0] = 'X';
-    assert_int_equal(mr_config_examine(image, sizeof image), MR_MALFORMED);
+    assert_int_equal(mr_config_check_image(image, sizeof image), MR_MALFORMED);
     for (unsigned byte = 4; byte < 16; byte += byte == 4 ? 2 : byte == 6 ? 6 : 1) {
         /* another format, reserved bits, another table */
         mr_config_encode(&c, image);
         image[byte] ^= 2;
         seal(image, MR_CONFIG_IMAGE);
-        assert_int_equal(mr_config_examine(image, sizeof image), MR_VERSION);
+        assert_int_equal(mr_config_check_image(image, sizeof image), MR_VERSION);
     }
     mr_config_encode(&c, image); /* a length too short for its own header */
     image[8] = 4;
     image[9] = 0;
-    assert_int_equal(mr_config_examine(image, sizeof image), MR_MALFORMED);
+    assert_int_equal(mr_config_check_image(image, sizeof image), MR_MALFORMED);
     mr_config_encode(&c, longer); /* a later version's, with a field more: whole, but not ours */
     longer[8] = (uint8_t)(sizeof longer & 0xff);
     longer[9] = (uint8_t)(sizeof longer >> 8);
     seal(longer, sizeof longer);
-    assert_int_equal(mr_config_examine(longer, sizeof longer), MR_VERSION);
-    assert_int_equal(mr_config_examine(longer, sizeof longer - 4), MR_TRUNCATED);
+    assert_int_equal(mr_config_check_image(longer, sizeof longer), MR_VERSION);
+    assert_int_equal(mr_config_check_image(longer, sizeof longer - 4), MR_TRUNCATED);
 }
 
 /* --- limits and rules --- */

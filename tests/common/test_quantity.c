@@ -46,11 +46,11 @@ TEST(each_has_its_words)
     assert_string_equal(t->unit, "\xc2\xb0"
                                  "C");
     assert_int_equal(t->id, MR_ID_TEMPERATURE);
-    assert_non_null(t->why);
+    assert_non_null(t->missing_reason);
     assert_string_equal(load->key, "load_percent");
-    assert_null(load->why); /* the campaign has no column of it */
+    assert_null(load->missing_reason); /* the campaign has no column of it */
     for (unsigned i = 0; i < MR_QUANTITIES; i++) {
-        assert_true(strlen(mr_quantity_at(i)->words) > 0 && strlen(mr_quantity_at(i)->unit) > 0);
+        assert_true(strlen(mr_quantity_at(i)->text) > 0 && strlen(mr_quantity_at(i)->unit) > 0);
         for (unsigned k = 0; k < i; k++)
             assert_string_not_equal(mr_quantity_at(i)->key, mr_quantity_at(k)->key);
     }

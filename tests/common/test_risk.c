@@ -191,7 +191,7 @@ TEST(a_plan_that_is_not_met_is_left)
     said = roll(30.0, 12.0, 901);
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_OF_CHART | MR_RISK_PLAN_LEFT),
                      MR_RISK_PLAN_LEFT);
-    assert_true(said.set < MR_RISK_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
+    assert_true(said.weight_set < MR_RISK_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
     begin(&plan); /* another speed than planned */
     said = roll(40.0, 6.0, 901);
     assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, MR_RISK_PLAN_LEFT);
@@ -232,7 +232,7 @@ TEST(no_transducer_is_told)
     mr_predictor_get_zone(&predictor, &zone);
     mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_int_equal(said.basis, MR_RISK_BLIND | MR_RISK_BRAKING_KNOWN);
-    assert_int_equal(said.set, MR_RISK_IF_BRAKING + MR_RISK_IF_NO_SENSOR);
+    assert_int_equal(said.weight_set, MR_RISK_IF_BRAKING + MR_RISK_IF_NO_SENSOR);
 }
 
 /* 60 mats from 40 ft on, the wheel at 20 ft with 25 ft/s and 5 ft/s2. */
@@ -257,12 +257,12 @@ TEST(failure_is_expected_inside_the_zone)
 TEST(a_zone_that_is_there_outweighs_the_chart)
 {
     struct mr_risk_plan plan = charted(0.0f);
-    const struct mr_predictor_zone none = {.coming_mats = 60, .coming_ft = 60.0f},
+    const struct mr_predictor_zone none = {.future_mats = 60, .future_ft = 60.0f},
                                    there = {.mats = 60,
                                             .start_ft = 40.0f,
                                             .end_ft = 57.14f,
-                                            .coming_mats = 60,
-                                            .coming_ft = 40.0f};
+                                            .future_mats = 60,
+                                            .future_ft = 40.0f};
     struct mr_risk_report expected, seen, plain;
     plan.row_log_odds[0] = plan.row_log_odds[1] = -6.0f;
     begin(&plan);

@@ -120,7 +120,7 @@ TEST_IN(opening_again_is_a_bounce_for_50_ms_and_then_double, begin, NULL)
     rest(30);
     check(3, 3, MR_SWITCH_GOOD);
     check(4, 2, MR_SWITCH_DOUBLE);
-    mr_switches_close(&switches); /* somebody closed them all */
+    mr_switches_reset(&switches); /* somebody closed them all */
     level_codes = 62.0;
     rest(30);
     edge(120);

@@ -655,7 +655,7 @@ TEST_IN(a_configuration_too_long_is_cut_at_a_message, fresh, NULL)
     assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
     play(500);
     fetch(record, 0);
-    struct told told = check_pages();
+    struct board_report told = check_pages();
     assert_in_range(told.config, (BLACKBOX_CONFIG_PAGES - 1) * 244 * 8 / 84 - 1,
                     (BLACKBOX_CONFIG_PAGES - 1) * 244 * 8 / 84);
     assert_int_equal(told.first, trigger - 50);

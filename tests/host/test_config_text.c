@@ -51,7 +51,7 @@ TEST(reals_come_back_bit_for_bit)
         c.site[0].camera_station_ft = round % 3 ? draw_real(-100.0f, 1000.0f) : MR_NAN;
         for (unsigned i = 0; i < MR_CHANNELS; i++) {
             /* within what common/gain.h takes for low to high of 6.1 */
-            if (mr_channel_measures(&c.channel[i]))
+            if (mr_channel_is_sensor(&c.channel[i]))
                 c.channel[i].unit_per_code = i < MR_TRANSDUCERS ? draw_real(0.001f, 0.013f)
                                                                 : draw_real(0.01f, 0.06f);
             else

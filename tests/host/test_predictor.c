@@ -164,7 +164,7 @@ TEST(critical_compression_and_length)
     mr_predictor_get_zone(&predictor, &zone);
     assert_true(fabs((double)zone.critical_lb - MAT_LB * MAT_FT / (2.0 * 0.0036)) < 1e-3);
     double mats = GEAR_LB / 12.0 * 4.0 / G_FT_S2 / (0.5 * MAT_LB); /* 57.8 */
-    assert_true(fabs(zone.coming_mats - mats) < 2.5);
+    assert_true(fabs(zone.future_mats - mats) < 2.5);
     assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
     assert_true(fabs((double)zone.mats - mats) < 2.5);
 }
@@ -221,7 +221,7 @@ TEST(a_warning_follows_the_edge)
         }
         mr_predictor_get_zone(&predictor, &zone);
         assert_int_equal(zone.verdict, MR_PREDICTOR_QUIET);
-        assert_true(zone.coming_mats >= 26 && zone.coming_mats <= 30);
+        assert_true(zone.future_mats >= 26 && zone.future_mats <= 30);
         for (; zone.verdict != MR_PREDICTOR_WARNING && late < 100; late++, ms++) {
             struct mr_predictor_input input = gear_at(&after, 1e-3 * ms);
             mr_predictor_on_block(&predictor, &input);

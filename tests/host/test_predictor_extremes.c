@@ -343,7 +343,7 @@ TEST(a_speed_rounded_below_zero_is_rest)
         assert_false(zone.basis & MR_PREDICTOR_NO_MOTION);
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
     }
-    assert_true(zone.coming_mats == 0 && isnan(zone.lead_s));
+    assert_true(zone.future_mats == 0 && isnan(zone.lead_s));
 }
 
 /* A bit of memory falls over: a mat at the speed of nothing, or far away. It is noticed, said, and

@@ -441,7 +441,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
                                  .series = (uint16_t)l->truth->series.number,
                                  .landing = (uint8_t)l->landing->number,
                                  .when = (uint8_t)when};
-    take_facts(l, predictor, &said, (float)zone.coming_mats, s->fact);
+    take_facts(l, predictor, &said, (float)zone.future_mats, s->fact);
 }
 
 static bool play_series(const char *folder, const struct foresight_row *row, uint32_t number,

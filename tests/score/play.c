@@ -189,7 +189,7 @@ static void rank_waves(const struct player *player, const struct score_landing *
                        const struct mr_predictor_zone *zone, const struct mr_closure_zone *closed,
                        struct score_outcome *outcome)
 {
-    const float by[SCORE_WAVE_RANKS] = {(float)zone->coming_mats, zone->compression_lb,
+    const float by[SCORE_WAVE_RANKS] = {(float)zone->future_mats, zone->compression_lb,
                                         player->predictor.deceleration_ft_s2,
                                         (float)landing->number, (float)closed->mats};
     if (isnan(outcome->advised_s) && zone->verdict != MR_PREDICTOR_QUIET &&
@@ -225,7 +225,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
     outcome->rank[SCORE_BY_HINDSIGHT] = fmaxf(outcome->rank[SCORE_BY_HINDSIGHT],
                                               player->predictor.deceleration_ft_s2);
     if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
-        float by[SCORE_RANKS] = {(float)zone.coming_mats, player->predictor.deceleration_ft_s2,
+        float by[SCORE_RANKS] = {(float)zone.future_mats, player->predictor.deceleration_ft_s2,
                                  (float)landing->number, (float)closed.mats};
         for (unsigned r = 0; r < SCORE_BY_HINDSIGHT; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);

@@ -93,7 +93,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
         if (said.basis & MR_RISK_STOPPED)
             continue;
         struct sample *s = &sample[samples++];
-        *s = (struct sample){.set = (uint8_t)said.set, .event = !isnan(l->event_s)};
+        *s = (struct sample){.set = (uint8_t)said.weight_set, .event = !isnan(l->event_s)};
         memcpy(s->input, said.input, sizeof s->input);
     }
 }
