@@ -168,7 +168,7 @@ void reference_campaign(FILE *out)
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs(
-        "A campaign is one SQLite file. A row with a bold name begins a table. The rows below it "
+        "A campaign is one SQLite file. Each bold name is a table of this file. The rows below it "
         "explain columns whose name is not enough. `sqlite3 campaign.db .schema` prints all "
         "columns with types, keys and constraints.\n\n"
         "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
