@@ -11,7 +11,7 @@
 
 /* ---- two series, sample by sample ---- */
 
-/* standard deviations that noise does not reach in some thousand samples */
+/* noise stays below this number of standard deviations in some thousand samples */
 #define FAR_FROM_NOISE 5.0
 
 double signal_normalized_error(double measured, double measured_error, double simulated,
@@ -30,7 +30,7 @@ static bool has_both(const struct signal *s, size_t i)
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
-/* Noise averages out over the samples. The rest of a sample's error counts as common to all
+/* The mean over samples reduces the noise. The rest of a sample's error is treated as common to all
  * samples. */
 static void find_differences(const struct signal *s, struct signal_figures *f)
 {
@@ -56,8 +56,8 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
     f->chi = sqrt(chi / n);
 }
 
-/* Mean of the samples around i that exist on both sides, so that both are smoothed alike. NaN:
- * none. */
+/* Mean of the samples around i that both series have, so that both are smoothed alike. NaN: there
+ * are none. */
 static double moving_mean(const struct signal *s, const double *values, size_t i)
 {
     size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
@@ -78,7 +78,8 @@ static double time_of(const struct signal *s, double i)
     return s->t0_s + i * s->dt_s;
 }
 
-/* Peak of the measured or the simulated side. `noise`: noise of a mean over the window. */
+/* Finds the peak of the measured or the simulated series. `noise`: noise of a mean over the
+ * window. */
 static struct signal_moment find_peak(const struct signal *s, const double *values,
                                       const double *errors, double noise)
 {
@@ -95,7 +96,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
         return peak;
     double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), FAR_FROM_NOISE * noise);
     for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
-        first++; /* ends at the peak at the latest */
+        first++; /* ends at the peak or before */
     peak.error = errors[at];
     peak.t_s = time_of(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
@@ -166,7 +167,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 
 /* ---- a landing ---- */
 
-/* used if the stop has no error: about the time between the last edges */
+/* error of the stop if it has none: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
 void compare_clock_init(const struct measured *measured, struct compare_clock *clock)
@@ -201,7 +202,7 @@ double compare_time_error(const struct compare_clock *clock, double t_s)
 }
 
 #define STEP_S     0.02
-#define REST_S     0.3 /* after the stop; the mats are at rest by then */
+#define REST_S     0.3 /* time after the stop at which the mats are at rest */
 #define MAT_FT     ((double)MR_MAT_LENGTH_FT)
 #define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
 
@@ -247,7 +248,7 @@ struct compare_overlap compare_find_overlap(const struct compare_zone *a,
     return overlap;
 }
 
-/* The board's newest zone and prediction at a time. */
+/* Returns the board's newest zone and prediction at a time. */
 static struct compare_zone board_zone(const struct measured *measured,
                                       const struct compare_board_reports *said, double t_s)
 {
@@ -268,8 +269,8 @@ static struct compare_zone board_zone(const struct measured *measured,
     return zone;
 }
 
-/* False where blocks were lost: survey openings without movement do not give the zone at that
- * time. */
+/* Returns false where blocks were lost: survey openings alone, without movements, do not give the
+ * zone at that time. */
 static bool has_movement(const struct measured *measured, size_t sample)
 {
     unsigned readings = 0;
@@ -329,8 +330,8 @@ static void extend_range(const struct zone_input *in, const char *what, double t
                                              &moment->zone[COMPARE_SIMULATED]);
 }
 
-/* Time of the longest zone while the gear moves: of the measured zone, else the board's, else
- * the simulated one. */
+/* Time of the longest zone while the gear moves: of the measured zone; without one, of the board's;
+ * without either, of the simulated zone. */
 static double longest_s(const struct zone_input *in, double stop_s,
                         enum compare_zone_source *source)
 {
@@ -378,7 +379,7 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
     return NULL;
 }
 
-/* Movement, or spread, of a row at a time: linear between samples, constant after the last one,
+/* Movement or spread of a row at a time: linear between samples, constant after the last sample,
  * NaN before the first. */
 static double interpolate(const struct store_simulation *row, const float *values, double t_s)
 {
@@ -472,7 +473,7 @@ static void find_figures(const struct measured *measured, const struct measured_
     out->arrival_en = signal_normalized_error(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
 }
 
-/* The most frequent reason for invalid readings. */
+/* Returns the most frequent reason for invalid readings. */
 static const char *most_frequent_reason(const struct measured *measured,
                                         const struct measured_channel *channel)
 {

@@ -1,5 +1,6 @@
-/* The numbers of a landing's comparison: two series, the zones of measurement, board and
- * simulation, the table of each transducer, and whether measured and simulated values agree. */
+/* The figures of a landing's comparison: differences of two series; the zones of measurement, board
+ * and simulation; the table of the transducers; and the agreement of measured and simulated
+ * values. */
 #ifndef MATRIG_HOST_COMPARE_FIGURES_H
 #define MATRIG_HOST_COMPARE_FIGURES_H
 
@@ -61,13 +62,13 @@ struct signal_figures {
 
 void signal_compare(const struct signal *signal, struct signal_figures *figures);
 
-/* En of two values. NaN: one of them is not known. INFINITY: they differ and have no error. */
+/* En of two values. NaN: a value is not known. INFINITY: the values differ and have no error. */
 double signal_normalized_error(double measured, double measured_error, double simulated,
                                double simulated_error);
 
 /* Error of the measured wheel's times: the error of its station (host/analyse/track.h) divided by
- * its speed, limited to the error of the stop time. It is the uncertainty, from the timing of edges
- * and the positions of switches, with which two movements can be aligned. Times are in seconds
+ * its speed, limited to the error of the stop time. It is the uncertainty with which two movements
+ * can be aligned, due to the timing of edges and the positions of switches. Times are in seconds
  * since touchdown. */
 #define COMPARE_CLOCK_POINTS 128
 struct compare_clock {
@@ -77,8 +78,8 @@ struct compare_clock {
 void compare_clock_init(const struct measured *measured, struct compare_clock *clock);
 double compare_time_error(const struct compare_clock *clock, double t_s);
 
-/* Zones of closed mats at the same moment: as measured (survey and transducers, common/closure.h),
- * as the board reported, and as simulated.
+/* Zones of closed mats at the same moment: measured (survey and transducers, common/closure.h),
+ * reported by the board, and simulated.
  *
  * A simulated segment of ten mats counts as closed if the sum of its joint openings is less than
  * MR_CLOSURE_OPEN_IN, the same criterion as for a measured segment. Both zones therefore begin and
@@ -97,7 +98,7 @@ struct compare_overlap {
     bool is_known;
     double common_mats, all_mats; /* length of the intersection and of the union */
     double share;                 /* common / all; 1 if neither has a zone */
-    double start_ft, end_ft;      /* measured minus the other; NaN if either has no zone */
+    double start_ft, end_ft;      /* measured zone minus the other zone; NaN if either is missing */
 };
 
 /* The zones at one moment. */
@@ -115,7 +116,7 @@ struct compare_zones {
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
-/* The moment at rest, or the other moment; NULL: not known. */
+/* Returns the moment at rest, or that of the longest zone; NULL: not known. */
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_find_overlap(const struct compare_zone *measured,
                                             const struct compare_zone *other);
@@ -143,9 +144,9 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
                         const struct compare_board_reports *said,
                         const struct compare_segments *segments, struct compare_zones *zones);
 
-/* The comparison of a landing as figures: the measurement, and a simulation with the measured
- * motion, either just run or the newest one stored in the campaign. `matrig compare` and the report
- * print this table.
+/* All figures of a landing's comparison. The measurement is compared with a simulation of the
+ * measured motion, either just computed or the newest one in the campaign. `matrig compare` and the
+ * report print this table.
  *
  * Errors are standard errors. Measured: noise, calibration and baseline (common/channels.h), and
  * alignment, which is the change of the simulated movement within the error of the wheel's time.
@@ -168,7 +169,7 @@ struct compare_channel {
 struct compare_figures {
     int64_t run;
     char against[120]; /* the model's file; empty: not stored */
-    /* Reason why the measured numbers are doubtful (measured_format_torn); "": they are not. */
+    /* reason to doubt the measured numbers (measured_format_torn); "": none */
     char torn[MEASURED_TORN_SIZE];
     const char *marks;       /* marks of the landing, from measured_marks */
     double run_ms, error_in; /* duration of the simulation, and its error estimate */
@@ -221,7 +222,7 @@ struct compare_agreement {
 };
 void compare_find_agreement(const struct compare_figures *figures,
                             struct compare_agreement *agreement);
-/* The agreement as one sentence without newline. */
+/* Writes the agreement as one sentence without newline. */
 #define COMPARE_SENTENCE_SIZE 400
 void compare_write_sentence(const struct compare_agreement *agreement, bool si,
                             char out[COMPARE_SENTENCE_SIZE]);

@@ -34,7 +34,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
                                struct error *error)
 {
     double stop_s = measured->summary.stop_t_s.value;
-    double last_s = stop_s - 0.001; /* the thrust ends at most 1 ms before the stop */
+    double last_s = stop_s - 0.001; /* the thrust ends 1 ms or less before the stop */
     if (!(last_s > 0.0 && last_s < PATH_MAX_S))
         return error_set(error, MR_TOO_FEW,
                          "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
@@ -53,16 +53,16 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
     return MR_OK;
 }
 
-/* Sets each joint of a surveyed segment to its share of the slack; other joints keep the scene's
- * gap. */
+/* Sets each joint of a surveyed segment to an equal share of the segment's slack. Other joints keep
+ * the scene's gap. */
 static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene)
 {
     size_t count = (size_t)scene->mats + 1;
     double *gap_ft = xcalloc(count, sizeof *gap_ft);
     for (size_t j = 0; j < count; j++) {
         double station_ft = (double)j * scene->length_ft;
-        /* A joint belongs to the segment that contains it or begins at it; half a mat avoids
-         * rounding errors. */
+        /* A joint belongs to the segment that contains it or begins at it. Half a mat is added to
+         * avoid rounding errors. */
         size_t segment =
             (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
         gap_ft[j] = sim_scene_joint(&scene->gap0_ft, (int)j + 1);
@@ -115,10 +115,10 @@ static enum mr_status compare_scale(const struct sim_scene *scene, const char *w
         (double)MR_MAT_LENGTH_FT, rig_ft);
 }
 
-#define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
+#define POINTS (SURVEY_POINTS - 1u) /* gage points except the one at the fixed edge */
 
-/* True: a campaign file, which has landings. For invalid JSON the scene loader reports the
- * error. */
+/* Returns true for a study file, which has landings. The scene loader reports the error of invalid
+ * JSON. */
 static bool is_campaign(const char *path)
 {
     json_error_t ignored;
@@ -191,8 +191,8 @@ static void draw_runways(struct compare_model *model)
     }
 }
 
-/* Changes openings to a given sum, as far as possible. A smaller sum scales all openings; a
- * larger one scales the remaining room up to `most_ft`. */
+/* Changes openings to a given sum, as far as possible. For a smaller sum, all openings are scaled;
+ * for a larger sum, their differences to `most_ft` are scaled. */
 static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
     double now_ft = 0.0, room_ft = 0.0;
@@ -327,8 +327,8 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
                                     struct compare_simulated *s, struct error *error)
 {
     double *gap_ft = model->gap_ft + seed * model->joints;
-    /* A second pass for the first seed gives the numerical error; the spread of the seeds is far
-     * larger. All seeds use one solver, so the error is valid for all. */
+    /* A second pass for the first seed gives the numerical error, which is far below the spread of
+     * the seeds. All seeds use the same solver, so the error applies to all. */
     bool chain = s->scene.model == SIM_CHAIN;
     struct sim_options options = {.solver = chain ? "staggered" : NULL,
                                   .sample_dt_s = COMPARE_SAMPLE_S,
@@ -504,7 +504,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     return error->status;
 }
 
-/* Fills in the results that campaign queries read without the samples. */
+/* Fills in the results that queries of a campaign read without the samples. */
 static void fill_rows(struct compare_landing *landing)
 {
     for (size_t i = 0; i < landing->rows; i++) {
@@ -582,7 +582,7 @@ void compare_landing_free(struct compare_landing *landing)
     memset(landing, 0, sizeof *landing);
 }
 
-/* RUNs of the series; the caller frees the list. */
+/* Lists the RUNs of the series. The caller frees the list. */
 static enum mr_status select_runs(struct store *store, const char *name, int64_t **runs,
                                   size_t *count, struct error *error)
 {

@@ -9,8 +9,8 @@
 #include "host/sim/sim.h"
 #include "host/survey/survey.h"
 
-/* The scene with which a landing is simulated: the landing's motion (path) and survey (gaps), and
- * all other properties from a given scene. */
+/* The scene with which a landing is simulated. Motion (path) and survey (gaps) are those of the
+ * landing, and all other properties those of a given scene. */
 
 /* landing weight of the model aircraft (report 2.3: 1220 to 1500) */
 #define COMPARE_AIRCRAFT_LB 1300.0
@@ -30,8 +30,8 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
  * Each runway of an ensemble has the openings and closing resistances that `matrig study` draws
  * from its seed. A survey scales the openings of each surveyed segment to the surveyed sum; no
  * opening exceeds the slack, even if the sum is larger. In a scene the joints of a segment share
- * the sum equally. From one landing of a series to the next, the openings stay as the simulation
- * left them unless there is a new survey. The state of modifications is not kept: each landing
+ * the sum equally. Each landing of a series begins with the openings at the end of the previous
+ * simulation, unless there is a new survey. The state of modifications is not kept: each landing
  * begins with their state in the file. Only the chain is simulated, not waves. Units are in the
  * names; stations are measured from the runway's upfield edge. */
 
@@ -45,14 +45,14 @@ struct compare_model {
     struct landing_series series;
     size_t seeds;
     size_t joints;
-    /* Per seed and joint: current state of the runway; NULL before the first landing. */
+    /* per seed and joint: present state of the runway; NULL before the first landing */
     double *gap_ft, *closing_lb;
     float survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool not_stored; /* comparisons are not stored with the landings; default: they are */
+    bool not_stored;              /* do not store comparisons with the landings */
 };
 
-/* Loads a model. `seeds` 0: as many as the file states. MR_USAGE: the scale is different. Other
- * statuses as sim_scene_load and series_load. */
+/* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.
+ * Other statuses are those of sim_scene_load and series_load. */
 enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
                                   struct error *error);
 void compare_model_free(struct compare_model *model);
@@ -63,7 +63,7 @@ struct compare_simulated {
     struct sim_scene scene;
     size_t stations, rows;
     double dt_s;
-    /* rows x stations. spread: standard deviation over the seeds, 0 for one seed. */
+    /* rows x stations; spread_in: standard deviation over the seeds, 0 for one seed */
     double *mean_in, *spread_in;
     size_t segment_rows;
     /* Remaining openings of each segment every COMPARE_SEGMENTS_S, mean over the seeds: rows x
@@ -71,7 +71,7 @@ struct compare_simulated {
     float *remaining_in;
     const char *solver;
     double solver_dt_s, run_ms; /* run_ms: for all seeds */
-    /* Error estimate of the solver for the first seed: largest over all mats and times. */
+    /* largest error estimate of the solver over all mats and times, for the first seed */
     double error_in;
     size_t seeds;
 };
@@ -95,14 +95,14 @@ struct compare_landing {
 };
 
 /* Simulates, compares and stores RUN as landing `index` (from 0) of the model's series. Earlier
- * comparisons are kept. MR_TOO_FEW, MR_TRUNCATED: nothing to compare with (no motion, no
+ * comparisons are kept. MR_TOO_FEW, MR_TRUNCATED: there is no data to compare (no motion, no
  * transducers); the model is unchanged. The caller frees `landing`, also after an error. */
 enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,
                                size_t index, struct compare_landing *landing, struct error *error);
 void compare_landing_free(struct compare_landing *landing);
 
-/* A series of landings compared with one model, in order: the results of each landing and of all
- * landings. */
+/* A series of landings compared with one model in order: the results of each landing, and of all
+ * landings together. */
 
 struct compare_series_landing {
     int64_t run;
@@ -129,7 +129,7 @@ struct compare_series {
         size_t landings;
         double samples, bias_in, rms_in;
     } channel
-        /* by transducer number: values over all landings, weighted by samples; landings 0: no
+        /* by transducer number: means over all landings, weighted by samples; landings 0: no
          * data */
         [MR_TRANSDUCERS];
     struct compare_pooled pooled;
@@ -138,10 +138,10 @@ struct compare_series {
 };
 
 /* Compares the landings of series `name` (NULL: of the campaign) that are not void, in order. A
- * landing that cannot be compared is listed with the reason (no motion, a simulation that fails);
- * later landings then lack its effect on the runway until the next survey. MR_TOO_FEW: no landing
- * could be compared. MR_UNKNOWN: there is no such series. `progress` may be NULL. The caller frees
- * `set`, also after an error. */
+ * landing that cannot be compared is listed with the reason (no motion, a failed simulation). Its
+ * effect on the runway is then missing in the later landings until the next survey. MR_TOO_FEW: no
+ * landing could be compared. MR_UNKNOWN: there is no such series. `progress` may be NULL. The
+ * caller frees `set`, also after an error. */
 enum mr_status compare_series_run(struct store *store, const char *name,
                                   struct compare_model *model,
                                   void (*progress)(void *ctx, size_t done, size_t of), void *ctx,

@@ -15,7 +15,7 @@ static enum mr_status refuse_limit(struct error *error, const char *file, const 
     return error_set(error, MR_MALFORMED, "%s: %s: \"%.80s\"; give %s", what, file, path, wanted);
 }
 
-/* The last part of a path. */
+/* Returns the last part of a path. */
 static const char *path_leaf(const char *path)
 {
     const char *dot = strrchr(path, '.');
@@ -131,7 +131,7 @@ static void judge_value(struct check *check, const char *path, const json_t *val
 static void check_values(struct check *check, const char *rest, const char *so_far,
                          const json_t *node);
 
-/* Walks into an element or key; `name` extends the path in messages. */
+/* Checks an element or key of a value. `name` extends the path in messages. */
 static void check_member(struct check *check, const char *rest, const char *so_far,
                          const char *name, const json_t *node)
 {
@@ -140,7 +140,7 @@ static void check_member(struct check *check, const char *rest, const char *so_f
     check_values(check, rest, path, node);
 }
 
-/* Number of the channel, else its position. */
+/* Writes the channel's number; without one, its position. */
 static void format_element_name(const json_t *element, size_t index, char *name, size_t size)
 {
     const json_t *number = json_object_get(element, "number");

@@ -11,10 +11,10 @@
  * with the unit of either answer (rms_in, rms_mm), and a limit may be a text with a unit.
  *
  * A limit is the maximum magnitude of a value, except for share and within, where it is the
- * minimum. A value that is null or absent fails its limit, with two exceptions: in a channel that
- * was not compared, which counts as missing, and where one side has no zone, which only the share
- * judges. The default limit of missing_channels is 0 if channels have limits. Keys that begin with
- * _ are comments. */
+ * minimum. A value that is null or absent fails its limit, with two exceptions: values of a channel
+ * that was not compared, which counts as missing; and values of an overlap in which one side has no
+ * zone, where only the share is checked. The default limit of missing_channels is 0 if channels
+ * have limits. Keys that begin with _ are comments. */
 #ifndef MATRIG_HOST_COMPARE_LIMITS_H
 #define MATRIG_HOST_COMPARE_LIMITS_H
 
@@ -34,7 +34,8 @@ struct compare_verdict {
     double worst;
 };
 
-/* Adds the limits of a file. MR_IO: it cannot be read. MR_MALFORMED: it is not a file of limits. */
+/* Adds the limits of a file. MR_IO: the file cannot be read. MR_MALFORMED: it is not a file of
+ * limits. */
 enum mr_status compare_limits_load(struct compare_limits *limits, const char *path,
                                    struct error *error);
 void compare_limits_add(struct compare_limits *limits, const char *path, double most);
@@ -42,7 +43,7 @@ bool compare_has_limits(const struct compare_limits *limits);
 void compare_limits_free(struct compare_limits *limits);
 
 /* Checks an answer in the report's units and in SI, and adds the failures to the verdict. `where`:
- * "RUN 5", for the text. */
+ * the place named in the text, such as "RUN 5". */
 void compare_limits_check(const struct compare_limits *limits, bool of_series, const json_t *answer,
                           const json_t *si, const char *where, struct compare_verdict *verdict);
 

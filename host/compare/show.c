@@ -8,7 +8,7 @@
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 
-/* The value of En or chi. */
+/* Adds a value of En or chi. */
 static void add_ratio(struct answer *answer, const char *name, const char *label, double value)
 {
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
@@ -247,7 +247,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
 
 /* ---- a series ---- */
 
-/* One printed line for a landing. */
+/* Adds one printed line for a landing. */
 static void add_landing(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
@@ -309,7 +309,7 @@ static void add_channels(const struct compare_series *set, struct answer *answer
     answer_close(answer);
 }
 
-/* Agreement of the landing that differs most. */
+/* Adds the agreement of the landing that differs most. */
 static void add_worst_agreement(const struct compare_series *set, struct answer *answer)
 {
     struct compare_agreement worst = {.en = (double)NAN}, one;
@@ -376,7 +376,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
-        } else { /* a landing without comparison fails */
+        } else { /* a landing that was not compared fails */
             *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
             snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
                      set->landing[i].run, set->landing[i].reason);

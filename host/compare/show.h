@@ -1,4 +1,4 @@
-/* The answer of a comparison (host/base/answer.h): text for people within 100 columns, and JSON. */
+/* The answer of a comparison (host/base/answer.h): text of at most 100 columns, and JSON. */
 #ifndef MATRIG_HOST_COMPARE_SHOW_H
 #define MATRIG_HOST_COMPARE_SHOW_H
 
@@ -9,7 +9,7 @@
 
 void compare_to_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer);
-/* Adds the main results, for people. */
+/* Adds the main results as text. */
 void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer);
 void compare_series_to_answer(const struct compare_series *set, struct answer *answer);

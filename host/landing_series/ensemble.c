@@ -15,8 +15,8 @@
 
 /* ---- draw ---- */
 
-/* step of the integration of the path, for mats as long as the rig's; it grows with the root of the
- * scale, */
+/* step of the integration of the path, for mats as long as the rig's; it is proportional to the
+ * root of the length, */
 #define NODE_S         1e-3
 #define NODE_FT        (2.0 / 7.0) /* so that a scaled series has the same steps */
 #define NODE_G_FT_S2   32.174
@@ -172,7 +172,7 @@ static struct side find_side(const struct flat_runway *r, size_t joint, int step
     return side;
 }
 
-/* Move the mats between the joints `low` and `high`. */
+/* Moves the mats between the joints `low` and `high`. */
 static void shift_mats(const struct flat_runway *r, size_t low, size_t high, double by_ft)
 {
     for (size_t mat = low + 1; mat <= high; mat++)
@@ -210,7 +210,7 @@ struct ensemble_work {
     void *ctx;
 };
 
-/* Take the next seed that no thread has started, because run times differ. */
+/* Each thread takes the next seed that is not started, because run times differ. */
 static void simulate_runs(void *context, size_t from, size_t every)
 {
     struct ensemble_work *work = context;
@@ -237,7 +237,7 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 #define IN_PER_FT   12.0
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
-#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* part of a mat's length: 0.001 in on the rig */
+#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* as a part of a mat's length: 0.001 in on the rig */
 
 /* A runway between landings. */
 struct runway {
@@ -284,7 +284,7 @@ static void copy_list(struct sim_list *list)
     *list = copy;
 }
 
-/* Set the modifications from the file before a landing; torn joints stay torn. */
+/* Sets the modifications from the file before a landing. Torn joints stay torn. */
 static void apply_mods(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
@@ -294,7 +294,7 @@ static void apply_mods(struct runway *r, const struct sim_scene *scene)
     struct sim_list *lists[MODS_LISTS];
     mods_collect_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
-        copy_list(lists[i]); /* copy every list, because the originals belong to the series */
+        copy_list(lists[i]); /* the originals belong to the series, so every list is copied */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
@@ -316,7 +316,7 @@ static void set_scene(const struct runway *r, const struct sim_scene *made, enum
     *scene = *made; /* the lists still belong to the series; copies replace them below */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
-    scene->mods = r->mods; /* shared, because it is only read */
+    scene->mods = r->mods; /* shared, as it is only read */
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
@@ -335,8 +335,8 @@ static void free_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
-/* `first`: outcome of the same landing in the first play, which this play repeats with another
- * step; NULL: this is the first play. */
+/* `first`: outcome of the same landing in the first simulation, which this one repeats with another
+ * step; NULL: this is the first simulation. */
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
                                  enum sim_model model, const struct draw_path *path,
                                  const struct series_outcome *first, struct series_outcome *out,
@@ -365,8 +365,8 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     return error->status;
 }
 
-/* Largest lift of a node by the compression of its joint, in weights of a mat. Above 1 a vee of two
- * mats rises: P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+/* Largest lift force on a node due to the compression P of its joint, in weights of a mat. Two mats
+ * rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
 static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
                          const double *push_lb)
 {
@@ -378,8 +378,8 @@ static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
     return most;
 }
 
-/* A wheel at one end of mats that a line of stiffeners connects tips them, and their joints rise
- * without compression. */
+/* Returns true if the scene has stiffeners that connect mats. A wheel at one end of such mats tips
+ * them, and their joints rise without compression. */
 static bool is_tipping(const struct sim_scene *scene)
 {
     return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
@@ -407,7 +407,7 @@ static void record_waves(const struct runway *r, const struct sim_scene *scene,
     }
 }
 
-/* Record the outcome of the planar engine. `folded`: a mat has turned upright. */
+/* Records the outcome of the planar engine. `folded`: a mat has turned upright. */
 static void record_planar(const struct runway *r, const struct sim_scene *scene,
                           const struct sim_result *result, bool folded, struct series_outcome *out)
 {
@@ -443,7 +443,7 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
         out->failure_ft[out->failures++] = out->buckle_ft;
 }
 
-/* A mat that is torn from both neighbours no longer belongs to the runway. */
+/* Returns true if a mat is torn from both neighbours; it then no longer belongs to the runway. */
 static bool is_loose(const struct sim_result *result, int mat)
 {
     const struct mods_state *s = result->mods;
@@ -483,8 +483,8 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
     }
 }
 
-/* Find the longest stretch in which any ten joints together are open by less than a third of their
- * opening as laid. Readings of gage points show such a zone. */
+/* Finds the longest stretch in which any ten consecutive joints together are open by less than a
+ * third of their opening as laid. Readings at gage points show such a zone. */
 static void record_zone(const struct runway *r, const struct sim_scene *scene,
                         struct series_outcome *out)
 {
@@ -513,7 +513,7 @@ static void record_zone(const struct runway *r, const struct sim_scene *scene,
     }
 }
 
-/* Count slack segments, which have no tension. */
+/* Counts the band segments without tension. */
 static void record_bands(const struct sim_scene *scene, const struct mods_state *state,
                          struct series_outcome *out)
 {
@@ -525,15 +525,15 @@ static void record_bands(const struct sim_scene *scene, const struct mods_state 
     }
 }
 
-/* Update the gaps after a movement. */
+/* Updates the gaps after a movement. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
     for (size_t j = 0; j < r->joints; j++)
         r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
-/* Press remaining waves flat, as if the aircraft was pushed back over them. Their extra length
- * closes the joints beside them. */
+/* Presses remaining waves flat, as the aircraft does when it is pushed back over them. Their excess
+ * length closes the neighbouring joints. */
 static void press_flat(struct runway *r, const struct sim_scene *scene)
 {
     const struct flat_runway flat = {
@@ -542,7 +542,7 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
     flat_runway_settle(&flat);
 }
 
-/* Update the runway and the outcome after a landing. */
+/* Updates the runway and the outcome after a landing. */
 static void settle_runway(struct runway *r, const struct sim_scene *scene,
                           const struct sim_result *moved, struct series_outcome *out)
 {

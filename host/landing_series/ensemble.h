@@ -9,27 +9,25 @@
 #include "host/landing_series/series.h"
 #include "host/sim/scene/result.h"
 
-/* Factor on the step of the first simulation when a runway is simulated again; not a whole
- * multiple. */
+/* step of the second simulation of a runway / step of the first one; not an integer */
 #define SERIES_CHECK_STEP_RATIO 1.37
 #define SERIES_CHECK_EVERY      6 /* one runway in this many is simulated again */
 
-/* Results of one landing. Movements and stations are those of this landing; total: since the runway
- * was laid. */
+/* Results of one landing. Movements and stations are those of this landing, except total_in, which
+ * is the movement since the runway was laid. */
 struct series_outcome {
-    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
+    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2 is the mean */
     bool planar_was_run;                /* the planar engine was run */
-    /* Largest lift of a joint by the chain's compression, divided by the weight of a mat. */
+    /* Largest lift force on a joint due to compression, divided by the weight of a mat. */
     double skip_ratio;
     double peak_in;
     double movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
     double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
     int zone_mats;
-    /* Longest stretch in which any ten joints have closed by two thirds. The wave of the last
-     * landing lies in it. */
+    /* Longest stretch in which any ten consecutive joints have closed by two thirds. */
     double zone_from_ft, zone_to_ft;
     double push_lb, pull_lb; /* largest in any joint */
-    /* Standard errors, from the step size, of values that are the largest over time; NaN: not
+    /* Standard errors due to the step size, of the values that are maxima over time; NaN: not
      * known. */
     double skip_error, push_error_lb, pull_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
@@ -41,16 +39,17 @@ struct series_outcome {
     double rise_in; /* rise of the highest wave */
     double crest_deg, sag_deg;
     bool unhinged, buckled;
-    /* Station at which the wheel first met the wave; if it stopped before, the station of the
+    /* Station at which the wheel first reached the wave; if it stopped before, the station of the
      * crest. */
     double buckle_ft;
     int overruns;
-    /* All stations at which the wheel met the wave, having left it in between. */
+    /* All stations at which the wheel reached the wave; between two of them it was off the wave. */
     double overrun_ft[SIM_OVERRUNS_MAX];
     /* Stretches of mats that rose by the buckle limit, separated by mats that did not; at least 1
      * if buckled. */
     int failures;
-    /* Stations in downfield order: where the wheel first met the stretch, otherwise its crest. */
+    /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
+     * crest. */
     double failure_ft[SERIES_FAILURES_MAX];
     /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if crest_ft
      * > 0. */
@@ -63,12 +62,11 @@ struct series_outcome {
 struct series_run {
     uint64_t seed;
     size_t landings;  /* number of simulated landings; a buckled runway has no further landings */
-    int buckled;      /* landing in which the runway buckled, from 1; 0: it did not */
+    int buckled;      /* landing in which the runway buckled, from 1; 0: it did not buckle */
     double buckle_ft; /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count */
     struct error error;              /* reason why this runway could not be simulated to its end */
-    /* Second simulation of the same landings, from the first one on, with other steps. NULL: this
-     * runway has none. */
+    /* Second simulation of the same landings with other steps; NULL: this runway has none. */
     struct series_outcome *check;
     size_t check_landings;
 };
@@ -89,8 +87,8 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
                          void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                          struct series_run *runs);
 
-/* Random draws: the values that a seed gives for a series' ranges, and the path of a landing.
- * Streams are independent: an additional landing or range does not change other draws. */
+/* Random draws: the values of a seed for the ranges of a series, and the path of a landing. Streams
+ * are independent, so an additional landing or range does not change other draws. */
 
 enum draw_stream { DRAW_GAPS, DRAW_CLOSING, DRAW_GROUND, DRAW_LANDING };
 
@@ -111,40 +109,39 @@ struct draw_path {
 
 /* Path of landing `index` (from 0) on the runway of a seed. The aircraft brakes from touchdown,
  * with an onset of onset_s and thrust W/axles a/g, or is towed to the runway's end. `path` is all
- * zero or from an earlier call. MR_USAGE: it does not stop within 600 s. */
+ * zero or the result of an earlier call. MR_USAGE: the aircraft does not stop within 600 s. */
 enum mr_status draw_landing(const struct landing_series *series,
                             const struct series_landing *landing, uint64_t seed, size_t index,
                             struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);
 
-/* Failures: the stations at which mats rose in one landing. Mats rise as a two-panel wave, which
- * the aircraft presses flat, or higher. */
+/* Failures: the stations at which mats rose in one landing. */
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
  * nodes that did not: the aircraft presses the mats between failures flat. `rise_ft` is as in
  * sim_result, for nodes 1..nodes, with [0] unused; the runway's ends are ignored. The station of a
- * failure is where the wheel first met it (`met_ft`, in order of time), otherwise its highest node.
- * Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order in
- * `failure_ft`. */
+ * failure is where the wheel first reached it (`met_ft`, in order of time); otherwise it is that of
+ * the highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order
+ * in `failure_ft`. */
 int find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                   const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
 
-/* Flattening of a wave that a landing left: it is pressed flat when the aircraft is pushed back
- * over it. */
+/* Flattening of a wave that remains after a landing: the aircraft presses it flat when it is pushed
+ * back. */
 
 struct flat_runway {
     size_t joints;  /* mats + 1; the first and the last are the runway's ends, which are fixed */
-    double *gap_ft; /* per joint; negative: its mats are too long by this amount to lie flat */
-    double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, updated by flatten */
+    double *gap_ft; /* per joint; negative: the mats are too long by this amount to lie flat */
+    double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, updated by flat_runway_settle */
     const double *closing_lb; /* per joint: closing resistance */
     double friction_force_lb; /* friction of a mat: coefficient times weight */
     double kl_lb_ft;          /* stiffness of a joint in compression */
 };
 
-/* Flattens the runway. Joints that are too short push the neighbouring mats outward, step by step,
- * toward the side with less resistance. Mats that touch move together until the next opening has
- * closed. Each joint stops at the compression that friction on both sides can hold. Openings are
- * only shifted: their sum does not change. */
+/* Flattens the runway. Joints with negative gaps push the neighbouring mats outward, step by step,
+ * towards the side with less resistance. Mats that touch move together until the next opening
+ * closes. Each joint keeps the compression that friction on both sides can hold. The sum of the
+ * openings does not change. */
 void flat_runway_settle(const struct flat_runway *runway);
 
 /* Summary: distributions of the results of an ensemble's runways. */
@@ -163,7 +160,7 @@ struct series_peak {
     double mean, mean_error, error; /* standard errors: of the mean, of one runway */
 };
 
-/* Results of the runways that had this landing. */
+/* Results of all runways on which this landing was simulated. */
 struct series_landing_summary {
     size_t runways;
     size_t buckled;
@@ -179,7 +176,7 @@ struct series_summary {
     size_t survived; /* number of runways that did not buckle */
     /* distributions over the runways that buckled */
     struct series_spread station_ft, buckle_landing;
-    /* distributions over the runways that buckled, in the landing before */
+    /* the same runways: distributions for the landing before the buckle */
     struct series_spread zone_before, peak_before_in;
     struct series_landing_summary *landing; /* array of landing_count */
 };
@@ -189,11 +186,11 @@ void series_summarise(struct series_summary *summary, const struct landing_serie
                       const struct series_run *runs);
 void series_summary_free(struct series_summary *summary);
 
-/* The answer of matrig study: an ensemble's results as text and tables, and in the JSON every
+/* The answer of matrig study: an ensemble's results as text and tables; the JSON also has every
  * landing of every runway. */
 
-/* Makes a new answer, which the caller owns. The JSON has the units of the keys' names, also with
- * `si`. */
+/* Makes a new answer, which the caller owns. The JSON values have the units in the keys' names,
+ * even with `si`. */
 struct answer *series_to_answer(const struct landing_series *series, const struct series_run *runs,
                                 const struct series_summary *summary, bool si);
 

@@ -15,8 +15,8 @@
 
 /* ---- keys ---- */
 
-/* Reader of keys. An error names the file, the object (`where`, "" at the top) and the key; after
- * the first error nothing more is read. An absent key leaves its value unchanged. */
+/* Reader of keys. An error names the file, the object (`where`, "" at the top level) and the key.
+ * After the first error nothing more is read. If a key is absent, its value is unchanged. */
 struct keys {
     const char *path;
     struct error *error;
@@ -34,8 +34,8 @@ static void refuse_key(const struct keys *keys, const char *where, const char *k
               where[0] ? "." : "", key, wanted);
 }
 
-/* Read a number in the unit at the end of the key's name. False: neither a number nor text with a
- * matching unit. */
+/* Reads a number in the unit with which the key's name ends. False: neither a number nor text with
+ * a matching unit. */
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
     struct quantity_error wrong;
@@ -71,7 +71,7 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
     return false;
 }
 
-/* "a number from 0 to 10 ft, or as text with ..." */
+/* Writes "a number from 0 to 10 ft, or as text with ...". */
 static void format_expected(const struct series_key *key, char out[300])
 {
     const char *unit = quantity_unit_of_name(key->name);
@@ -86,10 +86,12 @@ static void format_expected(const struct series_key *key, char out[300])
     else
         strcpy(out, "one of");
     for (unsigned i = 0; key->kind == SERIES_CHOICE && key->choices[i]; i++)
-        strcat(strcat(out, i > 0 ? ", " : " "), key->choices[i]); /* fits: the choices are short */
+        strcat(strcat(out, i > 0 ? ", " : " "),
+               key->choices[i]); /* the choices are short, so they fit */
 }
 
-/* Read an object with `count` known keys; `others` are read elsewhere, and comments are allowed. */
+/* Reads an object with `count` known keys. `others` are read elsewhere, and comments are
+ * allowed. */
 static void read_object(const struct keys *r, const char *where, const json_t *object,
                         const struct series_key *keys, size_t count, const char *const *others,
                         void *base)
@@ -235,7 +237,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     const json_t *list = json_object_get(root, "stations_ft");
     struct quantity_error wrong;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
-    if (!list) { /* eleven stations, every 10 ft of the rig's 120 ft */
+    if (!list) { /* default: eleven stations, every 10 ft of the rig's 120 ft */
         for (c->station_count = 0; c->station_count < 11; c->station_count++)
             c->stations_ft[c->station_count] = runway_ft * (double)(c->station_count + 1) / 12.0;
         return;
@@ -273,7 +275,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Apply the changes of a landing to the keys of the scene. */
+/* Applies the changes of a landing to the keys of the scene. */
 static bool apply_changes(const struct keys *r, const char *where, const json_t *landing,
                           json_t *now)
 {
@@ -284,7 +286,7 @@ static bool apply_changes(const struct keys *r, const char *where, const json_t 
     return apply;
 }
 
-/* Read the scene of the runway before a landing. */
+/* Reads the scene of the runway before a landing. */
 static void read_scene(const struct keys *r, const char *where, const json_t *now,
                        struct sim_scene *scene)
 {
@@ -318,7 +320,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Refuse keys that the engines set for each landing. */
+/* Refuses keys that the engines set for each landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
@@ -344,7 +346,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
     if (!json_is_array(list) || json_array_size(list) == 0)
         refuse_key(r, "", "landings", "a list of at least one landing");
-    /* the engines add heights and paths later; set enough here for a valid scene */
+    /* the engines add heights and paths later; these keys make the scene valid */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
     json_array_foreach(list, i, entry)
@@ -421,7 +423,7 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
     return NULL;
 }
 
-/* The object of a key, or of the file that the key names. The caller owns the reference. */
+/* Returns the object of a key, or of the file that the key names. The caller owns the reference. */
 static json_t *object_or_file(const char *file, const json_t *root, const char *key,
                               struct error *error)
 {

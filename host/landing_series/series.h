@@ -1,10 +1,10 @@
 /* A landing series: one runway, the landings on it, and an ensemble of runways drawn from seeds.
  * README.md describes the file.
  *
- * Quantities of the file have their units in their names; the keys of scenes are those of
+ * The names of quantities in the file end with their units. The keys of scenes are those of
  * host/sim/README.md (ft, lb, s, slug). Stations are in feet from the runway's upfield edge. Mats
  * are numbered 1..N, joints and nodes 1..N+1; in arrays by joint, [0] is joint 1. series_load
- * allocates, series_free releases. A loaded series is not modified: any number of threads may
+ * allocates and series_free releases. A loaded series is not modified, so several threads may
  * simulate its runways at the same time. */
 #ifndef MATRIG_HOST_LANDING_SERIES_SERIES_H
 #define MATRIG_HOST_LANDING_SERIES_SERIES_H
@@ -23,7 +23,7 @@
 #define SERIES_PROFILE_MAX  16
 #define SERIES_STATIONS_MAX 64
 #define SERIES_FAILURES_MAX 8
-/* defaults of a landing without these values */
+/* default values of a landing */
 #define SERIES_TOUCHDOWN_FT 3.0
 #define SERIES_SPEED_FT_S   28.0
 
@@ -45,14 +45,14 @@ struct series_landing {
     struct series_range speed_ft_s;
     /* Drawn for each landing; used if there is no profile. */
     struct series_range deceleration_ft_s2;
-    /* Linear between stations, constant beyond the ends. */
+    /* linear between stations, constant beyond the ends */
     struct series_knot profile[SERIES_PROFILE_MAX];
     size_t profile_count;
-    /* Above 0: not a landing, but a model towed with locked wheels at constant speed, with this
-     * thrust on the strip. */
+    /* above 0: instead of a landing, a model is towed with locked wheels at constant speed, with
+     * this thrust on the strip */
     double tow_lb;
-    /* The runway at this landing: the scene of the file with the modifications applied so far;
-     * model and path are not set. */
+    /* The runway at this landing: the scene of the file with all modifications up to this landing.
+     * Model and path are not set. */
     struct sim_scene scene;
     double repeats; /* number of identical landings */
     bool modified;  /* a modification was applied before this landing */
@@ -71,7 +71,7 @@ struct landing_series {
     double strength_lb_in; /* strength of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene represents */
     double unhinge_deg;    /* unhinging: a joint that turns by more than this angle comes apart */
-    bool press_flat;       /* waves that a landing leaves are pressed flat before the next one */
+    bool press_flat;       /* remaining waves are pressed flat before the next landing */
     double wave_in;        /* a rise above this height is a wave */
     double buckle_in;      /* a rise above this height is a buckle */
     /* Aircraft. */
@@ -79,7 +79,7 @@ struct landing_series {
     /* Engines. */
     /* 0: half the stability limit (chain), a quarter of it (planar engine) */
     double chain_dt_s, planar_dt_s;
-    /* Share of its weight that must be lifted at a joint before the planar engine is run. */
+    /* the planar engine is run if a joint is lifted by at least this share of a mat's weight */
     double skip_share;
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
@@ -87,7 +87,7 @@ struct landing_series {
     char observed[240];
     /* Source of the parameters: calibrated on this series, predicted, assumed. */
     char basis[400];
-    /* changes made after the outcome was known; such a row is not a prediction */
+    /* changes that were made after the outcome was known; such a row is not a prediction */
     char afterwards[240];
 };
 
@@ -102,34 +102,35 @@ struct series_key {
 };
 extern const struct series_key series_keys[];
 extern const size_t series_key_count;
-/* The value of a key as JSON: a number, [from, to] or a word. The caller owns it. */
+/* Returns the value of a key as JSON: a number, [from, to] or a word. The caller owns it. */
 json_t *series_key_json(const struct series_key *key, const struct landing_series *series);
 
 /* Reads a study file. MR_MALFORMED: `error` names the key. MR_IO, MR_TRUNCATED: as for scenes.
  * After an error there is nothing to free. */
 enum mr_status series_load(struct landing_series *series, const char *path, struct error *error);
-/* As series_load, from the JSON of a file. `where`: prefix of error messages; a scene given by name
- * is read from the folder of the file `where`. */
+/* Like series_load, from the JSON of a file. `where`: prefix of error messages. A scene given by
+ * name is read from the folder of the file `where`. */
 enum mr_status series_from_json(struct landing_series *series, const char *where,
                                 const json_t *root, struct error *error);
-/* As series_load, on the ground "weightless" or "elastic"; NULL: the ground in the file. */
+/* Like series_load, on the ground "weightless" or "elastic"; NULL: the ground in the file. */
 enum mr_status series_load_on_ground(struct landing_series *series, const char *path,
                                      const char *ground, struct error *error);
 void series_free(struct landing_series *series);
-/* Reads the object of a JSON file. `name` is relative to the folder of `file` (NULL: to the working
- * directory). `what`: its description in error messages. Returns a new reference; NULL: MR_IO,
- * MR_TRUNCATED, MR_MALFORMED. */
+/* Reads a JSON object from a file. `name` is relative to the folder of `file` (NULL: to the working
+ * directory). `what`: description of the file in error messages. Returns a new reference; NULL:
+ * MR_IO, MR_TRUNCATED or MR_MALFORMED. */
 json_t *series_json(const char *file, const char *name, const char *what, struct error *error);
 /* Makes the path of `name` relative to the folder of `file`. */
 void series_path_beside(const char *file, const char *name, char path[PATH_MAX]);
-/* The scene of a series that was read from `file`: the object in it, or the content of the file
- * that it names; on elastic ground, with the keys of that ground. The caller owns the reference.
- * NULL: absent, or `error` is set. */
+/* Returns the scene of a series that was read from `file`: the object in that file, or the content
+ * of the file that it names. On elastic ground it includes the keys of that ground. The caller owns
+ * the reference. NULL: there is no scene, or `error` is set. */
 json_t *series_scene_json(const char *file, const json_t *root, struct error *error);
-/* The scene keys that elastic ground adds; ownership and NULL as series_scene_json. */
+/* Returns the scene keys that elastic ground adds. Ownership and NULL are as for
+ * series_scene_json. */
 json_t *series_elastic_json(const char *file, const json_t *root, struct error *error);
 
-/* The ground of the first landing, as text of one line. */
+/* Describes the ground of the first landing in one line. */
 void series_ground_text(const struct landing_series *series, char *text, size_t size);
 
 #endif

@@ -15,10 +15,10 @@
 
 /* ---- errors ---- */
 
-/* The prior of a landing's error comes from the pairs of all landings, and weighs as much as this
- * number of its own pairs. */
+/* The prior of a landing's error is computed from the pairs of all landings. Its weight is that of
+ * this number of the landing's own pairs. */
 #define POOLED_WEIGHT      2
-#define MIN_ERROR_FRACTION 1e-3 /* least error, as a part of the value */
+#define MIN_ERROR_FRACTION 1e-3 /* least error / value */
 
 static const struct {
     size_t value, error; /* offsets in an outcome */
@@ -33,18 +33,20 @@ static double *outcome_field(const struct series_outcome *outcome, size_t offset
     return (double *)((char *)(uintptr_t)outcome + offset);
 }
 
-/* Sum of two independent errors. Not hypot, which differs between processors. */
+/* Sum of two independent errors. hypot is not used, because its result differs between
+ * processors. */
 static double quadrature_sum(double a, double b)
 {
     return sqrt(a * a + b * b);
 }
 
-/* Sums for one peak of one landing, over the runways that one engine (chain or planar) moved. */
+/* Sums for one peak of one landing, over the runways that one engine (chain or planar)
+ * simulated. */
 struct tally {
     size_t count, pairs;
     double sum, squares;
     double difference_sum,
-        difference_squares; /* sums of the pairs' differences and of their squares */
+        difference_squares; /* sum of the pairs' differences, and sum of their squares */
 };
 
 static struct tally make_tally(const struct landing_series *c, const struct series_run *runs,
@@ -114,7 +116,8 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
 {
     for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
         set_errors(series, runs, peaks[peak].value, peaks[peak].error);
-    /* a joint that was hit weakly in this run may be hit as hard as the most loaded joint */
+    /* a joint with a weak impact in this run may have an impact as strong as the most loaded
+     * joint */
     for (size_t i = 0; i < series->seeds; i++) {
         for (size_t k = 0; k < runs[i].landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
@@ -157,7 +160,7 @@ static const struct series_outcome *outcome_at(const struct gather *g, size_t ru
     return &g->runs[run].outcomes[g->landing];
 }
 
-/* Spread over the runways of the number at `offset` in the outcomes of a landing. */
+/* Distribution over the runways of the value at `offset` in the outcomes of a landing. */
 static struct series_spread spread_at(const struct gather *g, size_t offset)
 {
     size_t count = 0;
@@ -189,7 +192,7 @@ static struct series_peak peak_of(const struct gather *g, size_t peak)
     double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
     for (int by_planar = 0; by_planar < 2; by_planar++) {
         struct tally t = make_tally(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
-        p.mean += t.sum / count; /* NaN without runways */
+        p.mean += t.sum / count; /* NaN if there are no runways */
         apart += t.difference_sum;
         pairs += (double)t.pairs;
     }
@@ -287,8 +290,8 @@ static json_t *spreads_json(const struct series_spread *list, size_t count)
     return array;
 }
 
-/* Decimals that show two digits of half the interval, at most `most`: more digits of the median
- * would not be significant. */
+/* Number of decimals that show two digits of half the interval, at most `most`. More digits of the
+ * median would not be significant. */
 static int decimals_of(const struct series_spread *s, double factor, int most)
 {
     double half = factor * (s->high - s->low) / 2.0;
@@ -296,7 +299,7 @@ static int decimals_of(const struct series_spread *s, double factor, int most)
     return decimals < 0 ? 0 : decimals > most ? most : decimals;
 }
 
-/* Printed output shows the median and, in brackets, the 5th and 95th percentiles. */
+/* Adds the median. Printed output also shows the 5th and 95th percentiles in brackets. */
 static void add_spread(struct answer *answer, const char *name, const char *label,
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
@@ -314,7 +317,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
                  unit->factor * s->high);
 }
 
-/* Add a peak, only to the JSON; printed output has a table of its own. */
+/* Adds a peak to the JSON only; printed output has a separate table. */
 static void add_peak(struct answer *answer, const char *name, const char *mean, enum unit_kind kind,
                      const struct series_peak *p)
 {
@@ -478,11 +481,11 @@ static double zone_mats(const struct series_outcome *outcome)
     return outcome->zone_mats;
 }
 
-/* Single numbers, for tables and sweeps. */
+/* Adds single numbers, for tables and sweeps. */
 static void add_medians(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {
-    /* NaN without runways: becomes null */
+    /* NaN if there are no runways; null in the JSON */
     double share = (double)(s->runways - s->survived) / (double)s->runways;
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
     answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
@@ -519,7 +522,7 @@ static void add_reported(struct answer *answer, const char *label, const char *t
         answer_words(answer, NULL, label, "%s", text);
 }
 
-/* Add the outcome of the series and its uncertainty. */
+/* Adds the outcome of the series and its uncertainty. */
 static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
                                   const struct series_run *runs, const struct series_summary *s)
 {
@@ -547,7 +550,7 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     add_reported(answer, "added afterwards, so not a prediction", c->afterwards);
 }
 
-/* Add the results of each landing. */
+/* Adds the results of each landing. */
 static void series_answer_landings(struct answer *answer, const struct landing_series *c,
                                    const struct series_run *runs, const struct series_summary *s)
 {

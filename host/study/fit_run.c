@@ -45,7 +45,7 @@ static int find_key(const char *option, const char *name, size_t length)
     return 0;
 }
 
-/* "gap,f": fit these parameters; the others keep their priors' values. */
+/* "gap,f": fits these parameters; the others keep their priors' values. */
 static void set_fitted(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
@@ -57,7 +57,7 @@ static void set_fitted(const char *text, struct fit_landings *list)
     }
 }
 
-/* "=0.4mm:0.1mm", from the first `length` characters. */
+/* Reads "=0.4mm:0.1mm" from the first `length` characters. */
 static bool read_prior(const char *text, size_t length, const char *unit, double *value,
                        double *spread)
 {
@@ -75,7 +75,7 @@ static bool read_prior(const char *text, size_t length, const char *unit, double
          *spread <= 3.0 * *value;
 }
 
-/* "f=0.5:0.02,KL=2.9e5:3e4": value and standard error. */
+/* Reads values and standard errors: "f=0.5:0.02,KL=2.9e5:3e4". */
 static void set_priors(const char *text, struct fit_landings *list)
 {
     bool given[FIT_KEYS] = {false};
@@ -99,7 +99,7 @@ static void set_priors(const char *text, struct fit_landings *list)
     }
 }
 
-/* Add all landings of the campaign. Landings without a known motion are left out with a note. */
+/* Adds all landings of the campaign. Landings without a known motion are skipped with a note. */
 static void add_all_landings(struct store *store, const struct fit_request *request,
                              const struct cli *cli, struct fit_landings *list)
 {
@@ -129,7 +129,7 @@ static void add_all_landings(struct store *store, const struct fit_request *requ
         cli_note(cli, "landings left out: %zu; reason for the last: %s", left_out, last.text);
 }
 
-/* Add the named landings, each once: a landing that counts twice would get too small an error. */
+/* Adds the named landings, each once: counting a landing twice would make its error too small. */
 static void add_named_landings(struct store *store, const struct fit_request *request,
                                struct fit_landings *list)
 {
@@ -191,7 +191,7 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
     answer_json_value(answer, "runs", runs);
 }
 
-/* Each parameter in its own unit: estimate, 95 % interval, prior. */
+/* Adds each parameter in its own unit: estimate, 95 % interval, prior. */
 static void add_parameters(struct answer *answer, const struct fit_landings *list,
                            const struct fit_result *fit, const struct misfit *misfit)
 {
@@ -335,8 +335,8 @@ static json_t *list_json(const struct sim_list *list)
     return values;
 }
 
-/* Of NEAREST_DRAWS draws at the estimate, the number of the one whose statistics are nearest to the
- * measured ones. */
+/* Returns the number of the draw whose statistics are nearest to the measured ones, of
+ * NEAREST_DRAWS draws at the estimate. */
 static uint64_t find_nearest_draw(const struct fit_landings *list, const struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
@@ -386,9 +386,9 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     json_object_set_new(scene, "path", path_json(&list->landing[0], share));
 }
 
-/* Write the runway's scene with the fitted values, and the path and thrust of the first landing.
- * Its joints come from the draw that is nearest to the measurement. (With equal joints hardly
- * anything would move: a landing moves the weakest joints first.) */
+/* Writes the runway's scene with the fitted values, and the path and thrust of the first landing.
+ * Its joints are those of the draw that is nearest to the measurement. With equal joints there
+ * would be hardly any movement, because a landing moves the weakest joints first. */
 static enum mr_status fit_write_scene(const struct fit_landings *list,
                                       const struct fit_result *answer, const char *from,
                                       const char *path, struct error *error)
@@ -418,7 +418,7 @@ static double station_of(const struct fit_landing *landing, const struct fit_win
              : ((double)window->segment + 0.5) * (double)MR_SEGMENT_LENGTH_FT;
 }
 
-/* Plot the residual of each statistic over the station, in standard deviations. */
+/* Plots the residual of each statistic over the station, in standard deviations. */
 static enum mr_status fit_write_plot(const struct fit_landings *list,
                                      const struct fit_result *answer, const struct misfit *misfit,
                                      const char *path, struct error *error)

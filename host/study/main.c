@@ -25,11 +25,12 @@ static int (*find_run(const char *name))(int argc, char **argv, const struct cli
         if (strcmp(studies[i].command->name, name) == 0)
             return studies[i].run;
     }
-    /* this program's sim has all solvers */
+    /* sim is included because this program has all solvers */
     return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL;
 }
 
-/* Programs of different versions may read the same arguments differently. */
+/* Requires equal versions: programs of different versions may read the same arguments
+ * differently. */
 static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
 {
     if (strcmp(version, VERSION_TEXT) == 0)

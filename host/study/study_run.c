@@ -15,7 +15,7 @@ static void show_progress(void *ctx, size_t done, size_t of)
     progress_set(ctx, "%zu of %zu runways done", done, of);
 }
 
-#define PLOT_LINES_MAX 8 /* most landings drawn: all, or every n-th */
+#define PLOT_LINES_MAX 8 /* largest number of landings that are drawn: all, or every n-th */
 
 static void plot_movement(struct plot *plot, const struct landing_series *c,
                           const struct series_summary *s)
@@ -41,7 +41,7 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
     }
 }
 
-/* Plot the landing at which each runway buckles. Runways that buckle in the same landing get
+/* Plots the landing at which each runway buckles. Runways that buckle in the same landing get
  * different heights. */
 static void plot_buckles(struct plot *plot, const struct landing_series *c,
                          const struct series_run *runs)

@@ -25,8 +25,8 @@ static void check_options(const struct sweep_request *r)
     output_check(r->output, r->words[0], fatal);
 }
 
-/* "N..M" or "N", from 1. A last case beyond the end means the end, so that all tasks can have the
- * same size. */
+/* Reads "N..M" or "N", from 1. A last case beyond the end is replaced by the end, so that all tasks
+ * can have the same size. */
 static void read_cases(const char *text, size_t cases, size_t *first, size_t *end)
 {
     char *after;
@@ -46,7 +46,7 @@ static void read_cases(const char *text, size_t cases, size_t *first, size_t *en
     *end = high < cases ? (size_t)high : cases;
 }
 
-/* Print lines one by one, or collect them in one object with --json. */
+/* Prints a line at once, or with --json adds it to one object. */
 static void write_line(json_t *line, json_t *all, FILE *out)
 {
     if (all) {

@@ -15,7 +15,8 @@
 
 /* ---- jsonpath ---- */
 
-/* Next part of a path, up to a dot. False: the path ends, or the part is empty or too long. */
+/* Reads the next part of a path, up to a dot. False: the path ends, or the part is empty or too
+ * long. */
 static bool next_part(const char **path, char part[JSONPATH_MAX])
 {
     size_t length = strcspn(*path, ".");
@@ -111,7 +112,7 @@ static double design_round(double value)
     return strtod(text, NULL);
 }
 
-/* Whole numbers as JSON integers, others as reals. */
+/* Returns whole numbers as JSON integers, others as reals. */
 static json_t *design_json(double value)
 {
     return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
@@ -201,7 +202,7 @@ static void design_range_free(struct design_range *range)
     range->levels = NULL;
 }
 
-/* Number of levels: of the list, or `count`. */
+/* Number of levels: the length of the list, or `count`. */
 static size_t design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
@@ -226,8 +227,8 @@ json_t *design_level(const struct design_range *range, size_t i)
     return design_json(design_number(range, (double)i / (double)(range->count - 1)));
 }
 
-/* Value at the part u of the range, 0 to 1; for a list, the level at u. The caller owns the
- * reference. */
+/* Returns the value at the fraction u (0 to 1) of the range; for a list, the level at u. The caller
+ * owns the reference. */
 static json_t *design_value(const struct design_range *range, double u)
 {
     if (!range->levels)
@@ -237,9 +238,9 @@ static json_t *design_value(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-/* Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in random order.
- * They depend only on seed and name, so another key, or another order of the keys, does not
- * change them. */
+/* Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in random order. They
+ * depend only on seed and name, so an additional key or another order of the keys does not change
+ * them. */
 static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
@@ -269,8 +270,8 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 
 /* ---- base and keys ---- */
 
-/* Insert the scene and the elastic ground that a study names, and its optional parts, so that keys
- * inside them can be varied. */
+/* Inserts the scene and the elastic ground that a study names, and its optional parts, so that the
+ * keys in them can be varied. */
 static enum mr_status complete_study(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
@@ -291,7 +292,7 @@ static enum mr_status complete_study(struct sweep *sweep, const char *file, stru
     return MR_OK;
 }
 
-/* If the base is a file name, insert the file, so that the sweep is complete. */
+/* If the base is a file name, inserts the file, so that the sweep is complete. */
 static enum mr_status read_base(struct sweep *sweep, const char *path, struct error *error)
 {
     json_t *base = json_object_get(sweep->root, "base");
@@ -314,8 +315,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
     return sweep->is_study ? complete_study(sweep, file, error) : MR_OK;
 }
 
-/* Refuse a sweep with an unknown key of a scene, because every case would fail. Keys of a study are
- * paths; its first case shows whether they are valid. */
+/* Refuses an unknown key of a scene, because every case would fail. Keys of a study are paths; the
+ * first case shows whether they are valid. */
 static enum mr_status check_key(const struct sweep *sweep, const char *where, const char *key,
                                 struct error *error)
 {
@@ -370,7 +371,8 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
     return MR_OK;
 }
 
-/* Unit of a scene's key, or from the ending of the name: "aircraft.weight_lb". */
+/* Returns the unit of a scene's key; of another key, the unit with which its name ends
+ * ("aircraft.weight_lb"). */
 static const char *unit_of_axis(const struct sweep *sweep, const char *name)
 {
     const struct sim_key *key = !sweep->is_study ? sim_key_find(name) : NULL;
@@ -378,7 +380,7 @@ static const char *unit_of_axis(const struct sweep *sweep, const char *name)
     return quantity_kind_of(unit) ? unit : "";
 }
 
-/* Read an axis: a list of values, or an object with "values" (required for a list with "set") or a
+/* Reads an axis: a list of values, or an object with "values" (required for a list with "set") or a
  * range. */
 static enum mr_status read_axis(struct sweep *sweep, struct sweep_axis *axis, const char *path,
                                 const char *part, const char *name, const json_t *value,
@@ -450,7 +452,7 @@ static size_t count_keys(const json_t *keys)
     return count;
 }
 
-/* Read sampled keys, from the part `lhs` or `sobol`. */
+/* Reads the sampled keys from the part `lhs` or `sobol`. */
 static enum mr_status read_sampled(struct sweep *sweep, const char *path, const char *part,
                                    struct error *error)
 {
@@ -588,7 +590,8 @@ static enum mr_status check_names(const struct sweep *sweep, const char *path, s
 
 /* ---- input of a case ---- */
 
-/* Value of an axis in a case. Samples vary fastest, then the last key of the Cartesian part. */
+/* Returns the value of an axis in a case. Samples vary fastest, then the last key of the Cartesian
+ * part. */
 static json_t *axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];

@@ -21,9 +21,9 @@
 /* Returns a borrowed reference; NULL if there is no value. */
 json_t *jsonpath_get(const json_t *root, const char *path);
 
-/* Sets a copy of `value`. Shared parts of the object stay shared: only the parts along the path are
- * copied. If the last key does not exist yet, it is added to its object. Returns false if the path
- * does not exist. */
+/* Sets a copy of `value`. Only the parts along the path are copied; other shared parts of the
+ * object stay shared. If the last key does not exist yet, it is added to its object. Returns false
+ * if the path does not exist. */
 bool jsonpath_set(json_t *object, const char *path, json_t *value);
 
 /* Designs of a sweep: the levels of a Cartesian product and the samples of a Latin hypercube.
@@ -68,8 +68,8 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 struct sweep_axis {
     char name[SWEEP_NAME_MAX];
     struct design_range range;
-    /* Object: the keys of the base in which the value is set, with their factors. NULL: the value
-     * is set in the key `name`. Borrowed from the sweep's root. */
+    /* object whose keys are the base's keys that are set, and whose values are factors; NULL: the
+     * value is set in the key `name`. Borrowed from the sweep's root */
     json_t *set;
     double *u; /* samples of this axis, u[sample]; NULL in the Cartesian part */
 };
@@ -77,9 +77,10 @@ struct sweep_axis {
 /* A search for the smallest value of a key for which a field is beyond a level. */
 struct sweep_find {
     bool is_given;
-    struct sweep_axis key; /* the key with its range, searched from the low end; no levels */
-    const char *field;     /* path in the result */
-    bool below;            /* beyond means below the level; false: above it */
+    struct sweep_axis
+        key; /* the key and its range, which is searched from the low end; it has no levels */
+    const char *field; /* path in the result */
+    bool below;        /* "beyond" means below the level; false: above it */
     double level;
     /* Number of equal parts of the range, which are evaluated in ascending order until the field is
      * beyond. */
@@ -89,7 +90,7 @@ struct sweep_find {
 };
 
 struct sweep {
-    json_t *root;  /* the file with its base included: sufficient to be read again */
+    json_t *root;  /* the file including its base, so that it can be read again */
     json_t *base;  /* base of the sweep, borrowed from root */
     bool is_study; /* the base is a study; false: a scene */
     struct sweep_axis axis[SWEEP_AXES_MAX];
@@ -111,12 +112,12 @@ struct sweep {
 enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error);
 void sweep_free(struct sweep *sweep);
 
-/* The varied values of a case (from 0), in the order of the file, as a new object. */
+/* Returns the varied values of a case (from 0), in the order of the file, as a new object. */
 json_t *sweep_values(const struct sweep *sweep, size_t index);
-/* The scene (or study) of a case, as a new object. NULL: a value cannot be set at the path in
+/* Returns the scene or study of a case as a new object. NULL: a value cannot be set at the path in
  * `set`. */
 json_t *sweep_input(const struct sweep *sweep, size_t index);
-/* As sweep_input, with the searched key at a value; `input` is not changed. */
+/* Returns a copy of `input` in which the searched key has a value. */
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);
 /* Paths of the outputs, as an array of texts. */
 const json_t *sweep_outputs(const struct sweep *sweep);

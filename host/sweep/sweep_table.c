@@ -41,7 +41,7 @@ static json_t *simulate_scene(const json_t *input)
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
                            : refused_json(&error);
-    /* over all mats and times; `matrig sim` shows only the requested outputs */
+    /* over all mats and times, whereas `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
@@ -51,8 +51,8 @@ static json_t *simulate_scene(const json_t *input)
     return object;
 }
 
-/* Play a series on one core: the cases of a sweep already run in parallel. The seeds are those of
- * the series. */
+/* Simulates a series on one core, because the cases of a sweep already run in parallel. The seeds
+ * are those of the series. */
 static json_t *simulate_series(const struct landing_series *series, struct series_run *runs)
 {
     struct series_summary summary;
@@ -114,7 +114,7 @@ static json_t *missing_field_json(const struct sweep *sweep, const char *what, c
                                   sweep->is_study ? "study FILE" : "sim SCENE"));
 }
 
-/* Reduce a finished simulation to status, reason and result. If a field is missing, the case
+/* Reduces a finished simulation to status, reason and result. If a field is missing, the case
  * fails. */
 static json_t *output_values(const struct sweep *sweep, const json_t *result)
 {
@@ -147,7 +147,7 @@ struct search {
     int runs;
     json_t *failed; /* outcome of the failed run that ended the search */
     json_t *first;  /* result of the lowest value so far that is beyond the level */
-    /* the field at the lowest value that is beyond, and at the highest value that is not */
+    /* field at the lowest value that is beyond the level, and at the highest value that is not */
     json_t *first_field, *last_field;
 };
 
@@ -167,8 +167,8 @@ static void replace_json(json_t **where, json_t *value)
     json_decref(before);
 }
 
-/* True if the field is beyond its level at a value of the key. Also false if the run failed;
- * s->failed is then set. */
+/* Returns true if the field is beyond its level at a value of the key. If the run fails, sets
+ * s->failed and returns false. */
 static bool is_beyond(struct search *s, double value)
 {
     const struct sweep_find *find = &s->sweep->find;
@@ -202,14 +202,14 @@ static bool is_beyond(struct search *s, double value)
     return is;
 }
 
-/* Middle between two values, on the scale of the range. */
+/* Midpoint of two values on the scale of the range. */
 static double middle_value(const struct design_range *range, double low, double high)
 {
     return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
-/* Step upwards through the range until the field is beyond its level, then bisect. False: it is
- * never beyond, or a run failed. */
+/* Steps upwards through the range until the field is beyond its level, then bisects. False: the
+ * field is never beyond, or a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
     const struct sweep_find *find = &s->sweep->find;
@@ -379,12 +379,12 @@ static size_t draw_index(uint64_t *state, size_t count)
     return (size_t)((double)(*state >> 11) * 0x1p-53 * (double)count);
 }
 
-/* First-order and total index. */
+/* First-order index and total index. */
 struct pair {
     double first, total;
 };
 
-/* Indices from the points `row`; NaN if nothing varies. */
+/* Computes the indices from the points `row`; NaN if the values do not vary. */
 static struct pair pair_of(const double *values, size_t points, size_t key, const size_t *row,
                            size_t count)
 {
@@ -436,7 +436,7 @@ static void estimate_indices(const double *values, size_t points, size_t key, co
     set_interval(&result->total, drawn + BOOTSTRAP_DRAWS, good);
 }
 
-/* List the points with all values; returns how many. */
+/* Lists the points that have all values. Returns their number. */
 static size_t select_complete(const double *values, size_t points, size_t keys, size_t *row)
 {
     size_t count = 0;
@@ -464,13 +464,14 @@ bool sweep_indices(const double *values, size_t points, size_t keys,
     return good;
 }
 
-/* Threshold: the upper end of the bracket; JSON null or NULL: none. */
+/* Returns the threshold, which is the upper end of the bracket. JSON null or NULL: there is
+ * none. */
 static const json_t *threshold_of(const json_t *line)
 {
     return json_object_get(json_object_get(line, "find"), "high");
 }
 
-/* A number of a result: true is 1, false 0; NaN: none. `field` NULL: the threshold. */
+/* Returns a result as a number (true is 1, false is 0; NaN: none). `field` NULL: the threshold. */
 static double number_of(const json_t *line, const char *field)
 {
     const json_t *value = field ? json_object_get(json_object_get(line, "result"), field)
@@ -489,7 +490,7 @@ static void add_index(struct answer *answer, const char *name, const char *label
     answer_json_value(answer, name, json_pack("[f,f,f]", index->value, index->low, index->high));
 }
 
-/* Values of the stepped keys at one of their combinations. */
+/* Returns the values of the stepped keys in one combination. */
 static json_t *place_json(const struct sweep *sweep, size_t place)
 {
     json_t *values = sweep_values(sweep, place * sweep->samples);
@@ -500,7 +501,8 @@ static json_t *place_json(const struct sweep *sweep, size_t place)
     return values;
 }
 
-/* Indices of one field at one combination of the stepped keys: one row per sampled key. */
+/* Adds the indices of one field for one combination of the stepped keys, one row per sampled
+ * key. */
 static void add_indices(struct answer *answer, const struct sweep_table *table, const char *field,
                         size_t place)
 {
@@ -586,7 +588,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
     answer_close(answer);
 }
 
-/* Text of a value for a cell; the caller frees the text. */
+/* Returns the text of a value for a cell. The caller frees it. */
 static char *cell_text(const json_t *value)
 {
     if (json_is_string(value))
@@ -596,7 +598,7 @@ static char *cell_text(const json_t *value)
              : json_dumps(value, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
 }
 
-/* Call `cell` for each column of a case, with heading and value. */
+/* Called for each column of a case, with heading and value. */
 typedef void sweep_cell(void *ctx, const char *head, const json_t *value);
 
 static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell *cell, void *ctx)

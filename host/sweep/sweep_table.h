@@ -39,7 +39,7 @@ enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *s
                                 const char *const *paths, struct error *error);
 void sweep_table_free(struct sweep_table *table);
 
-/* Counts, failures by reason, indices and, with `rows`, all cases. */
+/* Returns counts, failures by reason, indices and, with `rows`, all cases. */
 struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows);
 /* Writes the cases as CSV: number, values, status, threshold, results. */
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out);
@@ -60,7 +60,7 @@ struct sweep_influence {
 };
 
 /* `values` is in blocks, as in design_radial: A, B, AB1 ..; NaN: no value. A point with a missing
- * value is left out. Writes `keys` results to `influence`, and the number of used points to *used.
+ * value is not used. Writes `keys` results to `influence`, and the number of used points to *used.
  * Returns false if there are fewer than 8 points, or no variance. */
 bool sweep_indices(const double *values, size_t points, size_t keys,
                    struct sweep_influence *influence, size_t *used);

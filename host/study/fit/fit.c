@@ -32,7 +32,7 @@ struct sampling {
     atomic_size_t done;
 };
 
-/* Compute z from w. */
+/* Computes z from w. */
 static void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
 {
     for (size_t i = 0; i < place->parameters; i++) {
@@ -42,7 +42,7 @@ static void ensemble_at(const struct ensemble_place *place, const double *w, dou
     }
 }
 
-/* Number of a draw: different for every seed, round and place in the ensemble. */
+/* Number of a draw; it is different for every seed, round and index in the ensemble. */
 static uint64_t draw_number(const struct sampling *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
@@ -89,8 +89,8 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
     return matrix;
 }
 
-/* Sobol points, shifted by a random vector per round and taken modulo 1: even, and different in
- * every round. */
+/* Draws Sobol points, shifted by a random vector per round and taken modulo 1. They are evenly
+ * distributed and different in every round. */
 static void draw_evenly(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
@@ -108,7 +108,7 @@ static void draw_evenly(const struct sampling *work)
     gsl_qrng_free(sequence);
 }
 
-/* Remove draws that failed or are not finite. */
+/* Removes draws that failed or are not finite. */
 static void remove_failed(struct ensemble *ensemble, const bool *good)
 {
     size_t kept = 0, q = ensemble->parameters, p = ensemble->statistics;
@@ -216,7 +216,7 @@ void surface_evaluate(const struct surface *surface, const double *w, double *st
     }
 }
 
-/* Variance of the prediction of surface_evaluate, over the variance of a data set. */
+/* Variance of the prediction of surface_evaluate divided by the variance of a data set. */
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
@@ -228,8 +228,8 @@ static double surface_leverage(const struct surface *surface, const double *w)
     return sum;
 }
 
-/* spread = (X'X)^-1, from the Cholesky factor of X'X. False: the design leaves a term
- * undetermined. */
+/* Computes spread = (X'X)^-1 from the Cholesky factor of X'X. False: the design does not determine
+ * a term. */
 static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
 {
     gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0, design, 0.0, spread);
@@ -373,7 +373,7 @@ bool solve_cholesky(size_t n, square matrix, square factor)
     return true;
 }
 
-/* Invert a lower triangular matrix. */
+/* Inverts a lower triangular matrix. */
 static void invert_lower(size_t n, square lower, square inverse)
 {
     memset(inverse, 0, sizeof(square));
@@ -405,9 +405,9 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
     return true;
 }
 
-/* Value and slopes of the surface at w. Outside the simulated range the surface continues as a
- * straight line from the nearest place inside. Slopes by the parameters that are inside still vary
- * along this line; being linear in w, they equal the slopes at w. */
+/* Computes value and slopes of the surface at w. Outside the simulated range the surface is
+ * continued linearly from the nearest point inside. Along this line, the slopes with respect to the
+ * parameters that are inside the range still vary linearly with w; they are evaluated at w. */
 static void expected_score(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
@@ -485,7 +485,7 @@ double solve_least_squares(const struct solve *solve, double *w)
         status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
                                              &info, work);
     double squares = 0.0;
-    /* GSL_ENOPROG: no further progress at machine precision, so the minimum is reached. */
+    /* GSL_ENOPROG: no further progress at machine precision; the minimum is reached. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
         const gsl_vector *least = gsl_multifit_nlinear_position(work),
                          *f = gsl_multifit_nlinear_residual(work);
@@ -524,7 +524,7 @@ void solve_information(const struct solve *solve, const double *w, square inform
     }
 }
 
-/* covariance = (information + priors)^-1. */
+/* Computes covariance = (information + priors)^-1. */
 static void solve_covariance(size_t parameters, square information, square covariance)
 {
     square sum, lower, inverse;
@@ -547,9 +547,9 @@ static void solve_covariance(size_t parameters, square information, square covar
 /* ---- fit ---- */
 
 #define DRAWS          300u
-#define REPLICAS       99u /* with the measured data set: rank among 100 */
+#define REPLICAS       99u /* with the measured data set they are 100 */
 #define DESIGN_WIDTH   1.3 /* spread of the next design, in standard errors of the estimate */
-/* the search ends when the estimate is this near to the middle of its design (in w) */
+/* the search ends when the estimate is within this distance (in w) of the middle of its design */
 #define CONVERGED_STEP 1.2
 #define REFITS         640u /* approximate number of bootstrap refits */
 #define W_MAX          (1.2 * ENSEMBLE_REACH)
@@ -566,7 +566,7 @@ struct fitting {
     struct fit_result *answer;
 };
 
-/* Set `metric` and `scale`. A statistic that never changes gets an infinite scale, so it has no
+/* Sets `metric` and `scale`. A statistic that never changes gets an infinite scale, and so no
  * weight. */
 static enum mr_status set_metric(struct fitting *fitting, struct surface *surface,
                                  struct error *error)
@@ -593,7 +593,7 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
     return MR_OK;
 }
 
-/* Set the weights of the scores: the slopes of the statistics, multiplied by the inverse of the
+/* Sets the weights of the scores: the slopes of the statistics, multiplied by the inverse of the
  * metric. */
 static void set_weight(struct fitting *fitting, const struct surface *surface)
 {
@@ -619,7 +619,8 @@ static void set_score(const struct fitting *fitting, const double *statistic, do
     }
 }
 
-/* Set the next design: centred at w, with the width of the estimate's uncertainty. */
+/* Sets the next design. It is centred at w, and its width is proportional to the estimate's
+ * uncertainty. */
 static void move_place(struct fitting *fitting, const double *w,
                        double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
@@ -637,7 +638,7 @@ static void move_place(struct fitting *fitting, const double *w,
     fitting->place = next;
 }
 
-/* Estimate w from the scores of one ensemble. The caller frees solve->surface. */
+/* Estimates w from the scores of one ensemble. The caller frees solve->surface. */
 static enum mr_status estimate(struct fitting *fitting, const struct ensemble *ensemble,
                                struct surface *scores, struct solve *solve, double *w,
                                struct error *error)
@@ -696,8 +697,8 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
 }
 
 /* One round of the search for the place: estimate, new scores, new design. Scores that are chosen
- * and used with the same ensemble look better than they are, increasingly with more statistics. So
- * only the first round does that, because it has no earlier scores. */
+ * and used with the same ensemble seem better than they are, the more so with more statistics. Only
+ * the first round uses its own scores, because there are no earlier ones. */
 static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
@@ -720,7 +721,7 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
     return error->status;
 }
 
-/* Bootstrap: repeat the fit with each departure of the ensemble in place of the measured one, and
+/* Bootstrap: repeats the fit with each departure of the ensemble instead of the measured one, and
  * with drawn priors. Writes rows of parameters, refitted minus true, and returns their number. */
 static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w,
                     double *error_z)
@@ -781,7 +782,7 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     return error->status;
 }
 
-/* Set the expected value of each statistic at the estimate, and its scatter. */
+/* Sets the expected value of each statistic at the estimate, and its scatter. */
 static void set_expected(const struct surface *surface, const double *w, struct fit_result *answer)
 {
     surface_evaluate(surface, w, answer->expected, NULL);
@@ -789,7 +790,7 @@ static void set_expected(const struct surface *surface, const double *w, struct 
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
-/* Residual of a data set after its fit. False: the fit does not converge. */
+/* Fits a data set and computes its residual. False: the fit does not converge. */
 static bool leave_one_out(const struct fitting *fitting, const struct solve *fitted,
                           const struct surface *all, const double *statistic, double *residual)
 {
@@ -808,11 +809,12 @@ static bool leave_one_out(const struct fitting *fitting, const struct solve *fit
     return true;
 }
 
-/* Make replicas: parameters from the posterior (normal in z, from the estimate and its covariance),
- * everything else drawn anew as in any ensemble. Each replica is then fitted like the measured data
- * set, so a fit removes the same part from both. If the model is right, the measured data set is
- * one more replica, and its rank is uniform for any function of the rows. If the posterior reaches
- * values where simulations fail, there are no replicas; this is not an error. */
+/* Makes replicas. Their parameters are drawn from the posterior (normal in z, with the estimate and
+ * its covariance), and everything else is drawn as in any ensemble. Each replica is then fitted
+ * like the measured data set, so both lose the same part to the fit. If the model is right, the
+ * measured data set is equivalent to a replica, and its rank is uniform for any function of the
+ * rows. If the posterior includes values at which simulations fail, there are no replicas; this is
+ * not an error. */
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {
@@ -838,7 +840,7 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
     ensemble_free(&ensemble);
 }
 
-/* Conclude with the last ensemble, whose scores come from earlier ensembles. */
+/* Computes the results from the last ensemble. Its scores were chosen with earlier ensembles. */
 static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
 {
     struct fit_result *answer = fitting->answer;

@@ -2,11 +2,11 @@
  * data.
  *
  * The gaps and closing resistances of single joints are not known. Two landings with equal
- * parameters therefore differ, by far more than the instruments' noise. A set of parameters does
- * not predict a series but a distribution of series, and samples 1 ms apart are not independent.
- * Therefore everything here is based on an ensemble of simulated data sets, each with random
- * joints, noise and calibration errors, from which the same statistics are computed as from the
- * measured data set.
+ * parameters therefore differ by far more than the instruments' noise. A set of parameters predicts
+ * a distribution of series, not one series, and samples 1 ms apart are not independent. The fit is
+ * therefore based on an ensemble of simulated data sets, each with random joints, noise and
+ * calibration errors. The same statistics are computed from each of them and from the measured data
+ * set.
  *
  * README.md describes the method step by step.
  *
@@ -29,10 +29,10 @@
 #define FIT_ROUNDS_MAX     8u
 #define FIT_BATCH          8u
 
-/* The model to be fitted. simulate() writes the statistics of 1 to FIT_BATCH data sets, as rows of
- * z and of statistics, and which of them are valid. All random values of a data set depend only on
- * its `draw`, so that equal calls give equal answers. It is called from several threads; the
- * grouping of data sets into calls does not depend on the number of threads. */
+/* The model to be fitted. simulate() writes rows of statistics for 1 to FIT_BATCH rows of z, and
+ * flags the valid ones. All random values of a data set depend only on its `draw`, so equal calls
+ * give equal results. It is called from several threads; the grouping of data sets into calls does
+ * not depend on the number of threads. */
 struct fit_model {
     size_t parameters, statistics;
     void (*simulate)(const void *context, size_t count, const double *z, const uint64_t *draw,
@@ -54,9 +54,9 @@ struct fit_result {
     size_t parameters, statistics;
     double z[FIT_PARAMETERS_MAX];
     double low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX]; /* 95 % interval of each parameter */
-    /* Of the estimate, by the bootstrap. */
+    /* bias of the estimate, from the bootstrap */
     double bias[FIT_PARAMETERS_MAX];
-    /* Of the estimate, priors included. */
+    /* covariance of the estimate, priors included */
     double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     /* information of the data, without priors */
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
@@ -96,11 +96,11 @@ struct ensemble {
     double *w;         /* draws rows of parameters */
     double *statistic; /* draws rows of statistics */
     uint64_t *draw;    /* number of each draw; the same number gives the same joints */
-    size_t failed;     /* number of draws that failed and are left out of the rows */
+    size_t failed;     /* number of draws that failed and have no rows */
 };
 
-/* Makes an ensemble. `round`: makes its draws different from those of other rounds. MR_NUMERICS:
- * more than a tenth failed. Release with ensemble_free, also after an error. */
+/* Makes an ensemble. Its draws differ from those of any other `round`. MR_NUMERICS: more than a
+ * tenth of the draws failed. Release with ensemble_free, also after an error. */
 enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
                                  const struct fit_options *options, unsigned round,
                                  struct ensemble *ensemble, struct error *error);
@@ -133,9 +133,10 @@ void surface_free(struct surface *surface);
 void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
                       double *slope);
 
-/* Shrinks a covariance estimated from n data sets toward its diagonal, as far as its correlations
- * are due to scatter (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, on standardised data;
- * Schaefer and Strimmer, 2005, for this target). Returns the weight of the diagonal. */
+/* Shrinks a covariance estimated from n data sets towards its diagonal, to the degree to which its
+ * correlations are due to scatter (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, on
+ * standardised data; Schaefer and Strimmer, 2005, for this target). Returns the weight of the
+ * diagonal. */
 double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance);
 
 /* Copies an ensemble, with the statistics of each data set replaced by linear combinations: the
@@ -147,7 +148,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
  * values. Nonlinear least squares by GSL's multifit_nlinear (Levenberg-Marquardt, analytic
  * derivatives). */
 
-/* Limit of w beyond which the surface is continued linearly, because a polynomial is not valid
+/* Limit of w beyond which the surface is continued linearly, because the polynomial is not valid
  * where nothing was simulated. */
 #define SOLVE_LINEAR_BEYOND (1.3 * ENSEMBLE_REACH)
 
@@ -165,8 +166,8 @@ struct solve {
  * covariance is singular. */
 bool solve_begin(struct solve *solve, const struct surface *surface,
                  const struct ensemble_place *place);
-/* Minimises, from w (start) to w (minimum). Returns the minimum of the sum of squares; NaN: no
- * convergence. */
+/* Minimises the sum of squares. `w` is the start and receives the minimum. Returns the minimum sum
+ * of squares; NaN: no convergence. */
 double solve_least_squares(const struct solve *solve, double *w);
 /* residual: 2 q values; slope: 2 q rows of q, as passed to multifit_nlinear. For tests. */
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope);

@@ -21,9 +21,8 @@
 
 /* ---- chains in parallel ---- */
 
-#define SETTLE_S 1e-3
-#define STEP_MARGIN \
-    0.98 /* step used / longest step allowed; below 1: the chain checks it in float */
+#define SETTLE_S    1e-3
+#define STEP_MARGIN 0.98 /* step used / longest step; below 1: the chain checks it in float */
 
 bool parallel_can_run(const struct sim_scene *scene)
 {
@@ -40,7 +39,7 @@ bool parallel_can_run(const struct sim_scene *scene)
            isfinite(sim_scene_end_s(scene));
 }
 
-/* Number of rows of samples, one every dt_s from 0 on. */
+/* Number of sample rows, one every dt_s from 0 on. */
 static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
 {
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
@@ -99,7 +98,7 @@ static bool start_chains(struct simulation *p)
     return p->chains != NULL;
 }
 
-/* Thrust of the path in a step, and the mat that carries most of it. */
+/* Returns the thrust of the path in a step, and sets *mat to the mat that carries most of it. */
 static double advance_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
@@ -145,14 +144,14 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
             }
             away |= chains_settle(p->chains);
             over = sim_wheel_is_over(&p->wheel, SETTLE_S * (double)(block + 1)) &&
-                   chains_mats_awake(p->chains) == 0; /* nothing will move again */
+                   chains_mats_awake(p->chains) == 0; /* nothing moves any more */
         }
         record_sample(p, row);
     }
     return away;
 }
 
-/* Run the lanes in parallel. sample_dt_s: whole milliseconds. False: invalid parameter. */
+/* Simulates all lanes in parallel. sample_dt_s: whole milliseconds. False: invalid parameter. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct parallel_lane lane[CHAINS_LANES])
 {
@@ -180,10 +179,10 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
 #define HALVINGS        40
-#define PAIRS_PER_JOINT 6 /* enough draws to lose all but 0.5 % of the start's influence */
+#define PAIRS_PER_JOINT 6 /* with this many draws, 0.5 % of the initial values' influence remains */
 
-/* Gaps are uniform up to twice this value, and limited to the slack. Returns the value for a given
- * mean: with slack s and 2 m > s the mean is s - s^2/(4 m). INFINITY: all joints are hooked. */
+/* Gaps are uniform from 0 to 2 m, and limited to the slack s. Returns m for a given mean gap: if 2
+ * m > s, the mean is s - s^2/(4 m). INFINITY: all joints are hooked. */
 static double half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
@@ -198,8 +197,8 @@ static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
     return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
 }
 
-/* Scale gaps to a sum, each limited to the slack; bisection finds the factor. If all are closed, or
- * if the sum is larger than the slack of all, all gaps become equal. */
+/* Scales gaps to a sum, each limited to the slack; the factor is found by bisection. If all gaps
+ * are closed, or if the sum exceeds the total slack, all gaps become equal. */
 static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack_ft)
 {
     double most_ft = slack_ft > 0.0 ? slack_ft : (double)INFINITY, low = 0.0, high = 1.0, sum = 0.0;
@@ -228,9 +227,10 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
 }
 
-/* Redraw two gaps with the same sum. Each is uniform over 0 to `most_ft`, limited to the slack.
- * Either both are below the slack, evenly over the values that the sum allows, or one is hooked at
- * the slack. The weight of a hooked gap is 1 - slack/most, and 1/most for each other value. */
+/* Redraws two gaps with the same sum. Each is uniform from 0 to `most_ft`, limited to the slack.
+ * Either both are below the slack, uniformly over the values that the sum allows, or one is hooked
+ * at the slack. The weight of a hooked gap is 1 - slack/most, and the density of any other value is
+ * 1/most. */
 static void redraw_pair(gsl_rng *random, double *one, double *other, double most_ft,
                         double slack_ft)
 {
@@ -244,9 +244,9 @@ static void redraw_pair(gsl_rng *random, double *one, double *other, double most
     *other = sum - *one;
 }
 
-/* Gibbs' sampler over pairs: draw the gaps of a segment, which are uniform, with a given sum. The
+/* Gibbs sampler over pairs: draws the gaps of a segment, which are uniform, with a given sum. The
  * sum can be too large for `mean_ft`, because the rest of the runway may have been pushed together.
- * Gaps then go up to twice the segment's own mean. */
+ * The upper limit of the gaps is then twice the segment's own mean. */
 static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
                           double slack_ft)
 {
@@ -262,7 +262,8 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
     }
 }
 
-/* Joints of a segment, from 0: those inside it or at its beginning (as in host/compare/). */
+/* Returns the number of joints of a segment, and sets *first (from 0). Joints inside the segment or
+ * at its beginning belong to it, as in host/compare/. */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -292,8 +293,8 @@ struct drawing {
     bool good;
 };
 
-/* Factor from the sums of a survey to the true sums: one gauge reads all surveys, so all have the
- * same factor. 1 without a survey. */
+/* True sum / surveyed sum. One gauge is used for all surveys, so all have the same factor. 1
+ * without a survey. */
 static double gage_factor(const struct drawing *drawing)
 {
     const struct fit_landings *list = drawing->list;
@@ -330,7 +331,8 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draw new gaps with the survey's mean; compute the sums that a survey reads (NaN: unsurveyed). */
+/* Draws gaps with the survey's mean, and computes the sums that a survey would read (NaN: not
+ * surveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -394,14 +396,14 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     }
 }
 
-/* Factor from the thrust of a landing's path to the thrust on the strip. */
+/* Thrust on the strip / thrust of the landing's path. */
 static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
 {
     return drawing->value[FIT_SHARE] *
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-/* Run one drawing in host/sim, for scenes that the parallel chains do not support. */
+/* Simulates one drawing with host/sim, for scenes that the parallel chains do not support. */
 static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
                       const double *station_ft, double thrust, struct outcome *outcome)
 {
@@ -432,7 +434,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     return good;
 }
 
-/* Run `count` drawings in parallel. Unused lanes repeat the first drawing. */
+/* Simulates `count` drawings in parallel. Unused lanes repeat the first drawing. */
 static bool run_parallel(struct drawing *drawing, size_t count, const struct fit_landing *landing,
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
@@ -491,7 +493,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
     free(room);
 }
 
-/* Draw the closing resistances, and allocate the arrays; call end_drawing in any case. */
+/* Draws the closing resistances and allocates the arrays. Call end_drawing in every case. */
 static void begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
                           uint64_t draw)
 {
@@ -569,7 +571,8 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of a transducer ahead of the wheel, ft; a window lies between two neighbours. */
+/* Distances of a transducer ahead of the wheel, ft. A window is between two successive
+ * distances. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -596,7 +599,7 @@ void fit_landings_free(struct fit_landings *list)
 
 /* ---- measurements ---- */
 
-/* Time at which the wheel reaches a station; INFINITY: never. 0: before the path begins. */
+/* Time at which the wheel reaches a station; INFINITY: never; 0: before the path begins. */
 static double passage_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
@@ -738,7 +741,8 @@ static void add_residuals(const struct fit_result *answer, size_t rows, double *
     gsl_matrix_free(covariance);
 }
 
-/* Logarithm of the spread between the segments' sums. False: too few segments have a survey. */
+/* Computes the logarithm of the spread of the segments' sums. False: too few segments were
+ * surveyed. */
 static bool find_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -751,8 +755,9 @@ static bool find_spread(const double *sum_in, double *spread)
     return count > 4;
 }
 
-/* Compare the spread of the surveyed sums with the spread in gaps as the fit draws them. Only for a
- * runway before its first landing: later surveys do not show how the gaps were laid. */
+/* Compares the spread of the surveyed sums with the spread of sums of gaps drawn as in the fit.
+ * This is valid only before the first landing on a runway, because later surveys do not show how
+ * the gaps were laid. */
 static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
 {
     const struct fit_landing *first = &list->landing[0];
@@ -836,10 +841,10 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     return MR_OK;
 }
 
-#define SURVEY_SPREAD 0.03 /* common relative error of all sums: gauge, joints taken as closed */
+#define SURVEY_SPREAD 0.03 /* common relative error of all sums: gauge, joints assumed closed */
 #define MANY_SAMPLES  1e9
 
-/* Relative error of a movement of 1 in: the part that samples do not average out. */
+/* Relative error of a movement of 1 in that averaging over samples does not reduce. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
@@ -847,7 +852,8 @@ static double gain_error(const struct measured *measured, const struct measured_
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
-/* Copy every channel's values from touchdown on into one array. Returns the number of channels. */
+/* Copies every channel's values from touchdown on into one array. Returns the number of
+ * channels. */
 static size_t set_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
                          double *values)
 {
@@ -862,7 +868,7 @@ static size_t set_series(const struct measured *measured, struct fit_series seri
         double *row = values + count * measured->samples;
         for (size_t i = first; i < measured->samples; i++)
             row[i - first] = measured_value(channel, i);
-        /* A CAN message is one mean for all blocks that it covers. */
+        /* the blocks of a CAN message share one mean, so their noise is not independent */
         double noise_in = channel->noise * sqrt((double)channel->stride);
         double baseline_in = noise_in / sqrt(fmax((double)channel->rest_samples, 1.0));
         series[count++] = (struct fit_series){
@@ -879,7 +885,7 @@ static size_t set_series(const struct measured *measured, struct fit_series seri
     return count;
 }
 
-/* True if a survey differs from the survey before the landing. */
+/* Returns true if a survey differs from the survey before the landing. */
 static bool is_survey_new(const struct fit_landing *landing, const struct fit_survey *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -899,7 +905,8 @@ static bool follows_directly(struct store *store, const struct store_landing *la
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
-/* Load the survey after a landing: that of the next landing only if no landing is missing. */
+/* Loads the survey after a landing. The next landing's survey is used only if no landing is
+ * missing. */
 static enum mr_status load_after(struct store *store, const struct store_landing *now,
                                  struct fit_landing *landing, struct error *error)
 {

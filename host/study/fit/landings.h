@@ -1,5 +1,5 @@
 /* Landings for a fit: statistics of the measured landings, and the same statistics of simulated
- * ones.
+ * landings.
  *
  * The simulation is the chain (host/sim/README.md, "Chain and landings") with the measured path of
  * the gear. Random values of each simulated data set:
@@ -32,7 +32,7 @@ enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KE
 
 /* A parameter. Its logarithm has a normal prior about ln(value). */
 struct fit_parameter {
-    bool fitted; /* false: it keeps its value */
+    bool fitted; /* false: the value is not changed */
     double value;
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
@@ -54,7 +54,7 @@ struct fit_series {
 };
 
 struct fit_window {
-    size_t channel; /* SIZE_MAX: the statistic is the sum of `segment` after the landing */
+    size_t channel; /* SIZE_MAX: the statistic is the sum of segment `segment` after the landing */
     size_t segment;
     double from_s, to_s;
     double samples; /* number of valid samples */
@@ -69,10 +69,11 @@ struct fit_landing {
     bool is_consecutive; /* follows the previous landing of the list without changes in between */
     /* surveyed sums before and after the landing; NaN: not surveyed */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS];
-    double survey_error_in, after_error_in; /* standard error of a sum; 0: that of the list */
+    double survey_error_in,
+        after_error_in;        /* standard error of a sum; 0: the list's error applies */
     bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
-    /* Number of segments in survey_in that were read at gage points after the landing before; only
-     * for output. */
+    /* number of segments in survey_in that were read at gage points after the previous landing;
+     * only for output */
     size_t gages;
     struct {
         double station_ft, noise_in, baseline_in, gain;
@@ -104,15 +105,15 @@ void fit_landings_free(struct fit_landings *list);
 size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
 /* Values of all parameters at z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
-/* The model for fit.h over this list, which must not change while the model is used. */
+/* Returns the fit.h model of this list. The list must not change while the model is used. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Sets the joints of a draw, as at the start of the first landing, in a scene with the same number
- * of mats, and returns in `share` the share of the thrust in that draw. */
+ * of mats. `share` receives the share of the thrust in that draw. */
 void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                               struct sim_scene *scene, double *share);
 
-/* Beside: simulation of a scene's landing on eight runways together (sim/models/chains), which
- * differ in joints, friction, stiffness and share of the thrust.
+/* Parallel simulation of a scene's landing on eight runways (sim/models/chains), which differ in
+ * joints, friction, stiffness and share of the thrust.
  *
  * It uses single precision and one pass, like the board's chain; the resulting error is far smaller
  * than the scatter due to unknown joints. host/sim computes the same landing in double precision
@@ -129,46 +130,45 @@ struct parallel_lane {
     bool good;            /* output: the chain has not diverged */
 };
 
-/* True if that chain supports the scene: only mats, slack, grit, dry friction under the mats' own
- * weight, fixed ends, and a path whose thrust moves from mat to mat. */
+/* Returns true if that chain supports the scene: only mats, slack, grit, dry friction under the
+ * mats' own weight, fixed ends, and a path whose thrust jumps from mat to mat. */
 bool parallel_can_run(const struct sim_scene *scene);
 
-/* Misfit: a posterior predictive check of whether the fitted model can explain the data.
+/* Misfit: a posterior predictive check that shows whether the fitted model can explain the data.
  *
  * The measured data set and its replicas are rows of residuals. The measure of a row is the square
  * of its Mahalanobis distance, by the covariance of all rows (shrunk as in Ledoit and Wolf, 2004).
  * If every segment was surveyed before the runway's first landing, the square of a second term is
  * added: the excess of the spread of these sums over that of equally laid gaps, in standard
- * deviations. If the model is right, the measured row is equivalent to the replicas. `share` is the
- * share of rows, including the measured one, whose measure is at least as large; it is MISFIT_LEVEL
- * or less for this share of right models. */
+ * deviations. If the model is right, the measured row is equivalent to the replicas. `p_value` is
+ * the share of rows, including the measured one, whose measure is at least as large as the measured
+ * row's. The check rejects a share MISFIT_LEVEL of right models. */
 
 #define MISFIT_LEVEL        0.05
 #define MISFIT_REPLICAS_MIN 39u /* minimum number of replicas for a decision */
 
 struct misfit {
     bool is_checked;  /* there were enough replicas */
-    bool is_rejected; /* share <= MISFIT_LEVEL: the model cannot explain the data */
+    bool is_rejected; /* p_value <= MISFIT_LEVEL: the model cannot explain the data */
     double p_value;
     size_t replicas;
 };
 
-/* Checks an answer with its replicas. `seed`: for the random sums of a survey of equally laid
- * gaps. */
+/* Checks a fit with its replicas. `seed`: for the random sums of a survey of equally laid gaps. */
 struct misfit misfit_check(const struct fit_landings *list, const struct fit_result *answer,
                            uint64_t seed);
 
 /* ---- from a campaign ---- */
 
 /* Adds landing `run`: path of the gear, survey before it, displacements with their errors. The
- * runway is that of the scene file. If the landing follows the one added before it (same board,
- * next number), it begins with the gaps at the end of that one; if it was surveyed again, its
- * survey is also the survey after that one. MR_TOO_FEW: its motion is not known, or no transducer
- * is valid. */
+ * runway is that of the scene file. If the landing follows the previously added landing (same
+ * board, next number), it begins with the gaps at the end of that landing; if it was surveyed
+ * again, its survey is also the survey after that landing. MR_TOO_FEW: the motion is not known, or
+ * no transducer is valid. */
 enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
                                 struct fit_landings *list, struct error *error);
-/* Call after all landings are added: sets the mean gap from the survey; its remaining uncertainty
- * is the survey's systematic error. Returns the number of segments surveyed before the first
+/* Sets the mean gap from the survey; its remaining uncertainty is the survey's systematic error.
+ * Call after all landings are added. Returns the number of segments surveyed before the first
  * landing. */
 size_t fit_campaign_set_gap(struct fit_landings *list);
 
