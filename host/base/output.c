@@ -274,8 +274,7 @@ enum mr_status output_end(struct output *output, struct error *error)
     whole &= fclose(output->file) == 0;
     output->file = NULL;
     if (error->status == MR_OK && !whole)
-        error_set(error, MR_FULL, "no memory for the output: %s; close other programs",
-                  output->path);
+        error_set(error, MR_FULL, "out of memory, writing %s; close other programs", output->path);
     if (error->status == MR_OK && stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))
         write_directly(output, error);
     else if (error->status == MR_OK)

@@ -12,7 +12,7 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
 {
     struct collector *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
+        return error_set(error, MR_FULL, "out of memory, logging to %s; close other programs",
                          store_path(store));
     made->store = store;
     made->can_base = can_base;
@@ -319,7 +319,7 @@ enum mr_status collector_save_mark(struct collector *collector, struct error *er
     if (!collector->mark)
         collector->mark = malloc(sizeof *collector->mark);
     if (!collector->mark)
-        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
+        return error_set(error, MR_FULL, "out of memory, logging to %s; close other programs",
                          store_path(collector->store));
     *collector->mark = *collector;
     return MR_OK;

@@ -376,7 +376,7 @@ static void read_subgrade(struct reader *r)
         }
         if (isinf(nearest_ft))
             error_set(fatal, MR_MALFORMED,
-                      "no plate test: %s: subgrade: %s; give records, a campaign whose records of "
+                      "no plate test: %s: subgrade: %s; give records: a campaign whose records of "
                       "subgrade have bearing_lb_in3",
                       r->path, path);
         kv = params_area(k, mat_ft2); /* computes a product */

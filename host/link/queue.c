@@ -73,7 +73,8 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     struct piece *piece = made ? new_piece() : NULL;
     if (!piece) {
         free(made);
-        return error_set(error, MR_FULL, "no memory for data from a link; close other programs");
+        return error_set(error, MR_FULL,
+                         "out of memory for data from a link; close other programs");
     }
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room, NULL);
@@ -534,7 +535,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
 {
     struct link_reader *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: link %s; close other programs",
+        return error_set(error, MR_FULL, "out of memory, with link %s; close other programs",
                          link_spec(link));
     made->link = link;
     made->kind = kind;

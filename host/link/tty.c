@@ -284,7 +284,8 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     }
     struct tty *tty = calloc(1, sizeof *tty);
     if (!tty)
-        return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
+        return error_set(error, MR_FULL, "out of memory, with link %s; close other programs",
+                         link->spec);
     tty->spec = link->spec;
     tty->fd = -1;
     link->tty = tty;

@@ -295,7 +295,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     struct live_hub *made = calloc(1, sizeof *made);
     pthread_condattr_t steady;
     if (!made)
-        return error_set(error, MR_FULL, "no memory: the live view; close other programs");
+        return error_set(error, MR_FULL, "out of memory for the live view; close other programs");
     json_object_seed(0); /* seed before threads start: otherwise two could seed at the same time */
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);

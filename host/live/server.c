@@ -334,7 +334,7 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                         .sin_port = htons((uint16_t)number)};
     struct live_server *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: the live page; close other programs");
+        return error_set(error, MR_FULL, "out of memory for the live page; close other programs");
     made->hub = hub;
     make_token(made);
     made->daemon = start_daemon(made, &address);

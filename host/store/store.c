@@ -317,7 +317,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (!made || !copy) {
         free(made);
         free(copy);
-        return error_set(error, MR_FULL, "no memory: database %s; close other programs", path);
+        return error_set(error, MR_FULL, "out of memory, opening %s; close other programs", path);
     }
     made->path = copy;
     struct error first = {0},

@@ -170,7 +170,8 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
 {
     char *attach = sqlite3_mprintf("ATTACH %Q AS bundle", path);
     if (!attach)
-        return error_set(error, MR_FULL, "no memory: bundle %s; close other programs", path);
+        return error_set(error, MR_FULL, "out of memory, writing bundle %s; close other programs",
+                         path);
     enum mr_status status = store_execute(store, attach, DOING, error);
     sqlite3_free(attach);
     if (status != MR_OK)

@@ -365,7 +365,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
     *text = strdup(row.text ? row.text : "");
     sqlite3_reset(statement);
     return *text ? MR_OK
-                 : error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                 : error_set(error, MR_FULL, "out of memory, reading %s; close other programs",
                              store->path);
 }
 
@@ -479,7 +479,7 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
     while (status == MR_OK && (status = STORE_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
         if (!list_grow(rows, *count, sizeof **rows)) {
             sqlite3_reset(s);
-            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+            status = error_set(error, MR_FULL, "out of memory, reading %s; close other programs",
                                store->path);
             break;
         }
@@ -664,7 +664,7 @@ static enum mr_status take_row(struct store *store, const struct store_imported_
     float *reading = malloc(bytes);
     if (!reading || !list_grow(rows, *count, sizeof **rows)) {
         free(reading);
-        return error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+        return error_set(error, MR_FULL, "out of memory, reading %s; close other programs",
                          store->path);
     }
     memcpy(reading, row->readings.data, bytes);

@@ -723,7 +723,7 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
     while (status == MR_OK) {
         if (!list_grow(rows, *count, size)) {
             sqlite3_reset(statement);
-            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+            status = error_set(error, MR_FULL, "out of memory, reading %s; close other programs",
                                store->path);
         } else if ((status = store_next(store, error, which, statement,
                                         (char *)*rows + *count * size)) == MR_OK) {

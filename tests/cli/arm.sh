@@ -145,7 +145,7 @@ log_goes_on() { # without its input, to the end; nothing but what was meant reac
     kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 14 21 24 " ]
 }
 silly() {
-    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs only one link' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
+    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs only one; leave out --can or --serial' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
         fails_with 2 'the landing' $matrig board arm 70000 --can can:can0 && fails_with 2 'whole number: .1.5' $matrig board arm 1.5 --can can:can0 &&
         fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'a file is not a board: file:/dev/null' $matrig board arm --can file:/dev/null &&
         fails_with 2 'listen and --commands' $matrig log --can can:can0 --db "$tmp/no.db" --listen --commands
