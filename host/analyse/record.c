@@ -154,7 +154,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 {
     static struct survey_found found;
     bool there;
-    enum mr_status status = survey_find_between(store, from_us, to_us, &found, &there, error);
+    enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &there, error);
     if (status != MR_OK || !there)
         return status;
     slack->surveyed = found.slack.surveyed;

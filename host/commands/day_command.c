@@ -148,7 +148,7 @@ static void read_survey(struct store *store, struct day_facts *f)
         f->survey_us = row->made_us;
         memcpy(f->edges, row->edges, sizeof f->edges);
         survey_get(store, row->id, survey, fatal);
-        f->survey_read = survey_desk_read(&survey->desk);
+        f->survey_read = survey_desk_count_read(&survey->desk);
         f->survey_of = survey->desk.plan.count;
         store_gage_loaded(store, row->id, &f->loaded_us, fatal);
         free(survey);

@@ -191,7 +191,7 @@ static void preview_answer(const struct preview *preview, bool bases, struct ans
     survey_time_text(landing->armed_us, when, sizeof when);
     state_text(preview, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
-    bool dated = landing->armed_us >= SURVEY_DATED_US;
+    bool dated = landing->armed_us >= SURVEY_EARLIEST_US;
     answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when); /* the head has UTC */
     answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
     answer_count(answer, "armed_us", NULL, landing->armed_us);

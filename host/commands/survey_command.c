@@ -34,9 +34,9 @@ static void put_head(const struct survey *survey, struct answer *answer)
         answer_none(answer, "after_run", NULL, NULL);
     else
         answer_count(answer, "after_run", "after RUN", row->after_run);
-    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed", survey_desk_read(&survey->desk),
-                 survey->desk.plan.count, survey->confirmed);
-    answer_count(answer, "read", NULL, (int64_t)survey_desk_read(&survey->desk));
+    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed",
+                 survey_desk_count_read(&survey->desk), survey->desk.plan.count, survey->confirmed);
+    answer_count(answer, "read", NULL, (int64_t)survey_desk_count_read(&survey->desk));
     answer_count(answer, "of", NULL, (int64_t)survey->desk.plan.count);
     answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed);
     answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
@@ -122,7 +122,7 @@ static void movement(const struct survey_found *found, struct answer *answer)
         answer_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
-            const struct survey_estimate *u = &found->since_previous.moved[line][k];
+            const struct survey_estimate *u = &found->since_previous.movement[line][k];
             answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
                             u->error_in, 3)
                 ->plus = true;
@@ -170,7 +170,7 @@ static json_t *moved_json(const struct survey_change *change, double factor)
 {
     json_t *lines = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++)
-        json_array_append_new(lines, estimates(change->moved[line], SURVEY_POINTS, factor));
+        json_array_append_new(lines, estimates(change->movement[line], SURVEY_POINTS, factor));
     return lines;
 }
 
@@ -266,16 +266,16 @@ static void prompt(const struct typist *typist)
     const struct survey_desk *desk = &typist->survey->desk;
     bool si = typist->request->cli->si;
     char text[120];
-    if (typist->request->cli->quiet || desk->at == desk->plan.count)
+    if (typist->request->cli->quiet || desk->current == desk->plan.count)
         return;
-    survey_item_text(&desk->plan.item[desk->at], si, text, sizeof text);
-    fprintf(stderr, "%zu/%zu  %s", survey_desk_read(desk), desk->plan.count, text);
-    if (!isnan(desk->value_in[desk->at]))
+    survey_item_text(&desk->plan.item[desk->current], si, text, sizeof text);
+    fprintf(stderr, "%zu/%zu  %s", survey_desk_count_read(desk), desk->plan.count, text);
+    if (!isnan(desk->value_in[desk->current]))
         fprintf(stderr, ", read: %.*f", si ? 2 : 3,
-                shown(typist->request, desk->value_in[desk->at]));
-    if (!isnan(desk->previous_in[desk->at]))
+                shown(typist->request, desk->value_in[desk->current]));
+    if (!isnan(desk->previous_in[desk->current]))
         fprintf(stderr, ", last %.*f", si ? 2 : 3,
-                shown(typist->request, desk->previous_in[desk->at]));
+                shown(typist->request, desk->previous_in[desk->current]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
@@ -303,7 +303,7 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
     if (r->cli->quiet)
         return;
-    if (outcome == SURVEY_DOUBTED) {
+    if (outcome == SURVEY_DOUBTFUL) {
         double away_in = entry->value_in - survey_desk_expected_in(desk, item);
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
@@ -314,12 +314,12 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
                 shown(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         const char *bell = cli_can_draw() ? "\a" : "";
-        if (entry->wrong.what[0])
-            fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->wrong.what,
-                    entry->wrong.advice);
+        if (entry->error.what[0])
+            fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->error.what,
+                    entry->error.advice);
         else
             fprintf(stderr, "%s  %s\n", bell,
-                    entry->word == SURVEY_NONSENSE
+                    entry->kind == SURVEY_INVALID
                         ? "not a reading; type a number and Enter, or ? for help"
                         : "not here");
     } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
@@ -339,18 +339,18 @@ static void take_line(struct typist *typist, const char *line)
     struct survey_entry entry;
     size_t item = 0;
     survey_entry_parse(line, typist->request->cli->si, &entry);
-    typist->quit |= entry.word == SURVEY_QUIT;
-    if (entry.word == SURVEY_NOTHING || entry.word == SURVEY_QUIT)
+    typist->quit |= entry.kind == SURVEY_QUIT;
+    if (entry.kind == SURVEY_EMPTY || entry.kind == SURVEY_QUIT)
         return;
-    if (entry.word == SURVEY_HELP) {
+    if (entry.kind == SURVEY_HELP) {
         fputs(
             "  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   b "
             " back\n  n TEXT    note on the last reading               q  quit; continue later\n",
             stderr);
         return;
     }
-    enum survey_outcome outcome = survey_desk_take(&typist->survey->desk, &entry, &item);
-    if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
+    enum survey_outcome outcome = survey_desk_apply(&typist->survey->desk, &entry, &item);
+    if (outcome == SURVEY_STORED || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
         keep(typist, item, outcome, entry.note);
     report(typist, outcome, item, &entry);
@@ -379,7 +379,7 @@ static void take_bytes(struct typist *typist, struct line *line, const char *byt
         bool empty = line->length == 0;
         line->length = 0;
         line->too_long = false;
-        if (typist->survey->desk.at == typist->survey->desk.plan.count)
+        if (typist->survey->desk.current == typist->survey->desk.plan.count)
             typist->quit = true;
         if (!typist->quit && !empty)
             prompt(typist);
@@ -392,7 +392,7 @@ static void enter_readings(struct typist *typist)
     struct line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
-    typist->quit = typist->survey->desk.at == typist->survey->desk.plan.count;
+    typist->quit = typist->survey->desk.current == typist->survey->desk.plan.count;
     if (!typist->quit)
         prompt(typist);
     while (!typist->quit && count > 0) {
@@ -417,15 +417,15 @@ static void take_sheet(struct typist *typist)
     survey_sheet_read(request->from, &desk->plan, &sheet, fatal);
     store_begin(typist->store, fatal);
     for (size_t i = 0; i < desk->plan.count; i++) {
-        struct survey_entry entry = {.word = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
+        struct survey_entry entry = {.kind = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
             continue;
-        desk->at = i;
-        desk->doubted = false;
-        enum survey_outcome outcome = survey_desk_take(desk, &entry, &item);
-        if (outcome == SURVEY_DOUBTED && request->doubtful) {
-            outcome = survey_desk_take(desk, &entry, &item);
-        } else if (outcome == SURVEY_DOUBTED) {
+        desk->current = i;
+        desk->has_doubtful = false;
+        enum survey_outcome outcome = survey_desk_apply(desk, &entry, &item);
+        if (outcome == SURVEY_DOUBTFUL && request->doubtful) {
+            outcome = survey_desk_apply(desk, &entry, &item);
+        } else if (outcome == SURVEY_DOUBTFUL) {
             char text[120];
             survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
             cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
@@ -439,7 +439,7 @@ static void take_sheet(struct typist *typist)
         keep(typist, i, outcome, sheet.note[i]);
     }
     store_commit(typist->store, fatal);
-    survey_desk_next(desk, 0);
+    survey_desk_move_to_next(desk, 0);
     if (doubted)
         error_set(
             fatal, MR_LIMIT,
@@ -495,7 +495,7 @@ static void begin(const struct request *request, struct store *store, struct sur
     if (found) {
         cli_note(request->cli,
                  "continuing survey %lld, %zu of %zu points read (--new begins a new survey)",
-                 (long long)survey->row.id, survey_desk_read(&survey->desk),
+                 (long long)survey->row.id, survey_desk_count_read(&survey->desk),
                  survey->desk.plan.count);
         return;
     }
@@ -524,7 +524,7 @@ static int withdraw(const struct request *request, struct store *store)
     store_withdraw(store, &row, fatal);
     store_gage_loaded(store, row.item, &loaded_us, fatal);
     cli_note(request->cli, "survey %lld was withdrawn, with %zu readings%s", (long long)row.item,
-             survey_desk_read(&survey.desk),
+             survey_desk_count_read(&survey.desk),
              loaded_us ? "; the board still uses it: load a different survey, or reset the board"
                        : "");
     return request->cli->json
@@ -540,7 +540,7 @@ static void check_end(const struct request *request, struct store *store, struct
     if (!found)
         error_set(fatal, MR_NOT_NOW, "no unfinished survey: %s; --show prints the newest survey",
                   request->db);
-    if (survey_desk_read(&survey->desk) == 0)
+    if (survey_desk_count_read(&survey->desk) == 0)
         error_set(fatal, MR_NOT_NOW,
                   "no readings: survey %lld of %s; enter readings, or withdraw the survey: "
                   "--withdraw %lld --reason T",
@@ -563,7 +563,7 @@ static void take(const struct request *request, struct store *store, struct surv
         take_sheet(&typist);
     else if (!request->end)
         enter_readings(&typist);
-    if (request->end || survey->desk.at == survey->desk.plan.count)
+    if (request->end || survey->desk.current == survey->desk.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
     survey_get(store, id, survey, fatal);
 }
@@ -746,7 +746,7 @@ static int run(const struct request *request)
         survey_get(store, request->number, &survey, fatal);
     else
         take(request, store, &survey);
-    survey_find(store, &survey, &found, fatal);
+    survey_evaluate(store, &survey, &found, fatal);
     if (request->load) {
         load(request, store, &survey, &found, &loaded);
         return report_load(request, &survey, &loaded);
@@ -806,7 +806,7 @@ static const struct command_part parts[] = {
                   "45 degrees: you read stations and transverse distances on all four lines along "
                   "the runway, and distances along seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
-    OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
+    OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_POINT_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
                      "it by the opening of the\n"
                      "joints; default: {standard}"),

@@ -19,20 +19,20 @@ static const double none = (double)NAN;
 /* ---- one row per landing ---- */
 
 /* Two columns, "start of zone" and "end of zone"; dashes if unknown. */
-static void span(struct answer *answer, const char *label, bool known, double start_ft,
-                 double end_ft)
+static void add_span(struct answer *answer, const char *label, bool known, double start_ft,
+                     double end_ft)
 {
-    char head[CHART_LABEL];
+    char head[CHART_LABEL_SIZE];
     snprintf(head, sizeof head, "start of %s", label);
     answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : none, 1);
     snprintf(head, sizeof head, "end of %s", label);
     answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : none, 1);
 }
 
-static void summary_row(const struct report_facts *facts, struct answer *answer)
+static void add_summary_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *warning = &facts->warning;
-    const struct report_moved *largest = report_largest_movement(facts);
+    const struct report_movement *largest = report_largest_movement(facts);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
     answer_count(answer, NULL, "landing", facts->landing.board_landing);
@@ -52,16 +52,17 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
     answer_words(answer, NULL, "warning", "%s",
                  warning->warned                    ? "yes"
                  : facts->source == MEASURED_IMPORT ? "no board"
-                 : facts->unheard                   ? "not known"
+                 : facts->warning_maybe_lost        ? "not known"
                                                     : "none")
         ->warn = warning->warned;
-    span(answer, "zone", warning->warned, warning->longest_start_ft, warning->longest_end_ft);
+    add_span(answer, "zone", warning->warned, warning->longest_start_ft, warning->longest_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
 /* Print a table with the rows that `row` adds for each landing. */
-static void landings_table(const struct report *report, FILE *out, const char *note,
-                           void (*row)(const struct report_facts *facts, struct answer *answer))
+static void write_landings_table(const struct report *report, FILE *out, const char *note,
+                                 void (*row)(const struct report_facts *facts,
+                                             struct answer *answer))
 {
     struct answer *answer = answer_new(report->si);
     answer_table(answer, NULL, "");
@@ -72,17 +73,17 @@ static void landings_table(const struct report *report, FILE *out, const char *n
     report_answer(answer, out);
 }
 
-static void summary(const struct report *report, FILE *out)
+static void write_summary(const struct report *report, FILE *out)
 {
     bool uncalibrated = false;
     for (size_t i = 0; i < report->landings; i++)
         uncalibrated |= strstr(report->facts[i].marks, "UNCALIBRATED") != NULL;
     if (report->landings)
-        landings_table(
+        write_landings_table(
             report, out,
             "\xc2\xb1 is one standard error. Zone: the zone warned of, the longest that the "
             "board reported while its warning was on.",
-            summary_row);
+            add_summary_row);
     if (uncalibrated)
         fputs("<p>UNCALIBRATED: a sensor has no calibration date. For such a sensor, \xc2\xb1 "
               "contains the scale error that the configuration states; this error was not "
@@ -93,7 +94,7 @@ static void summary(const struct report *report, FILE *out)
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
 
 /* most lines of a plot that have a name and a style of their own; the others are thin */
-#define NAMED_MAX 8u
+#define NAMED_LINES_MAX 8u
 
 /* One value per transducer. NaN: unknown. */
 struct profile {
@@ -101,14 +102,14 @@ struct profile {
     double station[MR_TRANSDUCERS], value[MR_TRANSDUCERS], error[MR_TRANSDUCERS];
 };
 
-/* The displacement after a landing: its own plus the sum `before` it (NULL: 0). `peak`: its peak
- * movement instead. */
-static void profile_of(const struct report_facts *facts, const struct profile *before, bool peak,
-                       struct profile *profile)
+/* The displacement after a landing: that of the landing plus the sum `before` it (NULL: 0). With
+ * `peak`: the peak movement of the landing. */
+static void make_profile(const struct report_facts *facts, const struct profile *before, bool peak,
+                         struct profile *profile)
 {
     snprintf(profile->name, sizeof profile->name, "RUN %lld", (long long)facts->landing.id);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        const struct report_moved *moved = &facts->moved[i];
+        const struct report_movement *moved = &facts->movement[i];
         profile->station[i] = moved->station_ft;
         profile->value[i] = (before ? before->value[i] : 0.0) + (peak ? moved->peak : moved->end);
         profile->error[i] = hypot(before ? before->error[i] : 0.0,
@@ -120,7 +121,7 @@ static void profile_of(const struct report_facts *facts, const struct profile *b
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {
-    const size_t step = (count + NAMED_MAX - 1) / NAMED_MAX;
+    const size_t step = (count + NAMED_LINES_MAX - 1) / NAMED_LINES_MAX;
     unsigned look = 0;
     struct figure figure = figure_begin(out, si, title, 1, FIGURE_ZERO);
     figure_plot(&figure, &(struct chart_axes){.x = "station",
@@ -145,7 +146,7 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
                step > 1 ? " Thin lines: landings that the legend omits." : "");
 }
 
-static void profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
+static void write_profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
 {
     struct answer *answer = answer_new(si);
     answer_table(answer, NULL, "");
@@ -174,7 +175,7 @@ static const char *series_name(const struct report_facts *facts)
 }
 
 /* Number of consecutive landings in one series, from `first`. */
-static size_t in_series(const struct report *report, size_t first)
+static size_t count_series_landings(const struct report *report, size_t first)
 {
     size_t count = 1;
     while (first + count < report->landings &&
@@ -185,19 +186,19 @@ static size_t in_series(const struct report *report, size_t first)
 
 /* How many landings of a series a landing adds to: those before it, or those before the landing
  * that began on the same runway. */
-static size_t landings_before(const struct report_facts *series, size_t at)
+static size_t count_landings_before(const struct report_facts *series, size_t at)
 {
     for (size_t i = 0; i < at; i++) {
         if (series[i].landing.id == series[at].record.same_runway_run)
-            return landings_before(series, i);
+            return count_landings_before(series, i);
     }
     return at;
 }
 
-static void restored_words(FILE *out, const struct report_facts *series, size_t count)
+static void write_restored(FILE *out, const struct report_facts *series, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        size_t before = landings_before(series, i);
+        size_t before = count_landings_before(series, i);
         if (before == i)
             continue;
         fprintf(out, "<p class=\"say\">RUN %lld started on the same runway as RUN %lld, restored",
@@ -209,18 +210,18 @@ static void restored_words(FILE *out, const struct report_facts *series, size_t 
     }
 }
 
-static void cumulative(const struct report *report, FILE *out)
+static void write_cumulative(const struct report *report, FILE *out)
 {
     const bool si = report->si;
     struct profile *profile = xcalloc(report->landings + 1, sizeof *profile),
                    *last = xcalloc(report->landings + 1, sizeof *last);
     size_t series = 0;
     for (size_t first = 0, count; first < report->landings; first += count, series++) {
-        count = in_series(report, first);
+        count = count_series_landings(report, first);
         for (size_t i = 0; i < count; i++) {
-            size_t before = landings_before(&report->facts[first], i);
-            profile_of(&report->facts[first + i], before ? &profile[before - 1] : NULL, false,
-                       &profile[i]);
+            size_t before = count_landings_before(&report->facts[first], i);
+            make_profile(&report->facts[first + i], before ? &profile[before - 1] : NULL, false,
+                         &profile[i]);
         }
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
@@ -233,8 +234,8 @@ static void cumulative(const struct report *report, FILE *out)
                       "intervals; downfield is positive. The sum ends where a reading is missing. "
                       "Compare figs. 4.5 and 4.6 of the 1973 report.",
                       si);
-        profile_table(out, profile, count, si);
-        restored_words(out, &report->facts[first], count);
+        write_profile_table(out, profile, count, si);
+        write_restored(out, &report->facts[first], count);
         last[series] = profile[count - 1];
         snprintf(last[series].name, sizeof last[series].name, "%.15s",
                  series_name(&report->facts[first]));
@@ -246,7 +247,7 @@ static void cumulative(const struct report *report, FILE *out)
                       "Sum over each series. Compare fig. 5.2 of the 1973 report.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
-        profile_of(&report->facts[i], NULL, true, &profile[i]);
+        make_profile(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, a line per landing",
@@ -257,7 +258,7 @@ static void cumulative(const struct report *report, FILE *out)
 
 /* ---- two landings on one axis: the page takes the curves from the figures of the landings ---- */
 
-static void overlay(const struct report *report, FILE *out)
+static void write_overlay(const struct report *report, FILE *out)
 {
     struct figure figure = figure_begin(out, report->si, "two landings in one plot", 2,
                                         FIGURE_EACH);
@@ -285,14 +286,14 @@ static const char *zone_row_name(void *context, size_t i)
 }
 
 /* A bar in a third of a row. */
-static void bar(const struct zone_rows *rows, double top, unsigned third, const char *kind,
-                double from_ft, double to_ft)
+static void draw_bar(const struct zone_rows *rows, double top, unsigned third, const char *kind,
+                     double from_ft, double to_ft)
 {
     double y = top - 0.12 - 0.26 * third;
     figure_shape(rows->figure, kind, from_ft, to_ft, y - 0.23, y, NULL);
 }
 
-static void zone_row(const struct zone_rows *rows, size_t row, const struct report *report)
+static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct report *report)
 {
     const struct report_facts *facts = &rows->facts[row];
     const double top = (double)(rows->count - row);
@@ -300,15 +301,16 @@ static void zone_row(const struct zone_rows *rows, size_t row, const struct repo
     size_t count = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (facts->closed & 1ull << s)
-            bar(rows, top, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
-                (double)MR_SEGMENT_LENGTH_FT * (s + 1));
+            draw_bar(rows, top, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
+                     (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
     if (facts->warning.warned)
-        bar(rows, top, 0, "warned", facts->warning.longest_start_ft, facts->warning.longest_end_ft);
+        draw_bar(rows, top, 0, "warned", facts->warning.longest_start_ft,
+                 facts->warning.longest_end_ft);
     else if (facts->longest.mats > 0)
-        bar(rows, top, 0, "reported", facts->longest.start_ft, facts->longest.end_ft);
+        draw_bar(rows, top, 0, "reported", facts->longest.start_ft, facts->longest.end_ft);
     if (facts->last.mats > 0)
-        bar(rows, top, 2, "behind", facts->last.start_ft, facts->last.end_ft);
+        draw_bar(rows, top, 2, "behind", facts->last.start_ft, facts->last.end_ft);
     if (facts->fitted)
         figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
                      top - 0.05, NULL);
@@ -325,7 +327,7 @@ static void zone_row(const struct zone_rows *rows, size_t row, const struct repo
     free(seen);
 }
 
-static void zones(const struct report *report, FILE *out)
+static void write_zones(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {"warned",   "zone warned of",
                                        "reported", "longest zone reported, no warning",
@@ -350,7 +352,7 @@ static void zones(const struct report *report, FILE *out)
                                                   .context = &rows,
                                                   .ticks = rows.count});
         for (size_t i = 0; i < rows.count; i++)
-            zone_row(&rows, i, report);
+            draw_zone_row(&rows, i, report);
         figure_end(&figure, keys, "%s",
                    left > ZONE_ROWS
                        ? ""
@@ -361,7 +363,7 @@ static void zones(const struct report *report, FILE *out)
 
 /* ---- band tension against deceleration (fig. 5.3 of the 1973 report) ---- */
 
-static unsigned bands_of(const struct report *report)
+static unsigned count_bands(const struct report *report)
 {
     unsigned bands = 0;
     for (size_t i = 0; i < report->landings; i++) {
@@ -394,8 +396,8 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
                 half[count] = SUMMARY_HALF_WIDTH_95 *
-                              (rose ? facts->band[b].rose_error_lb : facts->band[b].fell_error_lb);
-                y[count++] = rose ? facts->band[b].rose_lb : facts->band[b].fell_lb;
+                              (rose ? facts->band[b].rise_error_lb : facts->band[b].fall_error_lb);
+                y[count++] = rose ? facts->band[b].rise_lb : facts->band[b].fall_lb;
             }
             figure_series(&figure, &(struct chart_series){name, b, "apart", x, y, half, count});
         }
@@ -408,7 +410,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
     free(x);
 }
 
-static void tension_row(const struct report_facts *facts, struct answer *answer)
+static void add_tension_row(const struct report_facts *facts, struct answer *answer)
 {
     if (!facts->fitted)
         return;
@@ -417,30 +419,31 @@ static void tension_row(const struct report_facts *facts, struct answer *answer)
     answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
                     facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
     for (unsigned b = 0; b < REPORT_BANDS; b++) {
-        char head[CHART_LABEL];
+        char head[CHART_LABEL_SIZE];
         if (facts->band[b].gages == 0)
             continue;
         snprintf(head, sizeof head, "band %u: largest fall", b + 1);
-        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fell_lb,
-                        facts->band[b].fell_error_lb, 2);
+        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fall_lb,
+                        facts->band[b].fall_error_lb, 2);
         snprintf(head, sizeof head, "band %u: largest rise", b + 1);
-        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rose_lb,
-                        facts->band[b].rose_error_lb, 2);
+        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rise_lb,
+                        facts->band[b].rise_error_lb, 2);
     }
 }
 
-static void tension(const struct report *report, FILE *out)
+static void write_tension(const struct report *report, FILE *out)
 {
-    unsigned bands = bands_of(report);
+    unsigned bands = count_bands(report);
     if (bands == 0)
         return;
     draw_tension(report, bands, out);
-    landings_table(report, out, "\xc2\xb1 is one standard error.", tension_row);
+    write_landings_table(report, out, "\xc2\xb1 is one standard error.", add_tension_row);
 }
 
 /* ---- measured against simulated: the newest comparison of each landing ---- */
 
-static void overlap(struct answer *answer, const char *label, const struct compare_overlap *overlap)
+static void add_overlap(struct answer *answer, const char *label,
+                        const struct compare_overlap *overlap)
 {
     if (!overlap->is_known)
         answer_words(answer, NULL, label, "\xe2\x80\x93");
@@ -450,7 +453,7 @@ static void overlap(struct answer *answer, const char *label, const struct compa
         answer_words(answer, NULL, label, "both none");
 }
 
-static void compared_row(const struct report_facts *facts, struct answer *answer)
+static void add_compared_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct report_compared *compared = &facts->compared;
     const struct compare_mean *mean = &compared->mean;
@@ -463,13 +466,13 @@ static void compared_row(const struct report_facts *facts, struct answer *answer
     answer_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
     answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->peak_en, 1)->bounded =
         true;
-    overlap(answer, "longest zone (mats)", &compared->longest);
-    overlap(answer, "longest zone by the board (mats)", &compared->longest_board);
-    overlap(answer, "zone at rest (mats)", &compared->rest);
+    add_overlap(answer, "longest zone (mats)", &compared->longest);
+    add_overlap(answer, "longest zone by the board (mats)", &compared->longest_board);
+    add_overlap(answer, "zone at rest (mats)", &compared->rest);
     answer_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->error_in, 4);
 }
 
-static void compared(const struct report *report, FILE *out)
+static void write_compared(const struct report *report, FILE *out)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
@@ -480,7 +483,7 @@ static void compared(const struct report *report, FILE *out)
         if (mean->channels == 0)
             continue;
         rows++;
-        compared_row(&report->facts[i], answer);
+        add_compared_row(&report->facts[i], answer);
         samples += mean->samples;
         sum += mean->samples * mean->bias_in;
         squares += mean->samples * mean->rms_in * mean->rms_in;
@@ -505,7 +508,7 @@ static void compared(const struct report *report, FILE *out)
 
 /* ---- predictions and outcomes ---- */
 
-static void predictor_row(const struct report_facts *facts, struct answer *answer)
+static void add_predictor_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *w = &facts->warning;
     int64_t worst = facts->worst_verdict;
@@ -518,7 +521,7 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
                  : !watched            ? "no board"
                  : worst == STORE_NONE ? "no warning"
                                        : mr_predictor_verdict_text((unsigned)worst),
-                 !w->warned && watched && facts->unheard ? ", as far as received" : "")
+                 !w->warned && watched && facts->warning_maybe_lost ? ", as far as received" : "")
         ->warn = w->warned;
     answer_value(answer, NULL, "first warning", UNIT_TIME, w->warned ? w->t_s : none, 3);
     answer_words(
@@ -533,11 +536,11 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
                  w->warned ? w->lead_actual_s : none, 3);
     answer_count(answer, NULL, "zone warned of (mats)",
                  w->warned ? w->longest_mats : ANSWER_UNKNOWN);
-    span(answer, "zone warned of", w->warned, w->longest_start_ft, w->longest_end_ft);
-    span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
+    add_span(answer, "zone warned of", w->warned, w->longest_start_ft, w->longest_end_ft);
+    add_span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
-static void predictor(const struct report *report, FILE *out)
+static void write_predictor(const struct report *report, FILE *out)
 {
     size_t statements = 0;
     for (size_t i = 0; i < report->landings; i++)
@@ -553,7 +556,7 @@ static void predictor(const struct report *report, FILE *out)
 }
 
 /* Advice, warnings and outcomes. */
-static void record_row(const struct record_row *row, struct answer *answer)
+static void add_record_row(const struct record_row *row, struct answer *answer)
 {
     static const char *const warned[] = {[RECORD_NO_BOARD] = "no board",
                                          [RECORD_WARNED] = "yes",
@@ -585,7 +588,7 @@ static void record_row(const struct record_row *row, struct answer *answer)
                                                   : outcome_basis_text(outcome->basis));
 }
 
-static void warnings(const struct report *report, FILE *out)
+static void write_warnings(const struct report *report, FILE *out)
 {
     const struct record *record = &report->record;
     if (report->run || record->landings == 0)
@@ -594,7 +597,7 @@ static void warnings(const struct report *report, FILE *out)
     record_to_answer(record, false, answer);
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < record->rows; i++)
-        record_row(&record->row[i], answer);
+        add_record_row(&record->row[i], answer);
     answer_close(answer);
     answer_sentence(
         answer, NULL,
@@ -613,8 +616,8 @@ static void warnings(const struct report *report, FILE *out)
 
 /* The landing that an advice was recorded for: the first landing after it. NULL: it is still to
  * come, or not in this report. */
-static const struct report_facts *landing_after(const struct report *report,
-                                                const struct store_advice *advice)
+static const struct report_facts *find_landing_after(const struct report *report,
+                                                     const struct store_advice *advice)
 {
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].landing.id > advice->after_run)
@@ -624,8 +627,8 @@ static const struct report_facts *landing_after(const struct report *report,
 }
 
 /* `facts`: the landing; NULL: none yet. */
-static void advice_row(const struct store_advice *advice, const struct report_facts *facts,
-                       size_t number, const char *reason, struct answer *answer)
+static void add_advice_row(const struct store_advice *advice, const struct report_facts *facts,
+                           size_t number, const char *reason, struct answer *answer)
 {
     answer_row(answer);
     answer_count(answer, NULL, "advice", (int64_t)number);
@@ -659,19 +662,19 @@ static void advice_row(const struct store_advice *advice, const struct report_fa
 }
 
 /* A row for each landing on the runway of the advice. */
-static void advice_rows(const struct report *report, const struct store_advice *advice,
-                        size_t number, struct answer *answer)
+static void add_advice_rows(const struct report *report, const struct store_advice *advice,
+                            size_t number, struct answer *answer)
 {
-    const struct report_facts *first = landing_after(report, advice);
-    advice_row(advice, first, number, advice->reason, answer);
+    const struct report_facts *first = find_landing_after(report, advice);
+    add_advice_row(advice, first, number, advice->reason, answer);
     for (size_t i = 0; first && i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
         if (facts != first && facts->record.has_advice && facts->record.advice.id == advice->id)
-            advice_row(advice, facts, number, "as above", answer);
+            add_advice_row(advice, facts, number, "as above", answer);
     }
 }
 
-static void advice(const struct report *report, FILE *out)
+static void write_advice(const struct report *report, FILE *out)
 {
     struct store_advice *advice = NULL;
     size_t count = 0;
@@ -679,7 +682,7 @@ static void advice(const struct report *report, FILE *out)
     store_advices(report->store, &advice, &count, report->error);
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++)
-        advice_rows(report, &advice[i], i + 1, answer);
+        add_advice_rows(report, &advice[i], i + 1, answer);
     answer_close(answer);
     if (count)
         answer_sentence(
@@ -695,8 +698,8 @@ static void advice(const struct report *report, FILE *out)
 
 /* ---- observations and notes ---- */
 
-static void series_row(const struct store_landing *landing, const struct journal *journal,
-                       bool recalibrated, struct answer *answer)
+static void add_journal_row(const struct store_landing *landing, const struct journal *journal,
+                            bool recalibrated, struct answer *answer)
 {
     const struct store_series *series = &journal->series;
     if (!series->name[0] && !series->pattern[0] && !series->runway[0] && !series->modification[0] &&
@@ -715,7 +718,7 @@ static void series_row(const struct store_landing *landing, const struct journal
         answer_words(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
 }
 
-static void put_journal(const struct report *report, FILE *out)
+static void write_journal(const struct report *report, FILE *out)
 {
     struct store_landing *landing = NULL;
     size_t count = 0;
@@ -734,7 +737,7 @@ static void put_journal(const struct report *report, FILE *out)
             continue;
         journal_load(report->store, &landing[i], &said, report->error);
         store_recalibrated(report->store, landing[i].id, &recalibrated, report->error);
-        series_row(&landing[i], &said, recalibrated != 0, tables[0]);
+        add_journal_row(&landing[i], &said, recalibrated != 0, tables[0]);
         for (size_t k = 0; k < said.observations; k++) {
             if (said.observation[k].withdrawn)
                 continue;
@@ -758,7 +761,7 @@ static void put_journal(const struct report *report, FILE *out)
 
 /* ---- surveys of the mat ---- */
 
-#define SURVEYS_DRAWN 6u /* this many of the newest surveys */
+#define SURVEYS_DRAWN_MAX 6u /* this many of the newest surveys */
 
 static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 {
@@ -782,7 +785,7 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
         x[k] = 0.5 * (x[k] + x[k + 1]);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (size_t k = 0; k < count; k++)
-            y[k] = moved ? found->since_previous.moved[line][k].value_in
+            y[k] = moved ? found->since_previous.movement[line][k].value_in
                          : found->since_previous.change.gap_in[line][k];
         figure_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks", x,
                                                      y, NULL, count});
@@ -793,7 +796,7 @@ static double mean_moved_in(const struct survey_change *change, unsigned point)
 {
     double sum_in = 0.0;
     for (unsigned line = 0; line < SURVEY_LINES; line++)
-        sum_in += change->moved[line][point].value_in;
+        sum_in += change->movement[line][point].value_in;
     return sum_in / SURVEY_LINES;
 }
 
@@ -816,9 +819,9 @@ static void draw_since_first(struct figure *figure, const struct report *report,
         figure_shape(figure, "mark", none, none, limit, limit, NULL);
         figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
     }
-    for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN;) {
+    for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN_MAX;) {
         if (survey_get(report->store, rows[i].id, survey, report->error) != MR_OK ||
-            survey_find(report->store, survey, found, report->error) != MR_OK)
+            survey_evaluate(report->store, survey, found, report->error) != MR_OK)
             break;
         if (!found->first)
             continue;
@@ -832,7 +835,7 @@ static void draw_since_first(struct figure *figure, const struct report *report,
     free(found);
 }
 
-static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
+static void write_surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
 {
     struct answer *answer = answer_new(false);
     answer_table(answer, NULL, "");
@@ -851,16 +854,16 @@ static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_
     report_answer(answer, out);
 }
 
-static void survey_words(FILE *out, const struct survey *survey, const struct survey_found *found,
-                         bool si)
+static void write_survey_text(FILE *out, const struct survey *survey,
+                              const struct survey_found *found, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
                       *station = unit_of(UNIT_STATION, si);
     fprintf(out,
             "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
             "known for %zu of %u segments.",
-            (long long)survey->row.id, survey_desk_read(&survey->desk), survey->desk.plan.count,
-            survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
+            (long long)survey->row.id, survey_desk_count_read(&survey->desk),
+            survey->desk.plan.count, survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
         fprintf(out,
                 " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
@@ -873,7 +876,7 @@ static void survey_words(FILE *out, const struct survey *survey, const struct su
     fputs("</p>\n", out);
 }
 
-static void surveys(const struct report *report, FILE *out)
+static void write_surveys(const struct report *report, FILE *out)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = xmalloc(sizeof *survey);
@@ -881,10 +884,10 @@ static void surveys(const struct report *report, FILE *out)
     size_t count = 0;
     bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
                survey_get(report->store, 0, survey, report->error) == MR_OK &&
-               survey_find(report->store, survey, found, report->error) == MR_OK;
+               survey_evaluate(report->store, survey, found, report->error) == MR_OK;
     if (any) {
-        surveys_table(out, rows, count);
-        survey_words(out, survey, found, report->si);
+        write_surveys_table(out, rows, count);
+        write_survey_text(out, survey, found, report->si);
     }
     if (any && found->previous) {
         struct figure figure = figure_begin(
@@ -910,7 +913,7 @@ static void surveys(const struct report *report, FILE *out)
 #define HOUR_US 3600e6
 
 /* Rows of the first board only, and their times in hours. Returns how many. */
-static size_t choose(const struct store_slow *rows, size_t count, double *hours)
+static size_t select_board_rows(const struct store_slow *rows, size_t count, double *hours)
 {
     size_t n = 0;
     while (n < count && strcmp(rows[n].board_uid, rows[0].board_uid) == 0) {
@@ -955,10 +958,10 @@ static void draw_slow(FILE *out, const struct store_slow *rows, const double *ho
                "the mat.");
 }
 
-static void put_slow(const struct report *report, FILE *out)
+static void write_slow(const struct report *report, FILE *out)
 {
     double *hours = xcalloc(2 * (report->slow_rows + 1), sizeof *hours);
-    size_t n = choose(report->slow, report->slow_rows, hours);
+    size_t n = select_board_rows(report->slow, report->slow_rows, hours);
     if (n >= 2 && hours[n - 1] > 0.0)
         draw_slow(out, report->slow, hours, hours + report->slow_rows + 1, n, report->si);
     free(hours);
@@ -967,18 +970,18 @@ static void put_slow(const struct report *report, FILE *out)
 /* ---- the sections, in the order of the page ---- */
 
 const struct report_section report_sections[] = {
-    {"summary", "Summary", summary, 1},
-    {"cumulative", "Cumulative displacement", cumulative, 2},
-    {"zones", "Zone map of all landings", zones, 2},
-    {"overlay", "Two landings compared", overlay, 2},
-    {"tension", "Band tension against deceleration", tension, 2},
-    {"advice", "Advice before the landings", advice, 0},
-    {"record", "Warnings and their outcome", warnings, 0},
-    {"predictor", "Predictions", predictor, 2},
-    {"compared", "Measured against simulated", compared, 2},
-    {"slow", "Tension and temperature between landings", put_slow, 0},
-    {"journal", "Observations and notes", put_journal, 0},
+    {"summary", "Summary", write_summary, 1},
+    {"cumulative", "Cumulative displacement", write_cumulative, 2},
+    {"zones", "Zone map of all landings", write_zones, 2},
+    {"overlay", "Two landings compared", write_overlay, 2},
+    {"tension", "Band tension against deceleration", write_tension, 2},
+    {"advice", "Advice before the landings", write_advice, 0},
+    {"record", "Warnings and their outcome", write_warnings, 0},
+    {"predictor", "Predictions", write_predictor, 2},
+    {"compared", "Measured against simulated", write_compared, 2},
+    {"slow", "Tension and temperature between landings", write_slow, 0},
+    {"journal", "Observations and notes", write_journal, 0},
     {"records", "Acceptance and damage", report_records, 0},
-    {"survey", "Surveys of the mat", surveys, 0},
+    {"survey", "Surveys of the mat", write_surveys, 0},
     {NULL, NULL, NULL, 0},
 };

@@ -9,12 +9,12 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-#define COLUMNS_WHOLE 120u /* columns of a plot in a row of its own */
-#define COLUMNS_SMALL 80u
-#define STEPS         2500.0 /* steps of a coordinate across the plot: finer than a pixel */
-#define DECIMALS_MOST 9
+#define COLUMNS_FULL_WIDTH 120u /* columns of a plot in a row of its own */
+#define COLUMNS_SHARED_ROW 80u
+#define COORDINATE_STEPS   2500.0 /* steps of a coordinate across the plot: finer than a pixel */
+#define DECIMALS_MAX       9
 /* height of title, label and margin of a plot; the page reserves it until the plot is drawn */
-#define AROUND_PX     40u
+#define MARGIN_PX          40u
 
 /* ---- JSON inside <script> ---- */
 
@@ -31,7 +31,7 @@ static void put_text(FILE *out, const char *text)
     putc('"', out);
 }
 
-static void put_named(FILE *out, const char *name, const char *text)
+static void put_named_text(FILE *out, const char *name, const char *text)
 {
     fprintf(out, ",\"%s\":", name);
     put_text(out, text ? text : "");
@@ -40,10 +40,10 @@ static void put_named(FILE *out, const char *name, const char *text)
 /* "displacement (in)"; "" if the axis has no name. */
 static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
 {
-    char label[CHART_LABEL] = "";
+    char label[CHART_LABEL_SIZE] = "";
     if (what)
         snprintf(label, sizeof label, unit->text[0] ? "%s (%s)" : "%s", what, unit->text);
-    put_named(out, name, label);
+    put_named_text(out, name, label);
 }
 
 static void put_number(FILE *out, double value)
@@ -55,7 +55,7 @@ static void put_number(FILE *out, double value)
 }
 
 /* Faster than fprintf: a page of 400 landings has about ten million integers. */
-static void put_whole(FILE *out, int64_t value)
+static void put_integer(FILE *out, int64_t value)
 {
     char digits[24];
     size_t at = sizeof digits;
@@ -71,12 +71,12 @@ static void put_whole(FILE *out, int64_t value)
 /* ---- thinning ---- */
 
 struct points {
-    size_t *at, count;
+    size_t *index, count;
 };
 
 /* Points of a column that are kept: the lowest, the highest, and one gap, so that gaps stay
- * visible. In their order, each once. */
-static void keep_column(struct points *kept, const double *y, size_t from, size_t to)
+ * visible. They stay in order, and each occurs once. */
+static void keep_column_points(struct points *kept, const double *y, size_t from, size_t to)
 {
     size_t least = to, most = to, hole = to;
     for (size_t i = from; i < to; i++) {
@@ -89,17 +89,17 @@ static void keep_column(struct points *kept, const double *y, size_t from, size_
     }
     for (size_t i = from; i < to; i++) {
         if (i == least || i == most || i == hole)
-            kept->at[kept->count++] = i;
+            kept->index[kept->count++] = i;
     }
 }
 
 /* Thin a series to columns of equal width in x. */
-static struct points thin(const struct chart_series *s, size_t columns)
+static struct points thin_series(const struct chart_series *s, size_t columns)
 {
-    struct points kept = {xmalloc((s->count + 1) * sizeof *kept.at), 0};
+    struct points kept = {xmalloc((s->count + 1) * sizeof *kept.index), 0};
     if (s->count <= 2 * columns) {
         for (; kept.count < s->count; kept.count++)
-            kept.at[kept.count] = kept.count;
+            kept.index[kept.count] = kept.count;
         return kept;
     }
     size_t begin = 0;
@@ -112,16 +112,16 @@ static struct points thin(const struct chart_series *s, size_t columns)
             if (floor((s->x[next] - from) / width) != column)
                 break;
         }
-        keep_column(&kept, s->y, first, next);
+        keep_column_points(&kept, s->y, first, next);
     }
-    if (kept.at[kept.count - 1] != s->count - 1)
-        kept.at[kept.count++] = s->count - 1;
+    if (kept.index[kept.count - 1] != s->count - 1)
+        kept.index[kept.count++] = s->count - 1;
     return kept;
 }
 
 /* ---- numbers ---- */
 
-static int decimals_of(const struct chart_series *s, const double *values, double factor)
+static int choose_decimals(const struct chart_series *s, const double *values, double factor)
 {
     double low = (double)INFINITY, high = -(double)INFINITY;
     for (size_t i = 0; i < s->count; i++) {
@@ -129,8 +129,8 @@ static int decimals_of(const struct chart_series *s, const double *values, doubl
         high = fmax(high, factor * values[i]);
     }
     double size = high > low ? high - low : fabs(high) > 0.0 && isfinite(high) ? fabs(high) : 1.0;
-    int decimals = (int)ceil(log10(STEPS / size));
-    return decimals < 0 ? 0 : decimals > DECIMALS_MOST ? DECIMALS_MOST : decimals;
+    int decimals = (int)ceil(log10(COORDINATE_STEPS / size));
+    return decimals < 0 ? 0 : decimals > DECIMALS_MAX ? DECIMALS_MAX : decimals;
 }
 
 /* Write the number of decimals, then integers. Each integer is the difference from the previous
@@ -142,13 +142,13 @@ static void put_values(FILE *out, const char *name, const struct points *kept, c
     int64_t before = 0;
     fprintf(out, ",\"%s\":[%d", name, decimals);
     for (size_t k = 0; k < kept->count; k++) {
-        double value = scale * values[kept->at[k]];
+        double value = scale * values[kept->index[k]];
         putc(',', out);
         if (!(fabs(value) < 9e15)) {
             fputs("null", out);
             continue;
         }
-        put_whole(out, llround(value) - before);
+        put_integer(out, llround(value) - before);
         before = llround(value);
     }
     putc(']', out);
@@ -169,7 +169,7 @@ static void end_plot(struct figure *figure)
 {
     if (figure->plots)
         fputs("]}", figure->out);
-    figure->items = false;
+    figure->has_items = false;
 }
 
 static void put_range(FILE *out, const char *name, double low, double high)
@@ -189,8 +189,8 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes)
     end_plot(figure);
     fprintf(out, "%s{\"h\":%u", figure->plots ? "," : "", axes->height_px);
     figure->plots++;
-    figure->height_px += axes->height_px + AROUND_PX;
-    put_named(out, "t", axes->title);
+    figure->height_px += axes->height_px + MARGIN_PX;
+    put_named_text(out, "t", axes->title);
     figure->x = unit_of(axes->x_unit, figure->si);
     figure->y = unit_of(axes->y_unit, figure->si);
     put_axis(out, "x", axes->x, figure->x);
@@ -207,29 +207,30 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes)
     fputs(axes->ticks ? "],\"i\":[" : ",\"i\":[", out);
 }
 
-static void item(struct figure *figure)
+static void begin_item(struct figure *figure)
 {
-    if (figure->items)
+    if (figure->has_items)
         fputs(",\n", figure->out);
-    figure->items = true;
+    figure->has_items = true;
 }
 
 void figure_series(struct figure *figure, const struct chart_series *s)
 {
     FILE *out = figure->out;
-    struct points kept = thin(s, figure->columns > 2 ? COLUMNS_SMALL : COLUMNS_WHOLE);
-    item(figure);
-    fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->look, s->kind);
+    struct points kept = thin_series(s,
+                                     figure->columns > 2 ? COLUMNS_SHARED_ROW : COLUMNS_FULL_WIDTH);
+    begin_item(figure);
+    fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->style, s->kind);
     if (s->name)
-        put_named(out, "n", s->name);
+        put_named_text(out, "n", s->name);
     const double x = figure->x->factor, y = figure->y->factor;
-    const int decimals = decimals_of(s, s->y, y);
-    put_values(out, "x", &kept, s->x, x, decimals_of(s, s->x, x));
+    const int decimals = choose_decimals(s, s->y, y);
+    put_values(out, "x", &kept, s->x, x, choose_decimals(s, s->x, x));
     put_values(out, "y", &kept, s->y, y, decimals);
-    if (s->half)
-        put_values(out, "e", &kept, s->half, y, decimals + 1);
+    if (s->half_width)
+        put_values(out, "e", &kept, s->half_width, y, decimals + 1);
     putc('}', out);
-    free(kept.at);
+    free(kept.index);
 }
 
 void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
@@ -238,7 +239,7 @@ void figure_shape(struct figure *figure, const char *kind, double x0, double x1,
     FILE *out = figure->out;
     const double x = figure->x->factor, y = figure->y->factor,
                  corner[4] = {x * x0, x * x1, y * y0, y * y1};
-    item(figure);
+    begin_item(figure);
     fprintf(out, "[\"%s\"", kind);
     for (int i = 0; i < 4; i++) {
         putc(',', out);

@@ -11,18 +11,18 @@
 #include "host/base/units.h"
 
 /* time before touchdown, and (CHART_SETTLED_S) after the stop, for which traces are shown */
-#define CHART_BEFORE_S  0.3
-#define CHART_SETTLED_S 0.6
-#define CHART_TIME      "time since touchdown (s)"
-#define CHART_RUNWAY_FT 120.0
-#define CHART_LABEL     60u
+#define CHART_BEFORE_S   0.3
+#define CHART_SETTLED_S  0.6
+#define CHART_TIME       "time since touchdown (s)"
+#define CHART_RUNWAY_FT  120.0
+#define CHART_LABEL_SIZE 60u
 
 struct figure {
     FILE *out;
     bool si;
     const struct unit *x, *y;           /* units of the current plot */
     unsigned columns, plots, height_px; /* height_px: all plots together */
-    bool items;                         /* an item was written: the next one needs a comma */
+    bool has_items;                     /* an item was written: the next one needs a comma */
 };
 
 /* How the y ranges of plots are chosen. */
@@ -52,13 +52,13 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes);
 
 struct chart_series {
     const char *name; /* name in the key; NULL: none */
-    unsigned look;    /* index of colour, dash and mark */
+    unsigned style;   /* index of colour, dash and mark */
     /* "line", "marked" (line with a few marks), "marks" (one at each point), "points", "dots",
      * "whiskers" (marks with their interval), "apart" (whiskers, shifted so that different looks do
      * not overlap), "sim", "faint". */
     const char *kind;
-    const double *x, *y; /* x rises or falls; NaN: a gap */
-    const double *half;  /* half width of an interval or band; NULL: none */
+    const double *x, *y;      /* x rises or falls; NaN: a gap */
+    const double *half_width; /* half width of an interval or band; NULL: none */
     size_t count;
 };
 void figure_series(struct figure *figure, const struct chart_series *series);

@@ -25,7 +25,8 @@ static bool is_fitted(const struct report_landing *landing)
 
 /* ---- facts ---- */
 
-static void facts(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_facts(const struct report *report, const struct report_landing *landing,
+                        FILE *out)
 {
     const struct store_session_row *session = &landing->summary.session;
     struct answer *answer = answer_new(report->si);
@@ -168,7 +169,8 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
     figure_series(figure, &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
 }
 
-static void speed(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_speed(const struct report *report, const struct report_landing *landing,
+                        FILE *out)
 {
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
     const struct measured *measured = &landing->summary.measured;
@@ -200,7 +202,7 @@ static void speed(const struct report *report, const struct report_landing *land
 
 /* Readings of a channel between two times. x is the time, the wheel's station, or the distance of
  * the transducer ahead of the wheel (between BEHIND_FT and AHEAD_FT). The caller frees x. */
-enum against { AGAINST_TIME, AGAINST_STATION, AGAINST_WHEEL };
+enum trace_axis { TRACE_TIME, TRACE_STATION, TRACE_WHEEL };
 #define BEHIND_FT 30.0
 #define AHEAD_FT  50.0
 
@@ -209,9 +211,9 @@ struct trace {
     size_t count;
 };
 
-static struct trace trace_of(const struct report_landing *landing,
-                             const struct measured_channel *channel, enum against against,
-                             double from_s, double to_s)
+static struct trace make_trace(const struct report_landing *landing,
+                               const struct measured_channel *channel, enum trace_axis against,
+                               double from_s, double to_s)
 {
     const struct measured *measured = &landing->summary.measured;
     struct trace trace = {.x = xmalloc(2 * (measured->samples + 1) * sizeof *trace.x)};
@@ -220,11 +222,11 @@ static struct trace trace_of(const struct report_landing *landing,
         double t_s = measured_time_s(measured, i),
                ahead_ft = (double)channel->config.station_ft - landing->station_ft[i];
         if (t_s < from_s || t_s > to_s ||
-            (against == AGAINST_WHEEL && !(ahead_ft >= -BEHIND_FT && ahead_ft <= AHEAD_FT)))
+            (against == TRACE_WHEEL && !(ahead_ft >= -BEHIND_FT && ahead_ft <= AHEAD_FT)))
             continue;
-        trace.x[trace.count] = against == AGAINST_TIME    ? t_s
-                             : against == AGAINST_STATION ? landing->station_ft[i]
-                                                          : ahead_ft;
+        trace.x[trace.count] = against == TRACE_TIME    ? t_s
+                             : against == TRACE_STATION ? landing->station_ft[i]
+                                                        : ahead_ft;
         trace.y[trace.count++] = measured_value(channel, i);
     }
     return trace;
@@ -239,25 +241,26 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
 }
 
 /* " (LV-1023)": the sensor named in the configuration; "": none. */
-#define SENSOR_TEXT 20
+#define SENSOR_TEXT_SIZE 20
 static const char *sensor_text(const struct report_landing *landing, unsigned channel,
-                               char out[SENSOR_TEXT])
+                               char out[SENSOR_TEXT_SIZE])
 {
     const struct mr_channel_config *read = landing->config ? &landing->config->channel[channel]
                                                            : NULL;
     out[0] = '\0';
     if (read && read->serial[0])
-        snprintf(out, SENSOR_TEXT, " (%.*s)", (int)sizeof read->serial, read->serial);
+        snprintf(out, SENSOR_TEXT_SIZE, " (%.*s)", (int)sizeof read->serial, read->serial);
     return out;
 }
 
-static void movement(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_movement(const struct report *report, const struct report_landing *landing,
+                           FILE *out)
 {
     static const char *const keys[] = {"mark", "wheel at the transducer", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
-    char title[CHART_LABEL], sensor[SENSOR_TEXT];
+    char title[CHART_LABEL_SIZE], sensor[SENSOR_TEXT_SIZE];
     if (!is_fitted(landing))
         return;
     struct figure figure = figure_begin(out, report->si,
@@ -281,7 +284,7 @@ static void movement(const struct report *report, const struct report_landing *l
                                                   .height_px = 150});
         figure_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
         draw_trace(&figure, "measured", 0, "line",
-                   trace_of(landing, channel, AGAINST_STATION, 0.0, end_s));
+                   make_trace(landing, channel, TRACE_STATION, 0.0, end_s));
     }
     figure_end(&figure, keys,
                "Displacement relative to the mean of the 0.5 s before the first switch opened; "
@@ -290,11 +293,12 @@ static void movement(const struct report *report, const struct report_landing *l
 
 /* Draw displacement against distance from the wheel, only while the gear rolls: the distance is
  * constant after the stop. */
-static void wheel(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_wheel(const struct report *report, const struct report_landing *landing,
+                        FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
-    char name[CHART_LABEL];
+    char name[CHART_LABEL_SIZE];
     if (!is_fitted(landing))
         return;
     struct figure figure = figure_begin(
@@ -316,8 +320,8 @@ static void wheel(const struct report *report, const struct report_landing *land
         snprintf(name, sizeof name, "%.*f %s", report->si ? 1 : 0,
                  (double)measured->channel[c].config.station_ft * station->factor, station->text);
         draw_trace(&figure, name, number - 1, "marked",
-                   trace_of(landing, &measured->channel[c], AGAINST_WHEEL, 0.0,
-                            measured->summary.stop_t_s.value));
+                   make_trace(landing, &measured->channel[c], TRACE_WHEEL, 0.0,
+                              measured->summary.stop_t_s.value));
     }
     figure_end(
         &figure, NULL,
@@ -325,13 +329,13 @@ static void wheel(const struct report *report, const struct report_landing *land
         "approaches from the right; behind the wheel the distance is negative.");
 }
 
-#define PATH_POINTS 200
-#define STATEMENT_S 0.05
+#define PATH_POINTS     200
+#define STATEMENT_MIN_S 0.05
 
 /* ---- the zone map ---- */
 
-#define LOOK_BLOCKS  20 /* blocks between two checks for closed segments */
-#define AFTER_STOP_S 0.8
+#define CHECK_PERIOD_BLOCKS 20 /* blocks between two checks for closed segments */
+#define AFTER_STOP_S        0.8
 
 /* Draw a rectangle for a segment that is closed from one check to the next. Segments ahead of the
  * wheel are drawn stronger than those behind it. */
@@ -356,7 +360,7 @@ static void draw_closure(struct figure *figure, const struct report_landing *lan
     double since_s[MR_SEGMENTS], t_s = 0.0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         since_s[s] = (double)NAN;
-    for (size_t i = 0; i < measured->samples; i += LOOK_BLOCKS) {
+    for (size_t i = 0; i < measured->samples; i += CHECK_PERIOD_BLOCKS) {
         float remaining_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
         t_s = measured_time_s(measured, i);
@@ -388,7 +392,8 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     for (size_t i = 0; i < zones->count; i++) {
         const struct store_zone *row = &zones->row[i];
         double t_s = zones_time_s(measured, row);
-        double until_s = i + 1 < zones->count ? zones_time_s(measured, row + 1) : t_s + STATEMENT_S;
+        double until_s = i + 1 < zones->count ? zones_time_s(measured, row + 1)
+                                              : t_s + STATEMENT_MIN_S;
         if (row->warning == 1)
             figure_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
                          fmin(until_s, t_s + 0.1), NULL);
@@ -407,7 +412,8 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
                  t_s, t_s, text);
 }
 
-static void zone_map(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_zone_map(const struct report *report, const struct report_landing *landing,
+                           FILE *out)
 {
     static const char *const keys[] = {
         "closed", "closed segments ahead of the wheel", "behind", "closed segments behind it",
@@ -470,8 +476,8 @@ static void draw_reported(struct figure *figure, const struct zones *zones,
                 t_s > to_s + 0.001)
                 break;
             double until_s = next + 1 < zones->count ? zones_time_s(measured, other + 1)
-                                                     : t_s + STATEMENT_S;
-            to_s = fmin(until_s, t_s + 2.0 * STATEMENT_S);
+                                                     : t_s + STATEMENT_MIN_S;
+            to_s = fmin(until_s, t_s + 2.0 * STATEMENT_MIN_S);
         }
         if (row->mats > 0)
             figure_shape(figure, row->warning == 1 ? "warned" : "reported",
@@ -510,8 +516,8 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     free(t_s);
 }
 
-static void predictions(const struct report *report, const struct report_landing *landing,
-                        FILE *out)
+static void write_predictions(const struct report *report, const struct report_landing *landing,
+                              FILE *out)
 {
     static const char *const keys[] = {
         "warned", "closed zone ahead, warning", "reported", "closed zone ahead, no warning",
@@ -533,12 +539,13 @@ static void predictions(const struct report *report, const struct report_landing
 
 /* ---- the bands ---- */
 
-static void tensions(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_tensions(const struct report *report, const struct report_landing *landing,
+                           FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
-    char title[CHART_LABEL], name[CHART_LABEL];
+    char title[CHART_LABEL_SIZE], name[CHART_LABEL_SIZE];
     bool drawn[MR_CHANNELS] = {false}, any = false;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         drawn[c] = measured->channel[c].config.kind != MR_KIND_TENSION ||
@@ -570,15 +577,15 @@ static void tensions(const struct report *report, const struct report_landing *l
             drawn[k] = true;
             snprintf(name, sizeof name, "band %u", channel->config.band);
             draw_trace(&figure, name, (channel->config.band + 5u) % 6u, "marked",
-                       trace_of(landing, channel, AGAINST_TIME, -CHART_BEFORE_S, end_s));
+                       make_trace(landing, channel, TRACE_TIME, -CHART_BEFORE_S, end_s));
         }
     }
     figure_end(&figure, NULL, "Tension against time at each station, unfiltered.");
 }
 
 /* Gages of a band, sorted by station; returns how many. */
-static size_t gages_of(const struct measured *measured, unsigned band,
-                       const struct measured_channel *gage[MR_GAGES])
+static size_t find_gages(const struct measured *measured, unsigned band,
+                         const struct measured_channel *gage[MR_GAGES])
 {
     size_t count = 0;
     for (unsigned number = 1; number <= MR_GAGES; number++) {
@@ -596,14 +603,15 @@ static size_t gages_of(const struct measured *measured, unsigned band,
 }
 
 /* Largest fall and rise of the tension along each band. */
-static void along(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_tension_extremes(const struct report *report,
+                                   const struct report_landing *landing, FILE *out)
 {
     const struct measured_channel *gage[MR_GAGES];
     struct figure figure = {0};
     for (unsigned band = 1; band <= REPORT_BANDS; band++) {
-        size_t count = gages_of(&landing->summary.measured, band, gage);
+        size_t count = find_gages(&landing->summary.measured, band, gage);
         double x[MR_GAGES], y[3][MR_GAGES], half[3][MR_GAGES];
-        char title[CHART_LABEL];
+        char title[CHART_LABEL_SIZE];
         static const char *const names[] = {"least", "most", "at the end"};
         if (count == 0)
             continue;
@@ -637,7 +645,8 @@ static void along(const struct report *report, const struct report_landing *land
                    "with 95 %% intervals, and value at the end.");
 }
 
-static void bands(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_bands(const struct report *report, const struct report_landing *landing,
+                        FILE *out)
 {
     struct answer *answer = answer_new(report->si);
     bands_to_answer(&landing->summary.bands, &landing->summary.measured, answer);
@@ -647,7 +656,8 @@ static void bands(const struct report *report, const struct report_landing *land
 
 /* ---- transducers and gages ---- */
 
-static void channels(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_channels(const struct report *report, const struct report_landing *landing,
+                           FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     struct answer *answer = answer_new(report->si);
@@ -723,7 +733,7 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         double error_in = isnan(landing->head.error_in) ? row->peak_simulated_error_in
                                                         : landing->head.error_in;
-        char title[CHART_LABEL];
+        char title[CHART_LABEL_SIZE];
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
@@ -744,12 +754,13 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
     figure_end(&figure, NULL, "Displacement against time.");
 }
 
-static void compared(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_compared(const struct report *report, const struct report_landing *landing,
+                           FILE *out)
 {
     struct answer *answer;
     if (!landing->compared)
         return;
-    compared_words(out, landing->compared, report->si);
+    write_compared_text(out, landing->compared, report->si);
     answer = answer_new(report->si);
     compare_add_channels(landing->compared, answer);
     compare_add_zones(&landing->compared->zones, answer);
@@ -759,7 +770,8 @@ static void compared(const struct report *report, const struct report_landing *l
 
 /* ---- health ---- */
 
-static void health(const struct report *report, const struct report_landing *landing, FILE *out)
+static void write_health(const struct report *report, const struct report_landing *landing,
+                         FILE *out)
 {
     struct store_backlog *backlog = NULL;
     size_t backlogs = 0;
@@ -781,18 +793,18 @@ static void health(const struct report *report, const struct report_landing *lan
 /* ---- the parts, in the order of the page ---- */
 
 const struct report_part report_parts[] = {
-    {"Speed and deceleration", speed},
-    {"Movement of the mat", movement},
-    {"Displacement against distance from the front wheel", wheel},
-    {"Zone map", zone_map},
-    {"Predictions", predictions},
-    {"Band tensions", tensions},
-    {"Tension change along the bands", along},
-    {"Bands", bands},
-    {"Transducers and gages", channels},
-    {"Measured against simulated", compared},
+    {"Speed and deceleration", write_speed},
+    {"Movement of the mat", write_movement},
+    {"Displacement against distance from the front wheel", write_wheel},
+    {"Zone map", write_zone_map},
+    {"Predictions", write_predictions},
+    {"Band tensions", write_tensions},
+    {"Tension change along the bands", write_tension_extremes},
+    {"Bands", write_bands},
+    {"Transducers and gages", write_channels},
+    {"Measured against simulated", write_compared},
     {"Conditions, damage and pictures", report_landing_records},
-    {"Record", facts},
-    {"Health and losses", health},
+    {"Record", write_facts},
+    {"Health and losses", write_health},
     {NULL, NULL},
 };

@@ -18,9 +18,9 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MOST 3u /* most texts that a fact lists */
-#define RUNS_MOST  6u /* most RUNs that a line lists before "and 12 more" */
-#define DAY_S      86400
+#define NAMED_MAX       3u /* most texts that a fact lists */
+#define RUNS_LISTED_MAX 6u /* most RUNs that a line lists before "and 12 more" */
+#define DAY_S           86400
 
 /* ---- all pages ---- */
 
@@ -57,7 +57,7 @@ const char *report_name(const struct report *report)
 }
 
 /* Number of landings of emulated boards; of[i] (NULL: not needed) is true for these. */
-static size_t emulated_of(const struct report *report, bool *of)
+static size_t count_emulated(const struct report *report, bool *of)
 {
     size_t count = 0;
     for (size_t i = 0; i < report->landings; i++) {
@@ -68,7 +68,7 @@ static size_t emulated_of(const struct report *report, bool *of)
     return count;
 }
 
-static void page_head(FILE *out, const struct report *report)
+static void put_page_head(FILE *out, const struct report *report)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
@@ -82,14 +82,14 @@ static void page_head(FILE *out, const struct report *report)
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
-    if (emulated_of(report, NULL)) /* shown on every printed sheet */
+    if (count_emulated(report, NULL)) /* shown on every printed sheet */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
               out);
     fputs("</style></head>\n<body>", out);
 }
 
-static void page_foot(FILE *out)
+static void put_page_foot(FILE *out)
 {
     fputs("<script>", out);
     for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
@@ -130,9 +130,9 @@ struct text_row {
     const char *how;
 };
 
-static void text_fact(const struct report *report, const struct text_row *row, FILE *out)
+static void put_text_fact(const struct report *report, const struct text_row *row, FILE *out)
 {
-    const char *named[NAMED_MOST];
+    const char *named[NAMED_MAX];
     size_t count = 0, others = 0;
     begin_fact(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
@@ -142,7 +142,7 @@ static void text_fact(const struct report *report, const struct text_row *row, F
             known = strcmp(named[k], value) == 0;
         if (known)
             continue;
-        if (count < NAMED_MOST)
+        if (count < NAMED_MAX)
             named[count++] = value;
         else
             others = 1;
@@ -168,8 +168,8 @@ static void day_text(int64_t us, char out[20])
         strftime(out, 20, "%Y-%m-%d", &utc);
 }
 
-/* By the clock of this computer, as the laboratory's book has it. */
-static void local_time(int64_t first_us, int64_t last_us, FILE *out)
+/* Prints the local time of this computer, which the laboratory's book uses. */
+static void put_local_time(int64_t first_us, int64_t last_us, FILE *out)
 {
     const time_t first_s = (time_t)(first_us / 1000000), last_s = (time_t)(last_us / 1000000);
     struct tm local;
@@ -181,19 +181,19 @@ static void local_time(int64_t first_us, int64_t last_us, FILE *out)
     fprintf(out, " <small>armed, local time: %s to %s</small>", from, to);
 }
 
-static void date_fact(const struct report *report, FILE *out)
+static void put_date_fact(const struct report *report, FILE *out)
 {
     int64_t first_us = INT64_MAX, last_us = INT64_MIN;
     char first[20], last[20];
     begin_fact(out, "date (UTC)");
     for (size_t i = 0; i < report->landings; i++) {
         int64_t us = report->facts[i].landing.armed_us;
-        if (us < SURVEY_DATED_US)
+        if (us < SURVEY_EARLIEST_US)
             continue;
         first_us = us < first_us ? us : first_us;
         last_us = us > last_us ? us : last_us;
     }
-    if (last_us >= SURVEY_DATED_US) {
+    if (last_us >= SURVEY_EARLIEST_US) {
         day_text(first_us, first);
         day_text(last_us, last);
         html_text(out, first);
@@ -201,7 +201,7 @@ static void date_fact(const struct report *report, FILE *out)
             fputs(" to ", out);
             html_text(out, last);
         }
-        local_time(first_us, last_us, out);
+        put_local_time(first_us, last_us, out);
     } else if (report->landings) {
         put_missing(out, "not known", "read from a recording that has no times of day");
     } else {
@@ -212,20 +212,20 @@ static void date_fact(const struct report *report, FILE *out)
 
 /* ---- lists of RUNs ---- */
 
-static void runs_text(const struct report *report, const bool *of, FILE *out)
+static void put_runs(const struct report *report, const bool *of, FILE *out)
 {
     size_t named = 0, count = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        if (!of[i] || ++count > RUNS_MOST)
+        if (!of[i] || ++count > RUNS_LISTED_MAX)
             continue;
         fprintf(out, "%s<a href=\"#run%lld\">%lld</a>", named++ ? ", " : "RUN ",
                 (long long)report->facts[i].landing.id, (long long)report->facts[i].landing.id);
     }
-    if (count > RUNS_MOST)
-        fprintf(out, " and %zu more", count - RUNS_MOST);
+    if (count > RUNS_LISTED_MAX)
+        fprintf(out, " and %zu more", count - RUNS_LISTED_MAX);
 }
 
-static void landings_fact(const struct report *report, FILE *out)
+static void put_landings_fact(const struct report *report, FILE *out)
 {
     begin_fact(out, "landings");
     fprintf(out, "%zu", report->landings);
@@ -253,7 +253,7 @@ struct number_row {
     const char *unknown, *how;
 };
 
-static void number_fact(const struct report *report, const struct number_row *row, FILE *out)
+static void put_number_fact(const struct report *report, const struct number_row *row, FILE *out)
 {
     const struct unit *unit = unit_of(row->kind, report->si);
     const int d = row->decimals;
@@ -289,16 +289,16 @@ static void number_fact(const struct report *report, const struct number_row *ro
     end_fact(out);
 }
 
-static void movement_fact(const struct report *report, FILE *out)
+static void put_movement_fact(const struct report *report, FILE *out)
 {
-    const struct report_moved *largest = NULL;
+    const struct report_movement *largest = NULL;
     int64_t run = 0;
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
     const int decimals = unit_decimals(UNIT_DISPLACEMENT, report->si, 3);
     char text[UNIT_TEXT];
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
-        const struct report_moved *moved = report_largest_movement(&report->facts[i]);
+        const struct report_movement *moved = report_largest_movement(&report->facts[i]);
         if (!moved || (largest && fabs(moved->peak) <= fabs(largest->peak)))
             continue;
         largest = moved;
@@ -318,7 +318,7 @@ static void movement_fact(const struct report *report, FILE *out)
 
 /* ---- zones and outcomes ---- */
 
-static void zones_fact(const struct report *report, bool *of, FILE *out)
+static void put_zones_fact(const struct report *report, bool *of, FILE *out)
 {
     const struct report_facts *longest = NULL;
     const double station = unit_of(UNIT_STATION, report->si)->factor;
@@ -329,7 +329,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
         of[i] = facts->warning.warned;
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
-        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->unheard;
+        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->warning_maybe_lost;
         if (of[i] && (!longest || facts->warning.longest_mats > longest->warning.longest_mats))
             longest = facts;
     }
@@ -339,7 +339,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
         fputs("none", out);
     else if (!report->run) {
         fprintf(out, "in %zu of %zu landings: ", warned, report->landings);
-        runs_text(report, of, out);
+        put_runs(report, of, out);
     }
     if (longest)
         fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest zone ",
@@ -352,7 +352,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
     end_fact(out);
 }
 
-static void verdicts_fact(const struct report *report, FILE *out)
+static void put_outcomes_fact(const struct report *report, FILE *out)
 {
     static const enum record_verdict order[] = {RECORD_HIT,           RECORD_LATE,
                                                 RECORD_MISS,          RECORD_FALSE_ALARM,
@@ -374,7 +374,7 @@ static void verdicts_fact(const struct report *report, FILE *out)
         any = true;
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
-        put_missing(out, "", report->facts[0].why);
+        put_missing(out, "", report->facts[0].outcome_reason);
     else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
         put_missing(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
@@ -384,21 +384,21 @@ static void verdicts_fact(const struct report *report, FILE *out)
 
 /* ---- problems ---- */
 
-static void put_wrong_fact(const struct report *report, bool *of, FILE *out)
+static void put_problems_fact(const struct report *report, bool *of, FILE *out)
 {
     unsigned all = 0;
     for (size_t i = 0; i < report->landings; i++)
-        all |= report->facts[i].wrong;
+        all |= report->facts[i].problems;
     fprintf(out, "<div class=\"wide%s\"><dt>what went wrong</dt><dd>", all ? " wrong" : "");
-    for (unsigned w = 0; w < REPORT_WRONGS; w++) {
+    for (unsigned w = 0; w < REPORT_PROBLEMS; w++) {
         if (!(all & 1u << w))
             continue;
         for (size_t i = 0; i < report->landings; i++)
-            of[i] = report->facts[i].wrong & 1u << w;
-        fprintf(out, "<span>%s", report_wrong_text(w));
+            of[i] = report->facts[i].problems & 1u << w;
+        fprintf(out, "<span>%s", report_problem_text(w));
         if (!report->run) {
             fputs(": ", out);
-            runs_text(report, of, out);
+            put_runs(report, of, out);
         }
         fputs("</span>", out);
     }
@@ -409,30 +409,31 @@ static void put_wrong_fact(const struct report *report, bool *of, FILE *out)
 
 /* ---- the whole front ---- */
 
-#define AT(member) offsetof(struct report_facts, member)
+#define FACT_OFFSET(member) offsetof(struct report_facts, member)
 
 /* The main numbers: speed, deceleration, stop, movement and zone. */
-static void five_numbers(const struct report *report, bool *of, FILE *out)
+static void put_main_numbers(const struct report *report, bool *of, FILE *out)
 {
     static const struct number_row numbers[] = {
-        {"touchdown speed", AT(speed_ft_s), UNIT_SPEED, 3, "not known", "too few switches"},
-        {"mean deceleration", AT(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
+        {"touchdown speed", FACT_OFFSET(speed_ft_s), UNIT_SPEED, 3, "not known",
          "too few switches"},
-        {"stop", AT(stop_ft), UNIT_STATION, 3, "not known", "too few switches"},
+        {"mean deceleration", FACT_OFFSET(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
+         "too few switches"},
+        {"stop", FACT_OFFSET(stop_ft), UNIT_STATION, 3, "not known", "too few switches"},
     };
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        number_fact(report, &numbers[i], out);
-    movement_fact(report, out);
-    zones_fact(report, of, out);
+        put_number_fact(report, &numbers[i], out);
+    put_movement_fact(report, out);
+    put_zones_fact(report, of, out);
 }
 
-static void warning_words(const struct report_facts *facts, FILE *out)
+static void put_warning_text(const struct report_facts *facts, FILE *out)
 {
     if (facts->source == MEASURED_IMPORT) {
         fputs("no board recorded this landing", out);
     } else if (!facts->warning.warned) {
-        fputs(facts->unheard ? "the log received no warning, but may have missed one"
-                             : "the board did not warn",
+        fputs(facts->warning_maybe_lost ? "the log received no warning, but may have missed one"
+                                        : "the board did not warn",
               out);
     } else {
         fprintf(out, "the board warned at %.3f s", facts->warning.t_s);
@@ -441,7 +442,7 @@ static void warning_words(const struct report_facts *facts, FILE *out)
 
 /* The outcome of a landing in one sentence. Segments of ten mats make its time coarse, so the
  * sentence does not compare it with the time of the warning to 0.01 s. */
-static void outcome_sentence(const struct report_facts *facts, FILE *out)
+static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     const struct outcome *outcome = &facts->record.outcome;
     char advice[RECORD_ADVICE_SIZE];
@@ -459,10 +460,10 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
         fprintf(out, "The wheel reached no zone of %d closed mats; ", OUTCOME_MATS);
     else
         fputs("Whether the wheel reached a closed zone is not known; ", out);
-    warning_words(facts, out);
-    if (facts->why[0]) {
+    put_warning_text(facts, out);
+    if (facts->outcome_reason[0]) {
         fputs(" (", out);
-        html_text(out, facts->why);
+        html_text(out, facts->outcome_reason);
         fputc(')', out);
     }
     fputc('.', out);
@@ -473,41 +474,41 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
 
 /* Emulated boards replay synthetic landings. The banner keeps readers from taking them for a
  * test. */
-static void emulated_banner(const struct report *report, FILE *out)
+static void put_emulated_banner(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
-    size_t count = emulated_of(report, of);
+    size_t count = count_emulated(report, of);
     if (count) {
         fputs("<p class=\"emulated\"><strong>Emulated board, synthetic data.</strong> No "
               "hardware and no mat took part",
               out);
         if (count < report->landings) {
             fputs(" in ", out);
-            runs_text(report, of, out);
+            put_runs(report, of, out);
         }
         fputs(".</p>\n", out);
     }
     free(of);
 }
 
-/* Outcome and main numbers of one landing, as the front shows them for all. */
-static void put_lead(const struct report *report, struct report_facts *facts, FILE *out)
+/* Write the outcome and main numbers of one landing, which the front shows for all landings. */
+static void put_landing_summary(const struct report *report, struct report_facts *facts, FILE *out)
 {
     bool of[1];
     struct report one = *report;
     one.facts = facts;
     one.landings = 1;
     one.run = facts->landing.id;
-    emulated_banner(&one, out);
-    outcome_sentence(facts, out);
+    put_emulated_banner(&one, out);
+    put_outcome_sentence(facts, out);
     if (report->run) /* the front has these numbers already */
         return;
     fputs("<dl class=\"first\">\n", out);
-    five_numbers(&one, of, out);
+    put_main_numbers(&one, of, out);
     fputs("</dl>\n", out);
 }
 
-static void sensors_fact(const struct report *report, FILE *out)
+static void put_sensors_fact(const struct report *report, FILE *out)
 {
     const struct report_facts *facts = &report->facts[report->landings ? report->landings - 1 : 0];
     begin_fact(out, "sensor serial numbers");
@@ -519,40 +520,41 @@ static void sensors_fact(const struct report *report, FILE *out)
     end_fact(out);
 }
 
-static void facts(const struct report *report, bool *of, FILE *out)
+static void put_facts(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
     for (size_t i = 0; i < report->landings; i++)
         read |= report->facts[i].config_read;
     const struct text_row texts[] = {
-        {"place", AT(site),
+        {"place", FACT_OFFSET(site),
          read ? "site.name of the configuration" : "site.name; the configuration was not read"},
-        {"runway", AT(series.runway), "matrig landing DB --series NAME --runway"},
-        {"series", AT(series.name), "matrig landing DB --series NAME"},
-        {"pattern", AT(series.pattern), "matrig landing DB --series NAME --pattern"},
-        {"modification", AT(series.modification), "matrig landing DB --series NAME --modification"},
-        {"operator", AT(series.who), "matrig landing DB --series NAME --who"},
+        {"runway", FACT_OFFSET(series.runway), "matrig landing DB --series NAME --runway"},
+        {"series", FACT_OFFSET(series.name), "matrig landing DB --series NAME"},
+        {"pattern", FACT_OFFSET(series.pattern), "matrig landing DB --series NAME --pattern"},
+        {"modification", FACT_OFFSET(series.modification),
+         "matrig landing DB --series NAME --modification"},
+        {"operator", FACT_OFFSET(series.who), "matrig landing DB --series NAME --who"},
     };
     static const struct number_row weight = {
-        "gear weight", AT(weight_lb),
+        "gear weight", FACT_OFFSET(weight_lb),
         UNIT_TENSION,  1,
         "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS"};
     fputs("<dl class=\"first\">\n", out);
-    date_fact(report, out);
+    put_date_fact(report, out);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (i == 3)
-            landings_fact(report, out);
-        text_fact(report, &texts[i], out);
+            put_landings_fact(report, out);
+        put_text_fact(report, &texts[i], out);
     }
-    number_fact(report, &weight, out);
-    five_numbers(report, of, out);
-    verdicts_fact(report, out);
-    put_wrong_fact(report, of, out);
-    sensors_fact(report, out);
+    put_number_fact(report, &weight, out);
+    put_main_numbers(report, of, out);
+    put_outcomes_fact(report, out);
+    put_problems_fact(report, of, out);
+    put_sensors_fact(report, out);
     fputs("</dl>\n", out);
 }
 
-static void cover_write(const struct report *report, FILE *out)
+static void put_front(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<header class=\"cover\"><h1>", out);
@@ -563,8 +565,8 @@ static void cover_write(const struct report *report, FILE *out)
     fputs("</h1>\n<p>", out);
     html_text(out, report_name(report));
     fputs(", on the model landing-mat runway</p>\n", out);
-    emulated_banner(report, out);
-    facts(report, of, out);
+    put_emulated_banner(report, out);
+    put_facts(report, of, out);
     fputs("</header>\n", out);
     free(of);
 }
@@ -578,7 +580,7 @@ static int64_t now_us(void)
     return 1000000 * (fixed ? strtoll(fixed, NULL, 10) : (int64_t)time(NULL));
 }
 
-static void general(const struct report *report, struct answer *answer)
+static void add_general_facts(const struct report *report, struct answer *answer)
 {
     char when[40];
     struct stat file;
@@ -599,7 +601,7 @@ static void general(const struct report *report, struct answer *answer)
                   strerror(errno), report->path);
 }
 
-static void landing_row(const struct report_facts *facts, struct answer *answer)
+static void add_landing_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct store_landing *row = &facts->landing;
     char when[40];
@@ -620,7 +622,8 @@ static void landing_row(const struct report_facts *facts, struct answer *answer)
     answer_words(answer, NULL, "links", "CAN %s; serial %s",
                  facts->can_link[0] ? facts->can_link : "not used",
                  facts->serial_link[0] ? facts->serial_link : "not used");
-    answer_words(answer, NULL, "orders", "%s", facts->orders ? facts->orders : "not known");
+    answer_words(answer, NULL, "orders", "%s",
+                 facts->command_rights ? facts->command_rights : "not known");
     answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
 }
 
@@ -630,8 +633,8 @@ static void day_text_of(uint32_t day, char out[20])
 }
 
 /* Sensor and dates of a channel, from the configuration that was read from the board. */
-static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
-                         struct answer *answer)
+static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_day,
+                             struct answer *answer)
 {
     char day[20];
     answer_words(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
@@ -647,7 +650,7 @@ static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
 }
 
 /* The calibration that the landing's readings use. */
-static void calibrations(const struct report_landing *landing, struct answer *answer)
+static void add_calibrations(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
     answer_table(answer, NULL, "");
@@ -660,8 +663,8 @@ static void calibrations(const struct report_landing *landing, struct answer *an
                      channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
                      channel->number);
         if (landing->config)
-            sensor_facts(&landing->config->channel[i], measured->landing.armed_us / 1000000 / DAY_S,
-                         answer);
+            add_sensor_facts(&landing->config->channel[i],
+                             measured->landing.armed_us / 1000000 / DAY_S, answer);
         answer_words(answer, NULL, "in or lb per code", "%.9g", (double)channel->unit_per_code);
         answer_value(answer, NULL, "gain error, %", UNIT_NUMBER,
                      100.0 * (double)channel->gain_error, 3);
@@ -685,18 +688,18 @@ void provenance_calibration(const struct report_landing *landing, struct answer 
         answer_sentence(answer, NULL,
                         "The configuration of the board was not read (matrig log reads it over a "
                         "two-way link).");
-    calibrations(landing, answer);
+    add_calibrations(landing, answer);
     answer_close(answer);
 }
 
-static void provenance_write(const struct report *report, FILE *out)
+static void write_provenance(const struct report *report, FILE *out)
 {
     struct answer *answer = answer_new(report->si);
     fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
-    general(report, answer);
+    add_general_facts(report, answer);
     answer_table(answer, NULL, "Landings");
     for (size_t i = 0; i < report->landings; i++)
-        landing_row(&report->facts[i], answer);
+        add_landing_row(&report->facts[i], answer);
     answer_close(answer);
     report_answer(answer, out);
     answer_html(report->calibrations, out);
@@ -715,7 +718,7 @@ static void provenance_write(const struct report *report, FILE *out)
 /* ---- a report ---- */
 
 /* Close a memory stream and return its text; NULL: empty. The caller frees the text. */
-static char *collected(FILE *into, char **text, const size_t *size)
+static char *close_stream(FILE *into, char **text, const size_t *size)
 {
     fclose(into);
     if (*size)
@@ -731,13 +734,13 @@ static void write_landing(const struct report *report, struct report_facts *fact
     summary_format_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
-    put_lead(report, facts, out);
+    put_landing_summary(report, facts, out);
     for (const struct report_part *part = report_parts; part->write; part++) {
         char *text = NULL;
         size_t size = 0;
         FILE *into = xopen_memstream(&text, &size);
         part->write(report, landing, into);
-        text = collected(into, &text, &size);
+        text = close_stream(into, &text, &size);
         if (text)
             fprintf(out, "<h3>%s</h3>\n", part->title);
         fputs(text ? text : "", out);
@@ -764,11 +767,11 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
     for (const struct report_section *s = report_sections; s->write; s++) {
         char *text = NULL;
         size_t size = 0;
-        if (report->landings < s->least)
+        if (report->landings < s->landings_min)
             continue;
         FILE *into = xopen_memstream(&text, &size);
         s->write(report, into);
-        text = collected(into, &text, &size);
+        text = close_stream(into, &text, &size);
         if (text) {
             fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", s->id, s->title);
             fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", s->id, s->title, text);
@@ -781,15 +784,15 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
                 (long long)report->row[i].board_landing);
 }
 
-/* Make the front: all of <main> ahead of the landings. The caller frees it. */
-static void make_front(const struct report *report, char **text, size_t *length)
+/* Write the front: all of <main> ahead of the landings. The caller frees it. */
+static void write_front(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
     size_t contents_size = 0, body_size = 0;
     FILE *out = xopen_memstream(text, length), *list = xopen_memstream(&contents, &contents_size),
          *sections = xopen_memstream(&body, &body_size);
     fputs("<main>", out);
-    cover_write(report, out);
+    put_front(report, out);
     write_sections(report, list, sections);
     fclose(list);
     fclose(sections);
@@ -818,9 +821,9 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK && !report->run)
         record_end(report->store, &report->record, error);
     if (error->status == MR_OK)
-        make_front(report, &front, &length);
+        write_front(report, &front, &length);
     if (error->status == MR_OK) {
-        page_head(out, report);
+        put_page_head(out, report);
         fwrite(front, 1, length, out);
         output_copy_temporary(landings, out);
         fprintf(out,
@@ -830,8 +833,8 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
                 SUMMARY_HALF_WIDTH_95,
                 report->si ? "SI; without --si, feet, inches and pounds"
                            : "feet, inches and pounds; matrig --si report writes the page in SI");
-        provenance_write(report, out);
-        page_foot(out);
+        write_provenance(report, out);
+        put_page_foot(out);
     }
     answer_free(report->calibrations);
     report->calibrations = NULL;

@@ -17,8 +17,8 @@ static const char *row_name(void *context, size_t i)
     return rows[i];
 }
 
-/* ROWS: not on the map. */
-static unsigned row_of(const struct inspection *entry)
+/* Row of an entry; ROWS: the entry is not on the map. */
+static unsigned find_row(const struct inspection *entry)
 {
     unsigned row = 0;
     while (row < ROWS && strcmp(entry->kind->name, rows[row]) != 0)
@@ -26,25 +26,25 @@ static unsigned row_of(const struct inspection *entry)
     return inspection_is_valid(entry, NULL, 0) ? row : ROWS;
 }
 
-/* Damage reaches over its length, a record of acceptance over one mat. */
+/* Draw a record: damage covers its length, a record of acceptance covers one mat. */
 static void draw_record(struct figure *figure, const struct inspection *entry)
 {
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
     const char *repair = json_string_value(json_object_get(entry->values, "repair"));
-    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = row_of(entry) + 0.5;
-    double from_ft = row_of(entry) == DAMAGE ? inspection_number(entry->values, "station_ft", "")
-                   : row_of(entry) == MAT    ? (entry->row.place - 1.0) * mat_ft
-                                             : entry->row.place - 0.5 * mat_ft,
+    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = find_row(entry) + 0.5;
+    double from_ft = find_row(entry) == DAMAGE ? inspection_number(entry->values, "station_ft", "")
+                   : find_row(entry) == MAT    ? (entry->row.place - 1.0) * mat_ft
+                                               : entry->row.place - 0.5 * mat_ft,
            to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", ""));
-    const char *shape = row_of(entry) == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
+    const char *shape = find_row(entry) == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
     const double tall = shape && strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
-    if (row_of(entry) < ROWS && shape && !isnan(from_ft))
+    if (find_row(entry) < ROWS && shape && !isnan(from_ft))
         figure_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
 }
 
-static void put_map(const struct report *report, FILE *out)
+static void draw_map(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {
         "damaged", "damage", "repaired", "repaired",
@@ -52,7 +52,7 @@ static void put_map(const struct report *report, FILE *out)
         "passed",  "pass",   NULL};
     const struct inspections *all = &report->records;
     size_t first = 0;
-    while (first < all->count && row_of(&all->entry[first]) == ROWS)
+    while (first < all->count && find_row(&all->entry[first]) == ROWS)
         first++;
     if (first == all->count)
         return;
@@ -72,7 +72,7 @@ static void put_map(const struct report *report, FILE *out)
 }
 
 /* Tables of the kinds that belong to landing `run`; 0: to the runway. */
-static void put_tables(const struct report *report, int64_t run, FILE *out)
+static void write_tables(const struct report *report, int64_t run, FILE *out)
 {
     const struct inspections *all = &report->records;
     struct answer *answer = answer_new(report->si);
@@ -86,12 +86,12 @@ static void put_tables(const struct report *report, int64_t run, FILE *out)
 
 void report_records(const struct report *report, FILE *out)
 {
-    put_map(report, out);
-    put_tables(report, 0, out);
+    draw_map(report, out);
+    write_tables(report, 0, out);
 }
 
 void report_landing_records(const struct report *report, const struct report_landing *landing,
                             FILE *out)
 {
-    put_tables(report, landing->summary.measured.landing.id, out);
+    write_tables(report, landing->summary.measured.landing.id, out);
 }

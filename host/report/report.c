@@ -10,9 +10,9 @@
 #include "host/report/report.h"
 #include "host/store/store_journal.h"
 
-const char *report_wrong_text(unsigned i)
+const char *report_problem_text(unsigned i)
 {
-    static const char *const text[REPORT_WRONGS] = {
+    static const char *const text[REPORT_PROBLEMS] = {
         "a wave was seen",
         "a break was seen",
         "missed or late warning",
@@ -24,26 +24,27 @@ const char *report_wrong_text(unsigned i)
         "frames were lost, or a link was silent",
         "NO-GO in the check before the landing",
     };
-    return i < REPORT_WRONGS ? text[i] : "";
+    return i < REPORT_PROBLEMS ? text[i] : "";
 }
 
 /* ---- movement and tension ---- */
 
-static void take_moved(const struct measured *measured, struct report_facts *facts)
+static void set_movement(const struct measured *measured, struct report_facts *facts)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, i + 1);
         const double none = (double)NAN;
-        facts->moved[i] = (struct report_moved){none, none, none, none, none};
+        facts->movement[i] = (struct report_movement){none, none, none, none, none};
         if (c < 0)
             continue;
         const struct measured_channel *channel = &measured->channel[c];
-        facts->moved[i] = (struct report_moved){(double)channel->config.station_ft, channel->peak,
-                                                channel->error, channel->end, channel->end_error};
+        facts->movement[i] = (struct report_movement){(double)channel->config.station_ft,
+                                                      channel->peak, channel->error, channel->end,
+                                                      channel->end_error};
     }
 }
 
-static void take_bands(const struct measured *measured, struct report_facts *facts)
+static void set_bands(const struct measured *measured, struct report_facts *facts)
 {
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
@@ -52,30 +53,30 @@ static void take_bands(const struct measured *measured, struct report_facts *fac
             isnan(channel->baseline) || isnan(channel->low))
             continue;
         struct report_band *change = &facts->band[band - 1];
-        change->fell_lb += channel->low - channel->baseline;
-        change->rose_lb += channel->high - channel->baseline;
-        change->fell_error_lb = hypot(change->fell_error_lb, channel->low_error);
-        change->rose_error_lb = hypot(change->rose_error_lb, channel->high_error);
+        change->fall_lb += channel->low - channel->baseline;
+        change->rise_lb += channel->high - channel->baseline;
+        change->fall_error_lb = hypot(change->fall_error_lb, channel->low_error);
+        change->rise_error_lb = hypot(change->rise_error_lb, channel->high_error);
         change->gages++;
     }
     for (unsigned b = 0; b < REPORT_BANDS; b++) {
         double gages = facts->band[b].gages ? (double)facts->band[b].gages : (double)NAN;
-        facts->band[b].fell_lb /= gages;
-        facts->band[b].rose_lb /= gages;
-        facts->band[b].fell_error_lb /= gages;
-        facts->band[b].rose_error_lb /= gages;
+        facts->band[b].fall_lb /= gages;
+        facts->band[b].rise_lb /= gages;
+        facts->band[b].fall_error_lb /= gages;
+        facts->band[b].rise_error_lb /= gages;
     }
 }
 
 /* ---- zones ---- */
 
-static struct report_zone zone_of(const struct store_zone *row)
+static struct report_zone convert_zone(const struct store_zone *row)
 {
     return row && row->mats > 0 ? (struct report_zone){row->mats, row->start_ft, row->end_ft}
                                 : (struct report_zone){0, (double)NAN, (double)NAN};
 }
 
-static void take_zones(const struct report_landing *landing, struct report_facts *facts)
+static void set_zones(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
@@ -83,13 +84,13 @@ static void take_zones(const struct report_landing *landing, struct report_facts
     char why[ZONES_DOUBT_SIZE];
     facts->statements = zones->count;
     facts->warning = zones->warning;
-    facts->unheard = zones_format_doubt(&zones->received, (double)INFINITY, why);
+    facts->warning_maybe_lost = zones_format_doubt(&zones->received, (double)INFINITY, why);
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
     }
-    facts->longest = zone_of(longest);
-    facts->last = zone_of(zones->count ? &zones->row[zones->count - 1] : NULL);
+    facts->longest = convert_zone(longest);
+    facts->last = convert_zone(zones->count ? &zones->row[zones->count - 1] : NULL);
     facts->worst_verdict = STORE_NONE;
     for (size_t i = 0; i < landing->predictions; i++) {
         if (landing->prediction[i].verdict > facts->worst_verdict)
@@ -114,7 +115,7 @@ static struct compare_overlap overlap_of(const struct compare_zones *zones, bool
                    : moment->simulated;
 }
 
-static void take_compared(const struct report_landing *landing, struct report_facts *facts)
+static void set_comparison(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct compare_figures *figures = landing->compared;
     if (!figures)
@@ -122,18 +123,19 @@ static void take_compared(const struct report_landing *landing, struct report_fa
     snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);
     facts->compared.channels = figures->channels;
     facts->compared.mean = compare_mean_of(figures);
-    facts->compared.longest = overlap_of(&figures->zones, false, false);
-    facts->compared.longest_board = overlap_of(&figures->zones, false, true);
-    facts->compared.rest = overlap_of(&figures->zones, true, false);
+    facts->compared.longest = find_overlap(&figures->zones, false, false);
+    facts->compared.longest_board = find_overlap(&figures->zones, false, true);
+    facts->compared.rest = find_overlap(&figures->zones, true, false);
     facts->compared.error_in = figures->error_in;
 }
 
 /* ---- problems ---- */
 
-static unsigned wrong_of(const struct summary *summary, const struct report_facts *facts)
+static unsigned find_problems(const struct summary *summary, const struct report_facts *facts)
 {
-    unsigned wrong = (facts->torn ? REPORT_TORN : 0u) | (facts->fitted ? 0u : REPORT_NO_STOP) |
-                     (summary->faults ? REPORT_FAULT : 0u) | (facts->lost ? REPORT_LOST : 0u);
+    unsigned wrong = (facts->incomplete ? REPORT_INCOMPLETE : 0u) |
+                     (facts->fitted ? 0u : REPORT_NO_STOP) | (summary->faults ? REPORT_FAULT : 0u) |
+                     (facts->lost ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
     for (size_t i = 0; i < summary->channel_events; i++)
@@ -152,7 +154,7 @@ static unsigned wrong_of(const struct summary *summary, const struct report_fact
 /* ---- all facts ---- */
 
 /* Set a digest that is equal for landings with the same calibration. */
-static void take_calibration(const struct report_landing *landing, struct report_facts *facts)
+static void set_calibration(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct measured *measured = &landing->summary.measured;
     SHA2_CTX hash;
@@ -165,7 +167,7 @@ static void take_calibration(const struct report_landing *landing, struct report
     SHA256End(&hash, facts->calibration);
 }
 
-static void take_site(const struct report_landing *landing, struct report_facts *facts)
+static void set_site(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct summary *summary = &landing->summary;
     snprintf(facts->can_link, sizeof facts->can_link, "%s", summary->session.can_link);
@@ -181,7 +183,7 @@ static void take_site(const struct report_landing *landing, struct report_facts 
                  landing->config->site[0].name);
 }
 
-static void take_facts(const struct report_landing *landing, struct report_facts *facts)
+static void set_facts(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct summary *summary = &landing->summary;
     const struct measured *measured = &summary->measured;
@@ -189,26 +191,26 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->landing = measured->landing;
     facts->series = landing->series;
     facts->source = measured->source;
-    facts->torn = measured->torn;
+    facts->incomplete = measured->torn;
     facts->emulated = measured_is_emulated(&measured->landing);
     facts->marks = measured_marks(measured);
     facts->recalibrated = measured->recalibrated_channels;
     facts->fitted = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
-    facts->orders = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
+    facts->command_rights = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
     facts->surveyed = landing->survey.surveyed;
     facts->speed_ft_s = facts->fitted ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->fitted ? measured->summary.mean_deceleration_ft_s2 : none;
     facts->stop_ft = facts->fitted ? measured->summary.stop_station_ft : none;
     facts->lost = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
-    take_moved(measured, facts);
-    take_bands(measured, facts);
-    take_zones(landing, facts);
-    take_compared(landing, facts);
-    take_calibration(landing, facts);
-    take_site(landing, facts);
-    facts->wrong = wrong_of(summary, facts);
+    set_movement(measured, facts);
+    set_bands(measured, facts);
+    set_zones(landing, facts);
+    set_comparison(landing, facts);
+    set_calibration(landing, facts);
+    set_site(landing, facts);
+    facts->problems = find_problems(summary, facts);
 }
 
 /* ---- loading ---- */
@@ -251,7 +253,7 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
 /* Compute the wheel's position at each sample, and the figures of the newest comparison. These are
  * computed from the present measurement, because a calibration may have changed since the
  * comparison. */
-static void compute(struct report_landing *landing)
+static void compute_derived(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct compare_board_reports reported = {.zone = landing->summary.zones.row,
@@ -286,20 +288,21 @@ static enum mr_status load_facts(struct report *report, const struct report_land
     const struct measured *measured = &landing->summary.measured;
     const struct record_landing given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
-    take_facts(landing, facts);
+    set_facts(landing, facts);
     return load_weight(report->store, measured->landing.id, &facts->weight_lb, error)
              ?: record_judge(report->store, &report->record, &given, error);
 }
 
 /* Set the outcome of the landing's warnings. */
-static void take_record(struct report *report, struct report_facts *facts)
+static void set_outcome(struct report *report, struct report_facts *facts)
 {
     const struct record_row *row = record_find(&report->record, facts->landing.id);
     if (!row)
         return;
     facts->record = *row;
-    snprintf(facts->why, sizeof facts->why, "%s", row->reason ? row->reason : "");
-    facts->wrong |=
+    snprintf(facts->outcome_reason, sizeof facts->outcome_reason, "%s",
+             row->reason ? row->reason : "");
+    facts->problems |=
         (row->outcome.waves ? REPORT_WAVE : 0u) | (row->outcome.breaks ? REPORT_BREAK : 0u) |
         (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED : 0u) |
         (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE : 0u);
@@ -312,12 +315,12 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     memset(landing, 0, sizeof *landing);
     enum mr_status status = load_landing(report->store, &report->row[at], landing, error);
     if (status == MR_OK) {
-        compute(landing);
+        compute_derived(landing);
         status = load_facts(report, landing, facts, error);
     }
     if (status != MR_OK)
         return status;
-    take_record(report, facts);
+    set_outcome(report, facts);
     bool listed = false;
     for (size_t i = 0; i < at && !listed; i++)
         listed = strcmp(report->facts[i].calibration, facts->calibration) == 0;
@@ -326,11 +329,11 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     return MR_OK;
 }
 
-const struct report_moved *report_largest_movement(const struct report_facts *facts)
+const struct report_movement *report_largest_movement(const struct report_facts *facts)
 {
-    const struct report_moved *largest = NULL;
+    const struct report_movement *largest = NULL;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        const struct report_moved *moved = &facts->moved[i];
+        const struct report_movement *moved = &facts->movement[i];
         if (!isnan(moved->peak) && (!largest || fabs(moved->peak) > fabs(largest->peak)))
             largest = moved;
     }

@@ -13,8 +13,8 @@
 #include "host/store/store_journal.h"
 #include "host/store/store.h"
 
-#define REPORT_BANDS 4u
-#define REPORT_HASH  65u /* SHA-256 in hexadecimal digits, and NUL */
+#define REPORT_BANDS     4u
+#define REPORT_HASH_SIZE 65u /* SHA-256 in hexadecimal digits, and NUL */
 
 /* A landing with its samples. Only one landing at a time is in memory. */
 struct report_landing {
@@ -34,20 +34,20 @@ struct report_landing {
     struct compare_figures *compared;
 };
 
-/* Problems of a landing: bits of report_facts.wrong, in the order of wrong_text. */
-enum report_wrong {
-    REPORT_WAVE = 1,     /* wave observed by a person */
-    REPORT_BREAK = 2,    /* break observed by a person */
-    REPORT_MISSED = 4,   /* zone without a warning, or with a late warning */
-    REPORT_FALSE = 8,    /* warning without a zone */
-    REPORT_TORN = 16,    /* first edges missing */
-    REPORT_NO_STOP = 32, /* speed or stop not known */
-    REPORT_CHANNEL = 64, /* transducer or gage not valid to the end */
-    REPORT_FAULT = 128,  /* fault of the board */
-    REPORT_LOST = 256,   /* lost frames, or a silent link */
-    REPORT_NO_GO = 512   /* no-go in the check before the landing */
+/* Problems of a landing: bits of report_facts.problems, in the order of report_problem_text. */
+enum report_problem {
+    REPORT_WAVE = 1,        /* wave observed by a person */
+    REPORT_BREAK = 2,       /* break observed by a person */
+    REPORT_MISSED = 4,      /* zone without a warning, or with a late warning */
+    REPORT_FALSE = 8,       /* warning without a zone */
+    REPORT_INCOMPLETE = 16, /* first edges missing */
+    REPORT_NO_STOP = 32,    /* speed or stop not known */
+    REPORT_CHANNEL = 64,    /* transducer or gage not valid to the end */
+    REPORT_FAULT = 128,     /* fault of the board */
+    REPORT_LOST = 256,      /* lost frames, or a silent link */
+    REPORT_NO_GO = 512      /* no-go in the check before the landing */
 };
-#define REPORT_WRONGS 10u
+#define REPORT_PROBLEMS 10u
 
 /* Facts of a landing at the front of a report. Units are feet, pounds, inches and seconds; NaN: not
  * known. */
@@ -56,24 +56,24 @@ struct report_facts {
     struct store_series series; /* series of the landing; id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool torn, fitted, config_read, emulated;
-    const char *orders; /* who may send commands: mr_key_state_text; NULL: not reported */
-    const char *marks;  /* marks of the landing, from measured_marks */
+    bool incomplete, fitted, config_read, emulated;
+    const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
+    const char *marks;          /* marks of the landing, from measured_marks */
     int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
     size_t sensors, serials; /* channels that measure, and those with a serial number */
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
-    struct report_moved {
+    struct report_movement {
         double station_ft, peak, error, end, end_error;
-    } moved[MR_TRANSDUCERS];
+    } movement[MR_TRANSDUCERS];
     /* Means over the gages of the band: largest fall and largest rise from the tension before the
      * landing. */
     struct report_band {
-        double fell_lb, rose_lb, fell_error_lb, rose_error_lb;
+        double fall_lb, rise_lb, fall_error_lb, rise_error_lb;
         size_t gages;
     } band[REPORT_BANDS];
     struct zone_warning warning;
-    bool unheard; /* a warning may have been sent that was not received */
+    bool warning_maybe_lost; /* a warning may have been sent that was not received */
     struct report_zone {
         int64_t mats; /* 0: no zone */
         double start_ft, end_ft;
@@ -88,11 +88,11 @@ struct report_facts {
         struct compare_overlap longest, longest_board, rest;
         double error_in;
     } compared;
-    char calibration[REPORT_HASH]; /* hash; equal hashes mean equal calibrations */
-    struct mr_estimate weight_lb;  /* weight as corrected (matrig landing) */
-    unsigned wrong;
+    char calibration[REPORT_HASH_SIZE]; /* hash; equal hashes mean equal calibrations */
+    struct mr_estimate weight_lb;       /* weight as corrected (matrig landing) */
+    unsigned problems;
     struct record_row record;
-    char why[120]; /* text to which record.why points */
+    char outcome_reason[120]; /* text to which record.why points */
 };
 
 struct report {
@@ -123,16 +123,16 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
 void report_landing_free(struct report_landing *landing);
 
 /* Text of the problem bit `1 << i`: "a wave was seen". Static storage. */
-const char *report_wrong_text(unsigned i);
+const char *report_problem_text(unsigned i);
 /* The transducer with the largest movement in either direction; NULL: none has a peak. */
-const struct report_moved *report_largest_movement(const struct report_facts *facts);
+const struct report_movement *report_largest_movement(const struct report_facts *facts);
 
 /* Content of the page by heading. A heading without content is omitted. The last entry of each list
  * has no `write`. */
 extern const struct report_section { /* sections of the campaign, in the order of the page */
     const char *id, *title;
     void (*write)(const struct report *report, FILE *out);
-    size_t least; /* minimum number of landings for the section */
+    size_t landings_min; /* minimum number of landings for the section */
 } report_sections[];
 extern const struct report_part { /* parts of each landing */
     const char *title;

@@ -20,7 +20,7 @@
 const char *const survey_kind_text[SURVEY_KINDS] = {"gap", "station", "across", "diagonal"};
 const char *const survey_edges_text[SURVEY_EDGES] = {"left", "both", "none", "diagonal"};
 
-static void add(struct survey_plan *plan, enum survey_kind kind, unsigned line, unsigned place)
+static void add_item(struct survey_plan *plan, enum survey_kind kind, unsigned line, unsigned place)
 {
     plan->item[plan->count++] = (struct survey_item){kind, line, place};
 }
@@ -31,9 +31,9 @@ static void add_station(struct survey_plan *plan, enum survey_edges edges, unsig
     bool diagonal = edges == SURVEY_EDGE_DIAGONAL;
     if (diagonal || (line == 1 && edges != SURVEY_EDGE_NONE) ||
         (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH))
-        add(plan, SURVEY_STATION, line, station);
+        add_item(plan, SURVEY_STATION, line, station);
     if (diagonal)
-        add(plan, SURVEY_ACROSS, line, station);
+        add_item(plan, SURVEY_ACROSS, line, station);
 }
 
 /* Station of an item's beginning; a diagonal has no station. */
@@ -44,14 +44,14 @@ static double survey_item_ft(const struct survey_item *item)
 
 /* Add the items of a line in the downfield direction. Each station comes before the first span that
  * begins at or behind it. */
-static void walk_down(struct survey_plan *plan, enum survey_edges edges, unsigned line)
+static void add_line_items(struct survey_plan *plan, enum survey_edges edges, unsigned line)
 {
     unsigned station = 0;
     for (unsigned span = 0; span < SURVEY_SPANS; span++) {
         double begins_ft = survey_item_ft(&(struct survey_item){SURVEY_GAP, line, span});
         while (station < SURVEY_STATIONS && SURVEY_STATION_FT * station <= begins_ft + 1e-6)
             add_station(plan, edges, line, station++);
-        add(plan, SURVEY_GAP, line, span);
+        add_item(plan, SURVEY_GAP, line, span);
     }
     while (station < SURVEY_STATIONS)
         add_station(plan, edges, line, station++);
@@ -62,7 +62,7 @@ void survey_plan_make(struct survey_plan *plan, enum survey_edges edges)
     plan->count = 0;
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
         size_t first = plan->count;
-        walk_down(plan, edges, line);
+        add_line_items(plan, edges, line);
         /* even lines: walk back uprange */
         for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) {
             struct survey_item item = plan->item[i];
@@ -72,7 +72,7 @@ void survey_plan_make(struct survey_plan *plan, enum survey_edges edges)
     }
     for (unsigned line = 1; edges == SURVEY_EDGE_DIAGONAL && line <= SURVEY_DIAGONALS; line++) {
         for (unsigned i = 0; i < SURVEY_DIAGONAL_SPANS; i++)
-            add(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
+            add_item(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
     }
 }
 
@@ -147,19 +147,19 @@ static bool is_span(const struct survey_item *item)
 /* Expected value of a first reading. NaN: no expectation. */
 static double survey_item_nominal_in(const struct survey_item *item)
 {
-    return is_span(item) ? SURVEY_SPACING_IN : (double)NAN;
+    return is_span(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
 }
 
 double survey_item_limit_in(const struct survey_item *item)
 {
-    return is_span(item) ? SURVEY_SPAN_CHANGE_IN : SURVEY_MOVE_IN;
+    return is_span(item) ? SURVEY_SPAN_CHANGE_MAX_IN : SURVEY_STATION_CHANGE_MAX_IN;
 }
 
 /* ---- desk ---- */
 
 /* three reading errors: a repeated reading within this confirms the doubtful one */
-#define AGAIN_IN   0.015
-#define READING_IN 2000.0 /* larger than any caliper or runway */
+#define CONFIRM_TOLERANCE_IN 0.015
+#define READING_MAX_IN       2000.0 /* larger than any caliper or runway */
 
 static const char *skip_space(const char *text)
 {
@@ -168,7 +168,7 @@ static const char *skip_space(const char *text)
     return text;
 }
 
-static bool is_end(const char *text)
+static bool is_line_end(const char *text)
 {
     return *skip_space(text) == '\0';
 }
@@ -180,32 +180,32 @@ static bool parse_number(const char *text, bool si, double *value_in, struct qua
     if (digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
     return quantity_parse(text, "in", si ? "mm" : "in", value_in, wrong) &&
-           fabs(*value_in) <= READING_IN;
+           fabs(*value_in) <= READING_MAX_IN;
 }
 
 void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
 {
     static const struct {
         char letter;
-        enum survey_word word;
+        enum survey_entry_kind word;
     } words[] = {{'s', SURVEY_SKIP},
                  {'u', SURVEY_UNDO},
                  {'b', SURVEY_BACK},
                  {'q', SURVEY_QUIT},
                  {'?', SURVEY_HELP}};
     const char *text = skip_space(line);
-    *entry = (struct survey_entry){.word = SURVEY_NONSENSE, .value_in = (double)NAN};
+    *entry = (struct survey_entry){.kind = SURVEY_INVALID, .value_in = (double)NAN};
     if (*text == '\0')
-        entry->word = SURVEY_NOTHING;
-    else if (parse_number(text, si, &entry->value_in, &entry->wrong))
-        entry->word = SURVEY_NUMBER;
-    else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_end(text + 1)) {
-        entry->word = SURVEY_NOTE;
+        entry->kind = SURVEY_EMPTY;
+    else if (parse_number(text, si, &entry->value_in, &entry->error))
+        entry->kind = SURVEY_NUMBER;
+    else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_line_end(text + 1)) {
+        entry->kind = SURVEY_NOTE;
         entry->note = skip_space(text + 1);
     }
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        if (*text == words[i].letter && is_end(text + 1))
-            entry->word = words[i].word;
+        if (*text == words[i].letter && is_line_end(text + 1))
+            entry->kind = words[i].word;
     }
 }
 
@@ -217,40 +217,40 @@ void survey_desk_init(struct survey_desk *desk, enum survey_edges edges)
         desk->value_in[i] = desk->previous_in[i] = (double)NAN;
 }
 
-static void discard(struct survey_desk *desk, size_t item)
+static void discard_reading(struct survey_desk *desk, size_t item)
 {
     size_t kept = 0;
-    for (size_t i = 0; i < desk->lasts; i++) {
-        if (desk->last[i] != item)
-            desk->last[kept++] = desk->last[i];
+    for (size_t i = 0; i < desk->history_count; i++) {
+        if (desk->history[i] != item)
+            desk->history[kept++] = desk->history[i];
     }
-    desk->lasts = kept;
+    desk->history_count = kept;
 }
 
 /* Restore a stored reading (when a survey resumes). NaN deletes it; `skipped` marks it as skipped.
- * Call survey_desk_next afterwards. */
+ * Call survey_desk_move_to_next afterwards. */
 static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
                                 bool skipped)
 {
-    discard(desk, item);
+    discard_reading(desk, item);
     desk->value_in[item] = value_in;
     desk->skipped[item] = skipped;
     if (!isnan(value_in) || skipped)
-        desk->last[desk->lasts++] = item;
+        desk->history[desk->history_count++] = item;
 }
 
-void survey_desk_next(struct survey_desk *desk, size_t from)
+void survey_desk_move_to_next(struct survey_desk *desk, size_t from)
 {
     size_t count = desk->plan.count;
-    desk->doubted = false;
+    desk->has_doubtful = false;
     for (size_t step = 0; step < count; step++) {
         size_t item = (from + step) % count;
         if (isnan(desk->value_in[item]) && !desk->skipped[item]) {
-            desk->at = item;
+            desk->current = item;
             return;
         }
     }
-    desk->at = count;
+    desk->current = count;
 }
 
 double survey_desk_expected_in(const struct survey_desk *desk, size_t item)
@@ -259,69 +259,69 @@ double survey_desk_expected_in(const struct survey_desk *desk, size_t item)
                                           : desk->previous_in[item];
 }
 
-static enum survey_outcome take_number(struct survey_desk *desk, double value_in, size_t *item)
+static enum survey_outcome handle_number(struct survey_desk *desk, double value_in, size_t *item)
 {
-    size_t at = desk->at;
+    size_t at = desk->current;
     if (at == desk->plan.count)
         return SURVEY_REFUSED;
     double expected_in = survey_desk_expected_in(desk, at);
     /* NaN compares as false: nothing is expected */
     bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
-    bool again = desk->doubted && fabs(value_in - desk->doubted_in) <= AGAIN_IN;
+    bool again = desk->has_doubtful && fabs(value_in - desk->doubtful_in) <= CONFIRM_TOLERANCE_IN;
     *item = at;
     if (beyond && !again) {
-        desk->doubted = true;
-        desk->doubted_in = value_in;
-        return SURVEY_DOUBTED;
+        desk->has_doubtful = true;
+        desk->doubtful_in = value_in;
+        return SURVEY_DOUBTFUL;
     }
     survey_desk_restore(desk, at, value_in, false);
-    survey_desk_next(desk, at);
-    return beyond ? SURVEY_CONFIRMED : SURVEY_KEPT;
+    survey_desk_move_to_next(desk, at);
+    return beyond ? SURVEY_CONFIRMED : SURVEY_STORED;
 }
 
-static enum survey_outcome undo(struct survey_desk *desk, size_t *item)
+static enum survey_outcome undo_reading(struct survey_desk *desk, size_t *item)
 {
-    if (desk->doubted) { /* the doubtful reading is not stored yet: forget it */
-        desk->doubted = false;
+    if (desk->has_doubtful) { /* the doubtful reading is not stored yet: forget it */
+        desk->has_doubtful = false;
         return SURVEY_MOVED;
     }
-    if (desk->lasts == 0)
+    if (desk->history_count == 0)
         return SURVEY_REFUSED;
-    *item = desk->last[desk->lasts - 1];
+    *item = desk->history[desk->history_count - 1];
     survey_desk_restore(desk, *item, (double)NAN, false);
-    desk->at = *item;
+    desk->current = *item;
     return SURVEY_UNDONE;
 }
 
-enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct survey_entry *entry,
-                                     size_t *item)
+enum survey_outcome survey_desk_apply(struct survey_desk *desk, const struct survey_entry *entry,
+                                      size_t *item)
 {
-    *item = desk->at;
-    switch (entry->word) {
-    case SURVEY_NUMBER: return take_number(desk, entry->value_in, item);
+    *item = desk->current;
+    switch (entry->kind) {
+    case SURVEY_NUMBER: return handle_number(desk, entry->value_in, item);
     case SURVEY_SKIP:
-        if (desk->at == desk->plan.count)
+        if (desk->current == desk->plan.count)
             return SURVEY_REFUSED;
-        survey_desk_restore(desk, desk->at, (double)NAN, true);
-        survey_desk_next(desk, desk->at);
+        survey_desk_restore(desk, desk->current, (double)NAN, true);
+        survey_desk_move_to_next(desk, desk->current);
         return SURVEY_SKIPPED;
-    case SURVEY_UNDO: return undo(desk, item);
+    case SURVEY_UNDO: return undo_reading(desk, item);
     case SURVEY_BACK:
-        if (desk->at == 0)
+        if (desk->current == 0)
             return SURVEY_REFUSED;
-        desk->at--;
-        desk->doubted = false;
+        desk->current--;
+        desk->has_doubtful = false;
         return SURVEY_MOVED;
     case SURVEY_NOTE:
-        if (desk->lasts == 0)
+        if (desk->history_count == 0)
             return SURVEY_REFUSED;
-        *item = desk->last[desk->lasts - 1];
+        *item = desk->history[desk->history_count - 1];
         return SURVEY_NOTED;
     default: return SURVEY_REFUSED;
     }
 }
 
-size_t survey_desk_read(const struct survey_desk *desk)
+size_t survey_desk_count_read(const struct survey_desk *desk)
 {
     size_t read = 0;
     for (size_t i = 0; i < desk->plan.count; i++)
@@ -392,10 +392,10 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
     return MR_OK;
 }
 
-static enum mr_status take_row(const char *path, size_t line, char **cell, size_t cells,
-                               size_t names, const int column[COLUMNS], bool mm,
-                               const struct survey_plan *plan, struct survey_sheet *sheet,
-                               struct error *error)
+static enum mr_status parse_row(const char *path, size_t line, char **cell, size_t cells,
+                                size_t names, const int column[COLUMNS], bool mm,
+                                const struct survey_plan *plan, struct survey_sheet *sheet,
+                                struct error *error)
 {
     struct survey_item item;
     const char *text[COLUMNS];
@@ -426,12 +426,13 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
     double value;
     struct quantity_error wrong = {"", ""};
     if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
-        !(fabs(value) <= READING_IN))
+        !(fabs(value) <= READING_MAX_IN))
         return error_set(error, MR_MALFORMED,
                          "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
                          text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
-    if (distance && fabs(log(fabs(value) / SURVEY_SPACING_IN)) > 2.0) /* a value in mm gives 3.2 */
+    if (distance &&
+        fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0) /* a value in mm gives 3.2 */
         return error_set(error, MR_MALFORMED,
                          "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
                          "if the unit is different, name the column reading_%s",
@@ -469,8 +470,8 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                 names = csv_split(line + utf8_mark_length(line, strlen(line)), cell, COLUMNS_MAX),
                 column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = take_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), names, column,
-                              mm, plan, sheet, error);
+            status = parse_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), names,
+                               column, mm, plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; give a file", path);
@@ -504,26 +505,28 @@ static double *survey_reading_at(struct survey_readings *r, const struct survey_
 
 /* The normal equations of a line are tridiagonal: a span connects two neighbouring points, a
  * station the two points around it. */
-struct normal {
-    double diagonal[SURVEY_POINTS], beside[SURVEY_POINTS - 1], right[SURVEY_POINTS];
+struct normal_equations {
+    double diagonal[SURVEY_POINTS], off_diagonal[SURVEY_POINTS - 1], right[SURVEY_POINTS];
 };
 
 /* Add the observation a u(k) + b u(k+1) = value. */
-static void observe(struct normal *n, unsigned k, double a, double b, double value, double error)
+static void add_observation(struct normal_equations *n, unsigned k, double a, double b,
+                            double value, double error)
 {
     double w = 1.0 / (error * error);
     n->diagonal[k] += w * a * a;
     n->right[k] += w * a * value;
     if (k + 1 < SURVEY_POINTS) {
         n->diagonal[k + 1] += w * b * b;
-        n->beside[k] += w * a * b;
+        n->off_diagonal[k] += w * a * b;
         n->right[k + 1] += w * b * value;
     }
 }
 
 /* Solve by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
  * reciprocal variance of point k. */
-static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POINTS])
+static void solve_normal(const struct normal_equations *n,
+                         struct survey_estimate out[SURVEY_POINTS])
 {
     double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS],
         up_right[SURVEY_POINTS];
@@ -531,15 +534,15 @@ static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POIN
     down[0] = n->diagonal[0];
     down_right[0] = n->right[0];
     for (unsigned k = 1; k <= last; k++) {
-        double factor = n->beside[k - 1] / down[k - 1];
-        down[k] = n->diagonal[k] - factor * n->beside[k - 1];
+        double factor = n->off_diagonal[k - 1] / down[k - 1];
+        down[k] = n->diagonal[k] - factor * n->off_diagonal[k - 1];
         down_right[k] = n->right[k] - factor * down_right[k - 1];
     }
     up[last] = n->diagonal[last];
     up_right[last] = n->right[last];
     for (unsigned k = last; k-- > 0;) {
-        double factor = n->beside[k] / up[k + 1];
-        up[k] = n->diagonal[k] - factor * n->beside[k];
+        double factor = n->off_diagonal[k] / up[k + 1];
+        up[k] = n->diagonal[k] - factor * n->off_diagonal[k];
         up_right[k] = n->right[k] - factor * up_right[k + 1];
     }
     for (unsigned k = 0; k <= last; k++) {
@@ -550,19 +553,19 @@ static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POIN
 }
 
 /* `anchor`: u of the first point if the line has no stations. False: the line has no readings. */
-static bool move_line(const struct survey_change *c, unsigned line,
-                      const struct survey_estimate *anchor,
-                      struct survey_estimate moved[SURVEY_POINTS])
+static bool compute_line_movement(const struct survey_change *c, unsigned line,
+                                  const struct survey_estimate *anchor,
+                                  struct survey_estimate moved[SURVEY_POINTS])
 {
-    struct normal n = {{0}, {0}, {0}};
+    struct normal_equations n = {{0}, {0}, {0}};
     /* standard deviation of a uniform change within the range of the joints */
-    const double unknown_in = SURVEY_SPAN_CHANGE_IN / sqrt(3.0);
+    const double unknown_in = SURVEY_SPAN_CHANGE_MAX_IN / sqrt(3.0);
     unsigned gaps = 0, stations = 0;
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double change_in = c->change.gap_in[line][k];
         gaps += isnan(change_in) ? 0u : 1u;
-        observe(&n, k, -1.0, 1.0, isnan(change_in) ? 0.0 : change_in,
-                isnan(change_in) ? unknown_in : c->change.error_in);
+        add_observation(&n, k, -1.0, 1.0, isnan(change_in) ? 0.0 : change_in,
+                        isnan(change_in) ? unknown_in : c->change.error_in);
     }
     for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
         double change_in = c->change.station_in[line][s];
@@ -571,23 +574,23 @@ static bool move_line(const struct survey_change *c, unsigned line,
         if (isnan(change_in))
             continue;
         stations++;
-        observe(&n, k, 1.0 - (at - k), at - k, change_in, c->station_error_in);
+        add_observation(&n, k, 1.0 - (at - k), at - k, change_in, c->station_error_in);
     }
     if (stations == 0)
-        observe(&n, 0, 1.0, 0.0, anchor->value_in, fmax(anchor->error_in, 1e-6));
-    solve(&n, moved);
+        add_observation(&n, 0, 1.0, 0.0, anchor->value_in, fmax(anchor->error_in, 1e-6));
+    solve_normal(&n, moved);
     return gaps + stations > 0;
 }
 
-static struct survey_estimate bow_of(const struct survey_change *c, unsigned point)
+static struct survey_estimate compute_bow(const struct survey_change *c, unsigned point)
 {
     struct survey_estimate bow = {(double)NAN, (double)NAN};
-    const struct survey_estimate left = c->moved[0][point],
-                                 right = c->moved[SURVEY_LINES - 1][point];
+    const struct survey_estimate left = c->movement[0][point],
+                                 right = c->movement[SURVEY_LINES - 1][point];
     for (unsigned line = 1; line + 1 < SURVEY_LINES; line++) {
         double part = (survey_line_in(line + 1) - survey_line_in(1)) /
                       (survey_line_in(SURVEY_LINES) - survey_line_in(1));
-        const struct survey_estimate here = c->moved[line][point];
+        const struct survey_estimate here = c->movement[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
         /* NaN compares as false, so the first value is taken */
         if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in))
@@ -599,8 +602,8 @@ static struct survey_estimate bow_of(const struct survey_change *c, unsigned poi
     return bow;
 }
 
-static void subtract(const struct survey_readings *now, const struct survey_readings *before,
-                     struct survey_change *c)
+static void subtract_readings(const struct survey_readings *now,
+                              const struct survey_readings *before, struct survey_change *c)
 {
     const double *a = (const double *)(const void *)now, *b = (const double *)(const void *)before;
     double *d = (double *)(void *)&c->change;
@@ -612,26 +615,27 @@ static void subtract(const struct survey_readings *now, const struct survey_read
     c->station_error_in = sqrt(2.0) * SURVEY_STATION_ERROR_IN;
 }
 
-void survey_change(const struct survey_readings *now, const struct survey_readings *before,
-                   struct survey_change *change)
+void survey_compute_change(const struct survey_readings *now, const struct survey_readings *before,
+                           struct survey_change *change)
 {
     const struct survey_estimate held = {0.0, 0.0};
     memset(change, 0, sizeof *change);
-    subtract(now, before, change);
+    subtract_readings(now, before, change);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
-        const struct survey_estimate *anchor = line && !isnan(change->moved[0][0].value_in)
-                                                 ? &change->moved[0][0]
+        const struct survey_estimate *anchor = line && !isnan(change->movement[0][0].value_in)
+                                                 ? &change->movement[0][0]
                                                  : &held;
-        if (move_line(change, line, anchor, change->moved[line]))
+        if (compute_line_movement(change, line, anchor, change->movement[line]))
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
-            change->moved[line][k] = (struct survey_estimate){(double)NAN, (double)NAN};
+            change->movement[line][k] = (struct survey_estimate){(double)NAN, (double)NAN};
     }
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
-        change->bow[k] = bow_of(change, k);
+        change->bow[k] = compute_bow(change, k);
 }
 
-void survey_slack(const struct survey_readings *now, double closed_in, struct survey_slack *slack)
+void survey_compute_slack(const struct survey_readings *now, double closed_in,
+                          struct survey_slack *slack)
 {
     memset(slack, 0, sizeof *slack);
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
@@ -662,7 +666,7 @@ void survey_slack(const struct survey_readings *now, double closed_in, struct su
 
 /* Readings of a survey by their place in the plan; NaN: not read, undone or skipped. `survey` NULL:
  * only the values are needed. */
-static enum mr_status take_readings(struct store *store, int64_t id, const struct survey_plan *plan,
+static enum mr_status load_readings(struct store *store, int64_t id, const struct survey_plan *plan,
                                     double value_in[SURVEY_ITEMS_MAX], struct survey *survey,
                                     struct error *error)
 {
@@ -688,8 +692,8 @@ static enum mr_status take_readings(struct store *store, int64_t id, const struc
 }
 
 /* Load survey `i`, and the previous reading of each place. */
-static enum mr_status fill(struct store *store, const struct store_gage_survey *rows, size_t i,
-                           struct survey *survey, struct error *error)
+static enum mr_status load_survey(struct store *store, const struct store_gage_survey *rows,
+                                  size_t i, struct survey *survey, struct error *error)
 {
     const struct store_gage_survey *row = &rows[i];
     double value_in[SURVEY_ITEMS_MAX];
@@ -705,15 +709,15 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     survey_readings_init(&survey->readings);
     survey->readings.error_in = row->error_in;
     for (size_t k = 0; k < i && status == MR_OK; k++) {
-        status = take_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
+        status = load_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
         for (size_t at = 0; at < survey->desk.plan.count; at++)
             survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at]
                                                                : value_in[at];
     }
     if (status == MR_OK)
-        status = take_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
-    size_t lasts = survey->desk.lasts; /* continue behind the last reading */
-    survey_desk_next(&survey->desk, lasts ? survey->desk.last[lasts - 1] : 0);
+        status = load_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
+    size_t lasts = survey->desk.history_count; /* continue behind the last reading */
+    survey_desk_move_to_next(&survey->desk, lasts ? survey->desk.history[lasts - 1] : 0);
     return status;
 }
 
@@ -756,7 +760,7 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
     if (status == MR_OK && i == count)
         status = refuse_missing(store, id, rows, count, error);
     if (status == MR_OK)
-        status = fill(store, rows, i, survey, error);
+        status = load_survey(store, rows, i, survey, error);
     free(rows);
     return status;
 }
@@ -771,14 +775,14 @@ enum mr_status survey_get_open(struct store *store, struct survey *survey, bool 
     for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
         if (rows[i].ended_us != STORE_NONE)
             continue;
-        status = fill(store, rows, i, survey, error);
+        status = load_survey(store, rows, i, survey, error);
         *found = status == MR_OK;
     }
     free(rows);
     return status;
 }
 
-static void worst_bow(struct survey_found *found)
+static void find_worst_bow(struct survey_found *found)
 {
     found->worst_bow_in = found->worst_bow_error_in = found->worst_bow_ft = (double)NAN;
     for (unsigned k = 0; found->first && k < SURVEY_POINTS; k++) {
@@ -791,8 +795,8 @@ static void worst_bow(struct survey_found *found)
     }
 }
 
-enum mr_status survey_find(struct store *store, const struct survey *survey,
-                           struct survey_found *found, struct error *error)
+enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
+                               struct survey_found *found, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
@@ -812,16 +816,16 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
         if (against[k])
             status = survey_get(store, against[k], other, error);
         if (status == MR_OK && against[k])
-            survey_change(&survey->readings, &other->readings, change[k]);
+            survey_compute_change(&survey->readings, &other->readings, change[k]);
     }
     free(other);
-    survey_slack(&survey->readings, survey->row.closed_in, &found->slack);
-    worst_bow(found);
+    survey_compute_slack(&survey->readings, survey->row.closed_in, &found->slack);
+    find_worst_bow(found);
     return status;
 }
 
-enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
-                                   struct survey_found *found, bool *there, struct error *error)
+enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
+                                       struct survey_found *found, bool *there, struct error *error)
 {
     static struct survey survey; /* static: tens of kilobytes */
     struct store_gage_survey *rows = NULL;
@@ -832,7 +836,7 @@ enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t
         if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
             continue;
         status = survey_get(store, rows[i].id, &survey, error)
-                   ?: survey_find(store, &survey, found, error);
+                   ?: survey_evaluate(store, &survey, found, error);
         *there = status == MR_OK && found->slack.surveyed > 0;
     }
     free(rows);
@@ -848,7 +852,7 @@ void survey_time_text(int64_t host_us, char *out, size_t size)
     time_t seconds = (time_t)(host_us / 1000000);
     struct tm when;
     gmtime_r(&seconds, &when);
-    if (host_us < SURVEY_DATED_US)
+    if (host_us < SURVEY_EARLIEST_US)
         snprintf(out, size, "no date");
     else
         strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);

@@ -35,14 +35,14 @@
     (SURVEY_LINES * (SURVEY_SPANS + 2u * SURVEY_STATIONS) + \
      SURVEY_DIAGONALS * SURVEY_DIAGONAL_SPANS)
 
-#define SURVEY_SPAN_FT        (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
-#define SURVEY_WIDTH_IN       168.0                             /* about 14 ft (report 2.6) */
-#define SURVEY_SPACING_IN     33.5                              /* distance between gage points */
-#define SURVEY_JOINT_IN       0.036 /* designed movement of a joint (report 2.7.2) */
+#define SURVEY_SPAN_FT               (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
+#define SURVEY_WIDTH_IN              168.0 /* about 14 ft (report 2.6) */
+#define SURVEY_POINT_SPACING_IN      33.5  /* distance between gage points */
+#define SURVEY_JOINT_IN              0.036 /* designed movement of a joint (report 2.7.2) */
 /* Limit of a span's change: that of ten joints. */
-#define SURVEY_SPAN_CHANGE_IN (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
+#define SURVEY_SPAN_CHANGE_MAX_IN    (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
 /* movement of a station between two surveys above which the reading is asked for again */
-#define SURVEY_MOVE_IN        1.0
+#define SURVEY_STATION_CHANGE_MAX_IN 1.0
 
 enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_ACROSS, SURVEY_DIAGONAL, SURVEY_KINDS };
 /* Lines at which stations are read; diagonal lay: at all lines, with across and the 45-degree
@@ -94,7 +94,7 @@ double survey_item_limit_in(const struct survey_item *item);
  *     n TEXT   a note on the last reading
  *     q        quit; the survey can be resumed
  *     ?        these words */
-enum survey_word {
+enum survey_entry_kind {
     SURVEY_NUMBER,
     SURVEY_SKIP,
     SURVEY_UNDO,
@@ -102,15 +102,15 @@ enum survey_word {
     SURVEY_NOTE,
     SURVEY_QUIT,
     SURVEY_HELP,
-    SURVEY_NOTHING, /* an empty line */
-    SURVEY_NONSENSE,
+    SURVEY_EMPTY, /* an empty line */
+    SURVEY_INVALID,
 };
 
 struct survey_entry {
-    enum survey_word word;
+    enum survey_entry_kind kind;
     double value_in;             /* SURVEY_NUMBER */
     const char *note;            /* SURVEY_NOTE: points into the parsed line */
-    struct quantity_error wrong; /* SURVEY_NONSENSE: why a number is invalid; empty: not a number */
+    struct quantity_error error; /* SURVEY_INVALID: why a number is invalid; empty: not a number */
 };
 
 /* A number without a unit is in inches, or in millimetres with `si`. */
@@ -121,17 +121,17 @@ struct survey_desk {
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
     bool skipped[SURVEY_ITEMS_MAX];
     double previous_in[SURVEY_ITEMS_MAX]; /* readings of the survey before; NaN: none */
-    size_t at;                     /* current item; plan.count: all items are read or skipped */
-    size_t last[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
-    size_t lasts;
-    bool doubted; /* entering the same value again confirms it */
-    double doubted_in;
+    size_t current;                   /* current item; plan.count: all items are read or skipped */
+    size_t history[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
+    size_t history_count;
+    bool has_doubtful; /* entering the same value again confirms it */
+    double doubtful_in;
 };
 
 enum survey_outcome {
-    SURVEY_KEPT,      /* `item` has a new value */
+    SURVEY_STORED,    /* `item` has a new value */
     SURVEY_CONFIRMED, /* the doubtful value was entered again */
-    SURVEY_DOUBTED,   /* the value is doubtful and must be entered again */
+    SURVEY_DOUBTFUL,  /* the value is doubtful and must be entered again */
     SURVEY_SKIPPED,   /* `item` was skipped */
     SURVEY_UNDONE,    /* the value of `item` was removed */
     SURVEY_MOVED,     /* the current item changed */
@@ -143,14 +143,14 @@ enum survey_outcome {
 void survey_desk_init(struct survey_desk *desk, enum survey_edges edges);
 /* Moves to the first item from `from` on that is neither read nor skipped; then from the
  * beginning. */
-void survey_desk_next(struct survey_desk *desk, size_t from);
+void survey_desk_move_to_next(struct survey_desk *desk, size_t from);
 /* Applies an entry except quit, help and nothing. `item`: the item that it changed. */
-enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct survey_entry *entry,
-                                     size_t *item);
+enum survey_outcome survey_desk_apply(struct survey_desk *desk, const struct survey_entry *entry,
+                                      size_t *item);
 /* Value with which a reading is compared: from the survey before, otherwise the design value; NaN:
  * none. */
 double survey_desk_expected_in(const struct survey_desk *desk, size_t item);
-size_t survey_desk_read(const struct survey_desk *desk); /* number of items with a value */
+size_t survey_desk_count_read(const struct survey_desk *desk); /* number of items with a value */
 
 /* A survey as a sheet: CSV in walking order, to be printed and written on, or filled in elsewhere
  * and read in.
@@ -212,7 +212,7 @@ struct survey_estimate {
 struct survey_change {
     struct survey_readings change; /* error_in: standard error of a change of a span */
     double station_error_in; /* standard error of a change of a station or of a distance across */
-    struct survey_estimate moved[SURVEY_LINES][SURVEY_POINTS];
+    struct survey_estimate movement[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
     size_t compared; /* number of readings that both have */
 };
@@ -224,9 +224,10 @@ struct survey_slack {
 };
 
 void survey_readings_init(struct survey_readings *readings);
-void survey_change(const struct survey_readings *now, const struct survey_readings *before,
-                   struct survey_change *change);
-void survey_slack(const struct survey_readings *now, double closed_in, struct survey_slack *slack);
+void survey_compute_change(const struct survey_readings *now, const struct survey_readings *before,
+                           struct survey_change *change);
+void survey_compute_slack(const struct survey_readings *now, double closed_in,
+                          struct survey_slack *slack);
 
 /* Surveys of a campaign: the survey in progress, its readings by index, and the survey with which
  * it is compared. */
@@ -253,19 +254,20 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
 /* Loads the newest survey in progress; *found false: none. */
 enum mr_status survey_get_open(struct store *store, struct survey *survey, bool *found,
                                struct error *error);
-enum mr_status survey_find(struct store *store, const struct survey *survey,
-                           struct survey_found *found, struct error *error);
+enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
+                               struct survey_found *found, struct error *error);
 /* Results of the newest survey that was started between two times and has readings of segments;
  * *there false: none. */
-enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
-                                   struct survey_found *found, bool *there, struct error *error);
+enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
+                                       struct survey_found *found, bool *there,
+                                       struct error *error);
 
 /* Verdict as text: "within", "perhaps beyond" (the limit lies in its 95 % interval), "beyond", "not
  * known". */
 const char *survey_bow_verdict(const struct survey_found *found);
-/* Time as text: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_DATED_US, which are the
- * board's times in a recording without times of day. */
-#define SURVEY_DATED_US INT64_C(946684800000000) /* 2000-01-01 */
+/* Time as text: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_US, which are
+ * the board's times in a recording without times of day. */
+#define SURVEY_EARLIEST_US INT64_C(946684800000000) /* 2000-01-01 */
 void survey_time_text(int64_t host_us, char *out, size_t size);
 
 #endif

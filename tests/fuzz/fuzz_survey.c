@@ -17,10 +17,11 @@ static void type_lines(struct survey_desk *desk, const char *text, size_t size)
         memcpy(line, text, kept);
         line[kept] = '\0';
         survey_entry_parse(line, false, &entry);
-        FUZZ_REQUIRE(entry.word != SURVEY_NUMBER || isfinite(entry.value_in));
-        if (entry.word != SURVEY_QUIT && entry.word != SURVEY_HELP && entry.word != SURVEY_NOTHING)
-            survey_desk_take(desk, &entry, &item);
-        FUZZ_REQUIRE(desk->at <= desk->plan.count && survey_desk_read(desk) <= desk->plan.count);
+        FUZZ_REQUIRE(entry.kind != SURVEY_NUMBER || isfinite(entry.value_in));
+        if (entry.kind != SURVEY_QUIT && entry.kind != SURVEY_HELP && entry.kind != SURVEY_EMPTY)
+            survey_desk_apply(desk, &entry, &item);
+        FUZZ_REQUIRE(desk->current <= desk->plan.count &&
+                     survey_desk_count_read(desk) <= desk->plan.count);
         text += length + 1;
     }
 }

@@ -42,12 +42,12 @@ TEST(the_walk_is_whole_and_never_jumps)
 
 /* ---- typing ---- */
 
-static void entry(const char *line, bool si, enum survey_word word, double value_in)
+static void entry(const char *line, bool si, enum survey_entry_kind word, double value_in)
 {
     struct survey_entry e;
     survey_entry_parse(line, si, &e);
-    if (e.word != word || (word == SURVEY_NUMBER && fabs(e.value_in - value_in) > 1e-9))
-        fail_msg("'%s': word %d, %g in", line, e.word, e.value_in);
+    if (e.kind != word || (word == SURVEY_NUMBER && fabs(e.value_in - value_in) > 1e-9))
+        fail_msg("'%s': word %d, %g in", line, e.kind, e.value_in);
 }
 
 TEST(lines_are_read_as_calipers_type_them)
@@ -59,8 +59,8 @@ TEST(lines_are_read_as_calipers_type_them)
     entry("33.512in", true, SURVEY_NUMBER, 33.512);
     entry("851.2048", true, SURVEY_NUMBER, 33.512);
     entry("-0.25", false, SURVEY_NUMBER, -0.25);
-    entry("", false, SURVEY_NOTHING, 0);
-    entry(" \r", false, SURVEY_NOTHING, 0);
+    entry("", false, SURVEY_EMPTY, 0);
+    entry(" \r", false, SURVEY_EMPTY, 0);
     entry("s", false, SURVEY_SKIP, 0);
     entry("u ", false, SURVEY_UNDO, 0);
     entry("b", false, SURVEY_BACK, 0);
@@ -71,14 +71,14 @@ TEST(lines_are_read_as_calipers_type_them)
                                     "1e3", "nan",       "inf",  "0x10",   "-",       "99999",
                                     ".",   "33.5mm in", "33,8", "33,512"};
     for (size_t i = 0; i < sizeof nonsense / sizeof nonsense[0]; i++)
-        entry(nonsense[i], false, SURVEY_NONSENSE, 0);
+        entry(nonsense[i], false, SURVEY_INVALID, 0);
 }
 
 static enum survey_outcome typed(struct survey_desk *desk, const char *line, size_t *item)
 {
     struct survey_entry e;
     survey_entry_parse(line, false, &e);
-    return survey_desk_take(desk, &e, item);
+    return survey_desk_apply(desk, &e, item);
 }
 
 TEST(a_reading_beyond_the_joints_is_asked_again)
@@ -89,26 +89,26 @@ TEST(a_reading_beyond_the_joints_is_asked_again)
     for (size_t i = 0; i < desk.plan.count; i++)
         desk.previous_in[i] = 33.60;
     /* 0.36: ten joints of 0.036 can do that */
-    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_KEPT);
-    assert_int_equal(typed(&desk, "33.96", &item), SURVEY_KEPT);
-    assert_int_equal(typed(&desk, "33.239", &item), SURVEY_DOUBTED);
-    assert_int_equal(desk.at, 2);
+    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_STORED);
+    assert_int_equal(typed(&desk, "33.96", &item), SURVEY_STORED);
+    assert_int_equal(typed(&desk, "33.239", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(desk.current, 2);
     assert_true(isnan(desk.value_in[2]));
     /* read again, and right this time */
-    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_KEPT);
+    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_STORED);
     assert_int_equal(item, 2);
-    assert_int_equal(typed(&desk, "36.60", &item), SURVEY_DOUBTED);
-    assert_int_equal(typed(&desk, "36.65", &item), SURVEY_DOUBTED); /* another one: doubted anew */
+    assert_int_equal(typed(&desk, "36.60", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&desk, "36.65", &item), SURVEY_DOUBTFUL); /* another one: doubted anew */
     assert_int_equal(typed(&desk, "36.66", &item), SURVEY_CONFIRMED);
     assert_int_equal(item, 3);
     assert_true(desk.value_in[3] == 36.66);
-    assert_int_equal(typed(&desk, "30", &item), SURVEY_DOUBTED);
+    assert_int_equal(typed(&desk, "30", &item), SURVEY_DOUBTFUL);
     /* forget the doubtful one, not the one before */
     assert_int_equal(typed(&desk, "u", &item), SURVEY_MOVED);
     assert_true(desk.value_in[3] == 36.66);
     desk.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
-    assert_int_equal(typed(&desk, "33.861", &item), SURVEY_DOUBTED);
-    assert_int_equal(typed(&desk, "33.859", &item), SURVEY_KEPT);
+    assert_int_equal(typed(&desk, "33.861", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&desk, "33.859", &item), SURVEY_STORED);
 }
 
 TEST(undo_skip_back)
@@ -127,18 +127,18 @@ TEST(undo_skip_back)
     assert_int_equal(item, 3);
     assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE);
     assert_int_equal(item, 3);
-    assert_true(isnan(desk.value_in[3]) && desk.at == 3);
+    assert_true(isnan(desk.value_in[3]) && desk.current == 3);
     assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE); /* the skipped one */
-    assert_true(item == 2 && !desk.skipped[2] && desk.at == 2);
+    assert_true(item == 2 && !desk.skipped[2] && desk.current == 2);
     assert_int_equal(typed(&desk, "b", &item), SURVEY_MOVED);
-    assert_int_equal(desk.at, 1);
+    assert_int_equal(desk.current, 1);
     typed(&desk, "33.53", &item); /* in its place */
-    assert_true(desk.value_in[1] == 33.53 && desk.at == 2);
-    assert_int_equal(survey_desk_read(&desk), 2);
+    assert_true(desk.value_in[1] == 33.53 && desk.current == 2);
+    assert_int_equal(survey_desk_count_read(&desk), 2);
     typed(&desk, "s", &item);
-    while (desk.at < desk.plan.count)
-        assert_int_equal(typed(&desk, "33.5", &item), SURVEY_KEPT);
-    assert_int_equal(survey_desk_read(&desk), 167);
+    while (desk.current < desk.plan.count)
+        assert_int_equal(typed(&desk, "33.5", &item), SURVEY_STORED);
+    assert_int_equal(survey_desk_count_read(&desk), 167);
     assert_int_equal(typed(&desk, "33.5", &item), SURVEY_REFUSED);
 }
 
@@ -185,11 +185,11 @@ TEST(movement_without_noise_is_found_again)
     struct survey_readings now, before;
     static struct survey_change change;
     make(&now, &before, 0.0, 1u);
-    survey_change(&now, &before, &change);
+    survey_compute_change(&now, &before, &change);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
             /* all begin at 0.1, and a trace more */
-            assert_true(fabs(change.moved[line][k].value_in - wanted_in(line, MAT_SPAN_FT * k)) <
+            assert_true(fabs(change.movement[line][k].value_in - wanted_in(line, MAT_SPAN_FT * k)) <
                         3e-4);
     }
     /* the middle of the runway: chord of the edges 0.9 (12 in) and 0.7 (156 in); line 2 at 48 in,
@@ -212,9 +212,9 @@ TEST(stated_errors_hold)
     srand(11);
     for (int i = 0; i < TRIALS; i++) {
         make(&now, &before, 1.0, 1u);
-        survey_change(&now, &before, &change);
+        survey_compute_change(&now, &before, &change);
         for (int l = 0; l < 3; l++) {
-            const struct survey_estimate *e = &change.moved[lines[l]][30];
+            const struct survey_estimate *e = &change.movement[lines[l]][30];
             squares[l] += pow((e->value_in - wanted_in(lines[l], MAT_SPAN_FT * 30)) / e->error_in,
                               2) /
                           TRIALS;
@@ -236,14 +236,14 @@ TEST(what_was_not_read_is_not_known)
     make(&now, &before, 0.0, 1u);
     for (unsigned k = 0; k < SURVEY_SPANS; k++)
         now.gap_in[3][k] = (double)NAN;
-    survey_change(&now, &before, &change);
-    assert_true(isnan(change.moved[3][20].value_in) && isnan(change.bow[20].value_in));
-    assert_true(!isnan(change.moved[1][20].value_in));
+    survey_compute_change(&now, &before, &change);
+    assert_true(isnan(change.movement[3][20].value_in) && isnan(change.bow[20].value_in));
+    assert_true(!isnan(change.movement[1][20].value_in));
     make(&now, &before, 0.0, 1u);
     /* a hole: behind it the line is known to what ten joints can do */
     now.gap_in[1][20] = (double)NAN;
-    survey_change(&now, &before, &change);
-    assert_true(change.moved[1][20].error_in < 0.05 && change.moved[1][21].error_in > 0.2);
+    survey_compute_change(&now, &before, &change);
+    assert_true(change.movement[1][20].error_in < 0.05 && change.movement[1][21].error_in > 0.2);
 }
 
 TEST(slack_is_the_mean_of_the_lines)
@@ -256,7 +256,7 @@ TEST(slack_is_the_mean_of_the_lines)
     now.gap_in[2][4] = 33.80;
     now.gap_in[3][4] = 33.45; /* shorter than closed: none */
     now.gap_in[2][5] = 33.62;
-    survey_slack(&now, 33.5, &slack);
+    survey_compute_slack(&now, 33.5, &slack);
     assert_int_equal(slack.surveyed, 2);
     assert_int_equal(slack.lines[4], 4);
     assert_true(fabs(slack.segment[4].value_in - 0.15) < 1e-9);

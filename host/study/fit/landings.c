@@ -826,7 +826,7 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     }
     free(rows);
     if ((board != STORE_NONE && zones_load_survey(store, board, &told, error) != MR_OK) ||
-        survey_find_between(store, from_us, to_us, &found, &there, error) != MR_OK)
+        survey_evaluate_between(store, from_us, to_us, &found, &there, error) != MR_OK)
         return error->status;
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         const struct survey_estimate *read = &found.slack.segment[s];
