@@ -527,7 +527,7 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     answer_words(
         answer, NULL, "reason", "%s",
         w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason) : "");
-    span(answer, "first zone", w->warned, w->start_ft, w->end_ft);
+    add_span(answer, "first zone", w->warned, w->start_ft, w->end_ft);
     answer_value(answer, NULL, "wheel reached it after", UNIT_TIME,
                  w->warned && w->reached ? w->true_lead_s : none, 3);
     answer_value(answer, NULL, "predicted time to zone", UNIT_TIME, w->warned ? w->lead_s : none,
@@ -546,13 +546,13 @@ static void write_predictor(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++)
         statements += report->facts[i].statements;
     if (statements)
-        landings_table(
+        write_landings_table(
             report, out,
             "Times count from touchdown; they are board times of the start of the block (1 ms) in "
             "which the board decided. First zone: the zone at that time. Predicted time to zone: "
             "the first one that the board reported. A dash: no value, or the wheel did not reach "
             "the zone. The absence of a warning is not a clearance.",
-            predictor_row);
+            add_predictor_row);
 }
 
 /* Advice, warnings and outcomes. */
