@@ -675,7 +675,7 @@ static void write_channels(const struct report *report, const struct report_land
 
 /* ---- measured against simulated ---- */
 
-static void compared_words(FILE *out, const struct compare_figures *figures, bool si)
+static void write_compared_text(FILE *out, const struct compare_figures *figures, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     struct compare_agreement agreement;

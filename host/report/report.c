@@ -107,7 +107,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
 
 /* ---- comparison ---- */
 
-static struct compare_overlap overlap_of(const struct compare_zones *zones, bool rest, bool board)
+static struct compare_overlap find_overlap(const struct compare_zones *zones, bool rest, bool board)
 {
     const struct compare_zone_moment *moment = compare_find_moment(zones, rest);
     return !moment ? (struct compare_overlap){.is_known = false}
