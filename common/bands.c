@@ -153,7 +153,7 @@ static unsigned find_pullout(const struct mr_bands *bands, const struct mr_band 
     return found;
 }
 
-/* The neighbour with the larger change; band->gages for a gage at an end: it may have none. */
+/* Returns the neighbour with the larger change, or band->gages for a gage at an end of the band. */
 static unsigned find_larger_neighbour(const struct mr_band *band, const float *step_lb,
                                       unsigned place)
 {
@@ -163,9 +163,9 @@ static unsigned find_larger_neighbour(const struct mr_band *band, const float *s
                                                                                      : place + 1;
 }
 
-/* Records a doubt when no pair of neighbours was found: a pullout (moved load) when any gage rose,
- * a step when one gage dropped alone, a slip when several dropped and none rose. `trend_lb`: the
- * change of each gage in two steps without the event. */
+/* Records a candidate when no pair of neighbours was found: a pullout (moved load) when any gage
+ * rose, a step when one gage dropped alone, a slip when several dropped and none rose. `trend_lb`:
+ * the change of each gage in two steps without the event. */
 static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
                              const float *step_lb, const float *trend_lb, uint32_t block)
 {
@@ -202,7 +202,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     }
 }
 
-/* After the hold time: reports the sudden change if it is still there. */
+/* Reports the sudden change if it is still present after the hold time. */
 static void confirm_candidate(struct mr_bands *bands, unsigned number)
 {
     struct mr_band *band = &bands->band[number];

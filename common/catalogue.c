@@ -133,8 +133,8 @@ unsigned mr_message_index(uint16_t id)
     }
 }
 
-/* A second list of the identifiers: with the table above, the board would have to store its
- * texts. */
+/* A separate list of the identifiers. If this function used the table above, the board would have
+ * to store the texts too. */
 uint16_t mr_message_id_at(unsigned place)
 {
     static const uint16_t ids[] = {

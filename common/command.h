@@ -11,7 +11,7 @@
 #include "common/catalogue.h"
 
 enum mr_command_code {
-    MR_COMMAND_NONE, /* code 0, which no board knows */
+    MR_COMMAND_NONE, /* code 0, which every board refuses as unknown */
 #define COMMAND(NAME, code, ...) MR_COMMAND_##NAME = (code),
 #include "common/catalogue.def"
 };

@@ -327,7 +327,8 @@ static bool check_number(const struct mr_config *config, unsigned i,
     return true;
 }
 
-/* Transducers must stand along the runway in channel order: closure uses neighbours as brackets. */
+/* Transducers must be in channel order along the runway, because closure brackets an interval by
+ * two neighbouring channels. */
 static bool check_station(const struct mr_config *config, unsigned i,
                           struct mr_config_reason *reason)
 {

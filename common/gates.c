@@ -57,7 +57,7 @@ static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *b
     }
 }
 
-/* Not hypot: C libraries differ in its last bit, and host and board must agree. */
+/* Replaces hypot, which differs between C libraries in its last bit; host and board must agree. */
 static double root_sum_square(double a, double b)
 {
     return sqrt(a * a + b * b);
@@ -385,7 +385,7 @@ static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *ga
     }
 }
 
-/* Touchdown when no range of gates fits constant braking. */
+/* Finds the touchdown when no range of gates fits constant braking. */
 static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track,
                                      double touchdown_ft, double position_error_ft,
                                      struct mr_gates_summary *summary)
@@ -417,7 +417,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     return MR_OK;
 }
 
-/* Braking was not quite constant: widens the errors by the residuals. */
+/* Widens the errors by the residuals, because braking was not quite constant. */
 static void widen_errors(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double factor = sqrt(fit->chi_square / (double)fit->freedom) *
@@ -668,7 +668,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define UNKNOWNS MR_BRAKING_UNKNOWNS
 _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and invert");
 #define ITERATIONS_MAX 10
-#define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass here */
+#define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass through this range */
 #define DELAY_MAX_S    0.5
 #define ONSET_MAX_S    1.0  /* of a brake that acts late */
 #define LATE_GATES     4u   /* at least, that give its start values */

@@ -124,7 +124,7 @@ double mr_gates_student_factor(unsigned freedom);
  * MR_GATES_END_MAX gates as it describes (chi-square, 1 in 100), at least 4, is extrapolated to
  * rest. If it does not describe all 8, the braking changes and may change again; the error then
  * includes the difference from a cubic, because the motion beyond the last gate is extrapolated. A
- * gate without which all the others lie on a parabola is outlier.
+ * gate without which all the others lie on a parabola is an outlier.
  *
  * All parts include the errors of position. MR_OK; MR_TOO_FEW: fewer than 3 gates, or none beyond
  * touchdown; MR_NUMERICS: no touchdown or no stop in the fit; MR_MALFORMED: times not rising. */

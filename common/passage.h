@@ -5,8 +5,8 @@
  * model that is pushed back by hand moves backward or slower than 2 ft/s (report 2.7.1 pushes it
  * back over the same switches). Its edges are counted as one push-back until
  * MR_PASSAGE_QUIET_BLOCKS pass without an edge, and never become gates. During a landing an
- * impossible edge (faster than the gear came in, or behind it) is refused. If the new edge fits
- * without the edge before it, the earlier edge was late and is withdrawn instead.
+ * impossible edge (the gear would be faster than at its entry, or move backward) is refused. If the
+ * new edge fits without the edge before it, the earlier edge was late and is withdrawn instead.
  *
  * Times are tick differences between edges at most 30 s apart, so TIM2 may wrap (51.13 s). Pure, no
  * heap. */
@@ -24,7 +24,7 @@
 #define MR_PASSAGE_MAX_FT_S     80.0
 #define MR_PASSAGE_HELD_MAX     4u
 #define MR_PASSAGE_QUIET_BLOCKS 30000u
-/* notes of one edge: the edge, the held edges, and each switch of the table */
+/* events of one edge: of the edge itself, of the held edges, and of each switch in the table */
 #define MR_PASSAGE_EVENTS_MAX   40u
 #define MR_S_PER_TICK           (1.0 / 84.0e6)
 
@@ -66,7 +66,7 @@ struct mr_passage {
     double pushed_ft_s; /* speed at the newest edge of a push-back; negative: backward */
     uint8_t pushed_position;
 
-    struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX]; /* notes of the last call */
+    struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX]; /* events of the last call */
     unsigned events;
 };
 

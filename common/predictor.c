@@ -51,7 +51,7 @@
 #define AT_WHEEL_FT        1.0f
 /* a zone end less than this far beyond a transducer has a smaller error */
 #define NEAR_TRANSDUCER_FT 9.5f
-#define NEAR_RUNWAY_END_FT 6.0f /* and for an end this close to the runway's end */
+#define NEAR_RUNWAY_END_FT 6.0f /* the same applies to a zone end this close to the runway's end */
 
 static bool is_between(float x, float least, float most)
 {
@@ -788,7 +788,7 @@ void mr_predictor_end_landing(struct mr_predictor *p)
 
 /* --- result --- */
 
-/* Station of the wheel at a place of the search, never behind the present wheel. */
+/* Station of the wheel at a position of the search, never behind the present wheel. */
 static float position_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
     float at_ft = (float)(place - 1u) * group_ft;

@@ -151,7 +151,7 @@ static bool is_following_plan(const struct mr_risk_state *risk)
 
 /* --- look ahead --- */
 
-/* Looks ahead by the plan, times the measured ratio `met`, from this speed on. */
+/* Looks ahead from this speed, with the planned braking times the measured plan_ratio. */
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
@@ -176,7 +176,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
     risk->stopping_distance_ft = stopping_distance_ft;
 }
 
-/* Looks ahead as if the present deceleration continues. */
+/* Looks ahead as if the present deceleration continued. */
 static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;

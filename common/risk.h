@@ -70,7 +70,7 @@ enum mr_risk_input {
     MR_RISK_FRICTION, /* configured friction; scale 0.6 */
     MR_RISK_LANDINGS, /* number of landings, up to six; scale 3 */
     MR_RISK_OPEN,     /* mean opening of the joints over the remaining distance; scale 0.015 in */
-    MR_RISK_PLANNED,  /* mean of COMING and OVER at the planned braking */
+    MR_RISK_PLANNED,  /* mean of FUTURE and EXCESS at the planned braking */
     MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
     MR_RISK_INPUTS
 };
@@ -85,7 +85,8 @@ enum mr_risk_input {
 
 struct mr_risk_state {
     struct mr_risk_plan plan;
-    /* given and active; old: given, but for a different state of the runway */
+    /* has_plan, has_chart: given and active; is_chart_old: given for a different state of the
+     * runway */
     bool has_plan, has_chart, is_chart_old;
     bool has_left_plan; /* the landing deviated from the plan */
     float touchdown_ft;

@@ -74,10 +74,10 @@ static unsigned cluster_size(const struct mr_switches *switches)
     return n;
 }
 
-/* Names a group of several close edges, or an edge with an unsteady level, from the total step once
- * the group has ended. A contact that bounces every 2 ms is half open in each block and looks
- * steady, so no step inside the group is reliable. If the total step matches no switch, the oldest
- * edge may match alone. False: not decided yet. */
+/* Identifies the switch of several close edges, or of an edge with an unsteady level, from the
+ * total step after the last of them. A contact that bounces every 2 ms is half open in each block
+ * and looks steady, so no step inside the group is reliable. If the total step matches no switch,
+ * the oldest edge may match alone. False: not decided yet. */
 static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, float own_step)
 {
@@ -127,7 +127,7 @@ static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edg
     switches->count--;
     memmove(switches->waiting, switches->waiting + 1,
             switches->count * sizeof switches->waiting[0]);
-    /* A bounce does not change the level that the edge before it left. */
+    /* A bounce does not change the level after the previous edge. */
     if (edge->reason != MR_SWITCH_BOUNCE) {
         switches->is_level_after_known = edge->is_level_known &&
                                          edge->step_codes == edge->step_codes;

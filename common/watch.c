@@ -9,8 +9,8 @@
  * noise. It applies after NOISE_LIMIT_COUNT differences. */
 #define NOISE_LIMIT       36.0f
 #define NOISE_LIMIT_COUNT 8u
-/* Blocks per turn: each channel is judged every ROTATION_BLOCKS blocks. Noise uses three of them,
- * the comparison with neighbours the third. */
+/* Each channel is checked in rotation, every ROTATION_BLOCKS blocks. The noise uses three blocks in
+ * a row, the comparison with neighbours the last of them. */
 #define ROTATION_BLOCKS   8u
 
 static bool is_displacement(const struct mr_channel_config *config)
@@ -62,7 +62,7 @@ void mr_watch_end(struct mr_watch *watch)
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
         if (channel->reported == MR_INVALID_RATE || channel->reported == MR_INVALID_STUCK)
-            /* not judged between landings, so there is no change to report */
+            /* not checked between landings, so there is no change to report */
             channel->reported = MR_VALID;
     }
 }
@@ -168,8 +168,8 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
         channel->is_stuck = true;
 }
 
-/* The codes have been constant for long. Values would not show it: they include the noise of the
- * reference. */
+/* Marks a channel whose codes have been constant for too long. Its values still vary, because they
+ * include the noise of the reference. */
 static void mark_constant(struct mr_watch_channel *channel, const struct mr_channel_config *config,
                           float value, uint32_t index)
 {

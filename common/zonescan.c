@@ -9,7 +9,7 @@ static float closed_ft(const struct mr_chain *chain)
     return MR_ZONE_CLOSED_FT * (float)chain->group;
 }
 
-/* True if joint j is closed, or would close with the wheel at the place. */
+/* True if joint j is closed, or would close with the wheel at the position. */
 static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_chain *chain,
                               unsigned j)
 {
@@ -50,9 +50,9 @@ static void end_position(struct mr_zonescan *scan)
     begin_position(scan);
 }
 
-/* Finds the first joint that closes ahead of a place. Of two places, the wheel at the farther one
- * closes all joints that it closes from the nearer one. The search for the end therefore continues
- * where the last place's stopped, unless the first joint is beyond that. */
+/* Finds the first joint that closes ahead of a position. From the farther of two positions, the
+ * wheel closes all joints that it closes from the nearer one. The search for the end therefore
+ * continues at the joint where the previous search stopped, unless the first joint is beyond it. */
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
@@ -83,7 +83,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
     scan->joint = scan->end;
 }
 
-/* Finds the end of a place's zone, within the visits allowed. */
+/* Finds the end of the zone of a position, within the visits allowed. */
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed,

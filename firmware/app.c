@@ -283,7 +283,7 @@ static enum mr_status execute_config_apply(struct app *app, const struct mr_comm
     return status;
 }
 
-/* Moves to a new CAN base. Called after the answer was sent, so the answer uses the base of the
+/* Changes to a new CAN base after the answer was sent, so that the answer uses the base of the
  * command. */
 static void apply_can_base(struct app *app)
 {
@@ -386,8 +386,8 @@ static enum mr_status execute_key(struct app *app, const struct mr_command *comm
     return status == MR_OK ? NO_ANSWER : status; /* answered when the key is written */
 }
 
-/* Passes a command to its part. A switch, not function pointers: the computed stack bound requires
- * that there are none. */
+/* Passes a command to its part. This is a switch, because the computed stack bound does not allow
+ * function pointers. */
 static enum mr_status dispatch_command(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
@@ -428,21 +428,22 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
         !command_rule[command->code].when)
         return MR_UNKNOWN;
     const struct command_rule *rule = &command_rule[command->code];
-    /* first: a checked proof is used up, so an eavesdropper cannot repeat a command refused
-     * below */
+    /* The proof is checked first. This uses it up, so an eavesdropper cannot repeat a command that
+     * is refused below. */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
                                             app->is_by_serial, payload);
         if (status != MR_OK)
             return status;
     }
-    /* the state before the link: a replayed landing then gets the same answer on either link */
+    /* The state is checked before the link, so that a replayed landing gets the same answer on
+     * either link. */
     if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;
     return check_link(app, (enum mr_command_links)rule->links) ?: dispatch_command(app, command);
 }
 
-/* MR_OK: the command was answered; otherwise the payload was no command. */
+/* Returns MR_OK if the payload was a command, which has then been handled. */
 static enum mr_status handle_command(struct app *app, const uint8_t *payload, size_t length)
 {
     struct mr_command command;

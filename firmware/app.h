@@ -43,13 +43,13 @@ struct app {
     struct mr_deframer deframer;
     uint32_t next_index; /* index of the next expected block */
     uint32_t fitted;     /* bit c: channel c is fitted */
-    uint16_t can_base;   /* present base of the identifiers */
+    uint16_t can_base;   /* current base of the identifiers */
     bool is_by_serial;   /* the command being executed was received by serial */
     bool is_replay;      /* inputs of a replay are accepted */
 
-    struct mr_block
-        newest_blocks[APP_NEWEST_BLOCKS]; /* place of a block: its index modulo APP_NEWEST_BLOCKS */
-    uint32_t blocks_in_row;               /* consecutive blocks up to the newest */
+    /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
+    struct mr_block newest_blocks[APP_NEWEST_BLOCKS];
+    uint32_t blocks_in_row; /* consecutive blocks up to the newest */
 
     /* Readings of the newest block and of the three before it, NaN for a lost block. A message
      * carries the mean of the last 2 or 4. Not updated while no means are sent. */

@@ -25,8 +25,10 @@ enum {
     /* dirty, with the mark that its record was freed: erased after the other dirty ones */
     SECTOR_LAST = 0xfb,
     SECTOR_DIRTY = 0xfc,
-    SECTOR_FOREIGN = 0xfd, /* belongs to a record for which there is no place: left alone */
-    /* erased, or its first page looked erased at start: writing shows if another page is not */
+    /* belongs to a record that does not fit into `records`; it is not touched */
+    SECTOR_FOREIGN = 0xfd,
+    /* erased, or its first page read as erased at start; a failed write shows that another page is
+     * not */
     SECTOR_ERASED = 0xff,
 };
 _Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD, "a place must not look like a state");
@@ -66,7 +68,8 @@ static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
     box->sector[sector] = state;
 }
 
-/* The next sector in a state from `from` on, wrapping around the memory; NOR_SECTORS if none. */
+/* Returns the next sector in this state from `from` on, wrapping around the memory; NOR_SECTORS:
+ * none. */
 static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t state)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
@@ -639,7 +642,7 @@ static void confirm_page(struct blackbox *box)
         box->head = (box->head + 1) % NOR_SECTORS;
 }
 
-/* Continues with the next sector after a page failed. */
+/* Continues in the next sector after a page has failed. */
 static void handle_failed_page(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);

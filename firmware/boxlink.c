@@ -88,7 +88,7 @@ static void send_list(struct boxlink *link, const struct blackbox *box, struct t
                                     .lost = clip_u16(record->lost)};
     }
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
-    if (message.record) /* 0: the end of the list */
+    if (message.record) /* 0 marks the end of the list */
         TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, box_span, BOX_SPAN, &span);
     link->is_listing = record != NULL;
 }

@@ -25,8 +25,8 @@
 
 #define BUILTIN_BLACK_BOX         1
 #define BUILTIN_CAMERA            0
-/* 0: neither pick-up nor edge of the brake. The tyre of a 7 in wheel rolls on 0.292 ft, within 0.5
- * % (our choice). */
+/* 0: neither pick-up nor edge of the brake. The rolling radius of a 7 in wheel is 0.292 ft, within
+ * 0.5 % (our choice). */
 #define BUILTIN_WHEEL_PULSES      0
 #define BUILTIN_PREDICTOR         1
 #define BUILTIN_UPDATES_PER_BLOCK MR_PREDICTOR_UPDATES_PER_BLOCK

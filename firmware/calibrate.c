@@ -209,8 +209,9 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* The factor 1.5: the span is the difference of a mean over 256 blocks and one over 512. The
- * configured gain error does not widen the limit: the shunt exists to check the gain. */
+/* The factor is 1.5 because the span is the difference between a mean over 256 blocks and a mean
+ * over 512 blocks. The configured gain error does not widen the limit: the shunt exists to check
+ * the gain. */
 static enum verdict check_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];

@@ -27,7 +27,8 @@ static enum mr_can_state find_state(const struct canwatch *watch)
     if (errors->bus_off)
         return MR_CAN_OFF;
     if (stalled && watch->state == MR_CAN_OFF)
-        /* stays off until a frame passes: on a shorted bus bus-off ends and begins again */
+        /* remains off until a frame has been sent, because on a shorted bus, bus-off ends and
+         * starts again */
         return MR_CAN_OFF;
     if (stalled)
         return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED

@@ -1,4 +1,4 @@
-/* The active configuration: at reset the built-in one, then the stored one (configstore.h). It is
+/* The active configuration: the built-in one at reset, then the stored one (configstore.h). It is
  * constant from arming to the end of a landing. */
 #ifndef MATRIG_FIRMWARE_CONFIG_H
 #define MATRIG_FIRMWARE_CONFIG_H

@@ -113,7 +113,8 @@ static void check_copy(struct keystore *store)
                                                                                   : MR_KEY_OPEN);
 }
 
-/* Finds the last bit that is 0. A bit torn by a power loss may read as either. */
+/* Counts the starts: finds the last bit that is 0. A bit that a power failure interrupted may read
+ * as 0 or 1. */
 static void count_starts(struct keystore *store)
 {
     for (unsigned i = 0; i < NOR_PAGE; i++) {
@@ -248,7 +249,7 @@ bool keystore_begin(struct keystore *store)
     uint32_t address = address_of(store->at, of_starts ? store->page : 0);
     if (store->step == STEP_NONE)
         return false;
-    /* at a start the chip may still be busy with an operation that a reset interrupted */
+    /* At start, the chip may still be busy with an operation that a reset interrupted. */
     enum nor_status status = nor_poll();
     if (status == NOR_MISSING || status == NOR_STUCK)
         discard_memory(store);

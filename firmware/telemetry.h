@@ -21,7 +21,7 @@ enum telemetry_sink {
     TO_CAN = 1,
     TO_SERIAL = 2,
     TO_LINKS = TO_CAN | TO_SERIAL,
-    TO_BOX = 4,                    /* notes of the black box's record while it is open */
+    TO_BOX = 4,                    /* the black box's record while it is open */
     TO_RECORD = TO_LINKS | TO_BOX, /* a message needed in the record of a landing */
     /* configuration part of the black box's record of a landing that was just armed */
     TO_CONFIGURATION = 8,

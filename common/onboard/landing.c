@@ -106,8 +106,7 @@ void landing_set_brake(struct landing *landing, uint32_t tick)
     landing->brake_tick = tick;
 }
 
-/* A gate whose station the gear passed before it braked: a little after the edge, as the brake
- * takes MR_BRAKE_DELAY_S to act. */
+/* True if the gear passed the gate before the brake acted, MR_BRAKE_DELAY_S after its edge. */
 static bool is_before_brake(const struct landing *landing, const struct mr_gate *gate)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -137,7 +136,7 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
                                                    &landing->motion) == MR_OK;
 }
 
-/* Handles an edge with a known switch: of a landing, of a model that is pushed, or of neither. */
+/* Handles an edge of an identified switch: in a landing, in a push-back, or in neither. */
 static void handle_identified_edge(struct landing *landing, const struct mr_config *config,
                                    const struct mr_switch_edge *edge, uint8_t number,
                                    uint32_t index)

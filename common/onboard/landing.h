@@ -77,7 +77,7 @@ struct landing {
     struct landing_block_changes changes;
 
     bool is_braked;      /* the brake was applied in this landing */
-    uint32_t brake_tick; /* that edge */
+    uint32_t brake_tick; /* tick of the edge of the brake */
     /* gates of the passage up to touchdown or, after an edge of the brake, up to that edge */
     unsigned gates_before_braking;
     struct mr_motion_estimate motion; /* motion at the last gate */

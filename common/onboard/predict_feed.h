@@ -17,11 +17,11 @@
  * without double arithmetic. */
 struct predict_motion {
     unsigned gates;            /* number of gates in the passage when the motion was computed */
-    bool is_rolling, is_known; /* rolling: a wheel is present; known: its speed is known */
+    bool is_rolling, is_known; /* is_rolling: a wheel is present; is_known: its speed is known */
     uint32_t tick;             /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
     float stop_s;    /* time from the gate to the stop; a large number: no stop */
-    bool is_braking; /* there are enough gates beyond touchdown for a deceleration */
+    bool is_braking; /* enough gates were passed while braking to determine the deceleration */
 };
 
 /* Input from one block. */

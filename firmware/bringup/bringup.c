@@ -224,8 +224,8 @@ static void print_clocks(void)
  * converters (AN4073). The core runs from flash meanwhile, as during a prediction.
  *
  * Noise of one conversion from the sums of 8, or 4, codes in block records. A difference of two
- * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum counts more
- * than it should. */
+ * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum is
+ * overestimated. */
 #define BLOCKS         400u
 #define SKIPPED_BLOCKS 20u /* blocks that the queue may hold */
 #define BLOCK_US       5000u
@@ -274,7 +274,7 @@ static bool measure_noise(void)
         if (!wait_for_block(&block))
             return false;
     }
-    /* no block follows this index, so the first block makes no difference */
+    /* No block follows this index, so the first block adds no difference. */
     seen.last.index = block.index - 2u;
     for (unsigned n = 0; n < BLOCKS; n++) {
         if (!wait_for_block(&block))
@@ -749,7 +749,8 @@ static uint8_t reset_cause(void)
 static void overflow_stack(void)
 {
     __asm volatile("mov sp, %0\n\tpush {r0-r7}\n\tdsb" : : "r"(stack_bottom) : "memory");
-    for (;;) { /* not stopped: the watchdog resets, without a fault record */
+    /* If the overflow is not detected, the watchdog resets the chip without a fault record. */
+    for (;;) {
     }
 }
 
@@ -906,7 +907,7 @@ static void execute(const char *word)
     }
 }
 
-/* Takes a line that has arrived, without its end. False: no whole line yet. */
+/* Copies a received line without its end. False: the line is not complete yet. */
 static bool read_word(char word[WORD_BYTES])
 {
     static char line[WORD_BYTES];

@@ -119,7 +119,8 @@ static bool start_crystal(void)
     bool swings = wait_for_bits(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
     if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
-        /* if the crystal stops later: an NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+        /* If the crystal stops later, the chip changes to the internal oscillator and raises an NMI
+         * (fault.c). RM0090 7.2.7 */
         RCC->CR |= RCC_CR_CSSON;
         return true;
     }

@@ -115,8 +115,8 @@ static void send_single_command(uint8_t command)
     set_select(false);
 }
 
-/* Ends an operation that does not end by itself: a busy chip executes nothing but this. What the
- * operation was changing is then partly changed (data sheet 8.2.36). */
+/* Resets the chip to end an operation that does not end; a busy chip executes no other command. The
+ * cells of that operation are then partly changed (data sheet 8.2.36). */
 static void reset_chip(void)
 {
     send_single_command(ENABLE_RESET);

@@ -204,7 +204,7 @@ enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
 
 /* ---- the board ---- */
 
-/* RAM after a power cut: neither the old content nor zero. */
+/* Fills RAM as after a power failure: neither with the old content nor with zeroes. */
 static void scramble_ram(struct hil_board *board)
 {
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;

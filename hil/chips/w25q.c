@@ -10,7 +10,7 @@
 #define BUSY                 1u
 #define WEL                  2u
 #define MANUFACTURER         0xefu
-#define INTERRUPTED_PERMILLE 500u /* how far an operation got that did not end */
+#define INTERRUPTED_PERMILLE 500u /* progress of an operation that never ends */
 /* Modelled commands: data sheet rev. F, 8.1.2. */
 enum command {
     PAGE_PROGRAM = 0x02,
@@ -66,7 +66,7 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
     }
 }
 
-/* Ends the operation: completely (permille 1000), or cut off part of the way. */
+/* Ends the operation after this share of its changes; 1000: completely. */
 static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;

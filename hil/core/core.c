@@ -90,7 +90,7 @@ void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
 
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
 {
-    if (cycle < clock->anchor_cycle) /* only slightly earlier: the present rate applies */
+    if (cycle < clock->anchor_cycle) /* slightly earlier: the present rate applies */
         return clock->anchor_ps -
                (uint64_t)((wide)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
@@ -226,7 +226,7 @@ void hil_event_handle_due(struct hil_core *core)
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
         events->at_ps[slot] = HIL_NEVER;
-        events->next_cycle = HIL_NEVER; /* until the handler has set new events */
+        events->next_cycle = HIL_NEVER; /* no event until the handler has set new ones */
         core->handler[slot].handler(core->handler[slot].device, at);
         /* the end of a partial run must not appear in a trace */
         if (observers->tracer && slot != HIL_EVENT_TARGET)

@@ -303,7 +303,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     const struct hil_observers *observers = &core->observers;
     struct hil_core_state *state = &core->state;
     if (core->engine.single_step) {
-        /* the first call is for walk()'s instruction; stop at the next */
+        /* the first call is for the single instruction itself; stop at the next one */
         if (core->engine.single_step++ > 1)
             uc_emu_stop(uc);
         return;
@@ -670,7 +670,7 @@ void hil_cpu_run(struct hil_core *core)
     core->engine.return_reason = RETURNED_PLAIN;
     uc_err err = start(core, read_pc(core), 0);
     if (core->state.cpu.is_stepping)
-        return; /* walk() continues at the block's start */
+        return; /* the caller continues at the start of the block */
     /* Returned without a request and inside a block: WFI. */
     handle_return(core, err, core->state.cpu.block_instructions != 0);
 }
@@ -770,7 +770,7 @@ void hil_stuck_bits_enable(struct hil_core *core)
     core->engine.is_checking_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
                                                  (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
                                                  HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
-    hil_cpu_discard_code(core); /* code translated before has no load hook */
+    hil_cpu_discard_code(core); /* code that was translated earlier has no load hook */
 }
 
 bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)

@@ -435,7 +435,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         return;
     struct hil_adc *a = &dev->state[unit];
     advance(dev, unit, hil_now_cycle(dev->core));
-    a->is_planned = false; /* a running sequence continues unchanged */
+    a->is_planned = false; /* a sequence that is running continues unchanged */
     switch (offset & 0xffu) {
     case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))

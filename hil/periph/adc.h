@@ -38,9 +38,8 @@ struct hil_adc {
     int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    double remaining_share
-        /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
-        [16];
+    /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
+    double remaining_share[16];
     double held_v;                 /* voltage of the sample capacitor; used only with errors */
     uint64_t noise;                /* state of the random number generator */
     uint16_t triggers_high;        /* levels of the external triggers, by EXTSEL */

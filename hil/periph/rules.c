@@ -149,7 +149,7 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
 
 /* --- pins --- */
 
-/* Follows the thermometer's bus when software moves it. With SCL high, a rising SDA is a stop, a
+/* Tracks the thermometer's bus while software drives it. With SCL high, a rising SDA is a stop, a
  * falling one a start. */
 static void track_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
 {

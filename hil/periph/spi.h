@@ -17,9 +17,8 @@ struct hil_spi {
     /* SR contains only RXNE and OVR; the other bits follow from the state. DR: the received
      * byte. */
     HIL_WORDS(word, cr1, cr2, sr, dr);
-    bool dr_was_read; /* first step of the sequence that clears OVR */
-    bool is_buffer_full,
-        is_shifting; /* the transmit buffer, or the shift register, contains a byte */
+    bool dr_was_read;                 /* first step of the sequence that clears OVR */
+    bool is_buffer_full, is_shifting; /* the transmit buffer, or the shift register, has a byte */
     uint8_t held, shifted;
     uint64_t shift_end_cycle;
     bool is_selected; /* PB12 was low at the last check */

@@ -296,7 +296,7 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
     return (frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
 }
 
-/* A byte arrives at the end of the line, after the faults of the line. */
+/* Receives a byte at the end of the line, after the faults of the line were applied. */
 static void receive_from_line(struct hil_usart_device *dev, uint8_t byte)
 {
     struct hil_usart *u = dev->state;

@@ -147,7 +147,7 @@ static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uin
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
-    /* behind the bytes that are late already */
+    /* after the bytes that are already delayed */
     memcpy(lines->bytes + lines->bytes_count, bytes, n);
     lines->bytes_count += (uint32_t)n;
 }
@@ -586,8 +586,8 @@ static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY
                                        "frame N [+ DELAY_US]", "flash N [+ DELAY_US]",
                                        "nor N [+ DELAY_US]"};
 
-/* Patterns of a line, with the fault they begin with. Of words between |, the index of the one
- * given is added to `choice`; a number of kind ORDINAL is added to `index`. */
+/* Patterns of a line, each with its initial fault. The index of the given word among those between
+ * | is added to `choice`, a number of kind ORDINAL to `index`. */
 #define CHANNEL "mend|stick|high|low|open"
 #define LINE(at)                                                                           \
     {                                                                                      \

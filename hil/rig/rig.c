@@ -271,7 +271,7 @@ void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, d
     dev->state->offset_lb[gage] = offset_lb;
 }
 
-/* Temperature above that at which the electronics were adjusted. */
+/* Temperature relative to that at which the electronics were adjusted. */
 static double temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
