@@ -54,7 +54,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     return MR_OK;
 }
 
-/* Reason of a failed run with mat and time, and a remedy. */
+/* Writes the reason of a failed run, with mat and time, and a remedy. */
 static void fail_at(const struct sim_result *result, const struct sim_scene *scene, char *why,
                     size_t size)
 {
@@ -121,7 +121,8 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
     }
 }
 
-/* Convert from the engines' time, which begins at the start of the run, to the scene's clock. */
+/* Converts times from the engines' clock, which begins at the start of the run, to the scene's
+ * clock. */
 static void to_scene_times(struct sim_result *result)
 {
     result->t_s += result->start_s;
@@ -197,7 +198,7 @@ static json_t *flagged_json(const double *flags, const double *names, size_t cou
     return list;
 }
 
-/* Add one group of bands. Its part of the arrays begins at `segment` and `connection`. */
+/* Adds one group of bands. Its part of the arrays begins at `segment` and `connection`. */
 static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
                       size_t connection, size_t count)
 {
@@ -284,9 +285,9 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
     }
 }
 
-/* Add "mods". JSON: the state as scene keys (band_T0, band_slipped, band_pulled, cleat_left, torn)
- * and the extremes of each part. Printed: extremes over all parts. `state` NULL: no modifications,
- * nothing added. */
+/* Adds "mods". The JSON has the state as scene keys (band_T0, band_slipped, band_pulled,
+ * cleat_left, torn) and the extremes of each part; printed output has the extremes over all parts.
+ * `state` NULL: there are no modifications, and nothing is added. */
 static void add_mods(struct answer *answer, const struct sim_scene *scene,
                      const struct mods_state *s)
 {
@@ -374,7 +375,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
     }
 }
 
-/* NaN becomes null in JSON: a failed run without an estimate. */
+/* Returns the estimate; NaN (null in JSON) for a failed run. */
 static double estimate(const struct sim_result *result, double error)
 {
     return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
@@ -383,7 +384,8 @@ static double estimate(const struct sim_result *result, double error)
              : (double)NAN;
 }
 
-/* A failed run has no outcome. An interrupted run can only report that there already is a wave. */
+/* Adds the extremes. A failed run has none. An interrupted run can only report that there already
+ * is a wave. */
 static void add_extremes(struct answer *answer, const struct sim_scene *scene,
                          const struct sim_result *result)
 {

@@ -6,8 +6,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* True if this program lacks a solver that matrig-study has: cvode in matrig, which is not linked
- * with SUNDIALS. */
+/* Returns true for a solver that matrig-study has and this program lacks: cvode in matrig, which is
+ * not linked with SUNDIALS. */
 bool sim_solver_is_left_out(const char *solver);
 
 /* Runs a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the run was refused for numerical
@@ -23,13 +23,13 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
  * the run. */
 bool sim_progress(void *progress, int pass_from_1, double part);
 
-/* The mats that a scene selects for output (u_mats, by default all): their number, and the i-th of
- * them, from 1. */
+/* The mats that a scene selects for output (u_mats; default: all): their number, and the number of
+ * the i-th mat. */
 size_t sim_shown_count(const struct sim_scene *scene);
 int sim_shown_mat(const struct sim_scene *scene, size_t i);
 
-/* Makes a new answer from a result with any status; the caller frees it. In the JSON lengths are in
- * ft, times in s, forces in lb, also with `si`. */
+/* Makes a new answer from a result with any status; the caller frees it. In the JSON, lengths are
+ * in ft, times in s and forces in lb, even with `si`. */
 struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_result *result,
                              bool si);
 

@@ -11,9 +11,9 @@
 #include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
-#define TARGET_FT           1e-10 /* references that agree to this need no further tightening */
-/* the reference is tightened at least to this, far below the judged tolerances: at one tolerance
- * two errors can agree by luck */
+#define TARGET_FT           1e-10 /* references that agree within this are accurate enough */
+/* largest tolerance of the reference, far below those of the study: at one tolerance two errors can
+ * agree by chance */
 #define TARGET_RTOL         1e-12
 #define LOOSEST_EXPONENT    3
 #define TIGHTEST_EXPONENT   9
@@ -21,26 +21,26 @@
 #define REPEATS             5
 /* steps times mats above which the reference is not tightened further */
 #define REFERENCE_MAT_STEPS 2e7
-#define TABLE_MAT_STEPS     6e7   /* limits of a run in the table: steps times mats, */
-#define TABLE_STEPS         30000 /* steps of any run, */
-#define TABLE_STEPS_PER_MAT 700   /* and additional steps per mat */
+#define TABLE_MAT_STEPS     6e7   /* limits of a run in the table: steps times mats */
+#define TABLE_STEPS         30000 /* steps of any run */
+#define TABLE_STEPS_PER_MAT 700   /* additional steps per mat */
 #define EXPLICIT_REACH      6.0 /* longest step of `event` times the fastest rate, approximately */
 /* end of the classical method's stability region on the negative real axis */
 #define RK4_REAL            2.785
-#define RUNGS               24 /* fixed steps below the limit: */
-/* the first ones a fifth of an octave apart, to show which of them are right by luck; the rest half
- * an octave */
+#define RUNGS               24 /* number of fixed steps below the limit */
+/* the first of them are a fifth of an octave apart, to show which are accurate by chance; the
+ * others half an octave */
 #define CLOSE_RUNGS         15
 #define FIRST_STEP_FRACTION 0.97 /* first step, times the limit */
 #define MIN_STEPS           20.0
 #define MAT_STEPS           6e7              /* limit of a run of rk4: steps times mats */
-static const double beyond[] = {1.12, 1.05}; /* further steps, times the limit */
+static const double beyond[] = {1.12, 1.05}; /* steps above the limit, divided by the limit */
 
 /* Slopes are fitted to errors in this range: above MIN_PER_AGREEMENT times the difference of the
  * references, below MAX_PER_PEAK of the peak. The range must span at least MIN_RANGE. */
 #define MIN_PER_AGREEMENT 10.0
 #define MAX_PER_PEAK      0.1
-/* times the largest value: rounding over 1e5 steps can add up to this */
+/* possible sum of rounding errors over 1e5 steps / largest value */
 #define ROUND_OFF         3e-12
 #define MIN_RANGE         3.0
 
@@ -52,7 +52,7 @@ struct reference {
     double rtol;
     double u_ft, lift_ft; /* differences of the two methods */
     double max_lift_ft;
-    struct sim_record record; /* of the first method */
+    struct sim_record record; /* record of the first method */
 };
 
 static __attribute__((format(printf, 2, 3))) void add_note(struct error_study *study,
@@ -69,7 +69,7 @@ static __attribute__((format(printf, 2, 3))) void add_note(struct error_study *s
     }
 }
 
-/* Add a run, which counts as failed until it is filled in. NULL: the table is full. */
+/* Adds a run, which counts as failed until it is filled in. NULL: the table is full. */
 static struct error_run *add_run(struct error_study *study)
 {
     if (study->run_count == ERROR_RUNS_MAX)
@@ -84,7 +84,7 @@ static struct error_run *add_run(struct error_study *study)
 
 /* ---- one run ---- */
 
-/* outcome->ms is processor time afterwards. */
+/* Runs one pass. Sets outcome->ms to its processor time. */
 static enum mr_status run_one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
                                    const struct pass_request *request, struct error *error)
 {
@@ -165,8 +165,8 @@ static uint64_t reference_steps(const struct sim_scene *scene)
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
 
-/* Tighten one pair of methods until they agree; `reference` keeps the best pair. If no pair
- * completes, *failed_name is the method that failed. */
+/* Tightens the tolerances of two methods until the methods agree; `reference` keeps the best pair
+ * of runs. If no pair completes, *failed_name is the method that failed. */
 static enum mr_status find_reference(struct reference *reference,
                                      const struct stepper_kind *const pair[2],
                                      const struct sim_scene *scene, struct pass_outcome *failed,
@@ -195,7 +195,7 @@ static enum mr_status find_reference(struct reference *reference,
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
-        /* keep the tighter pair, unless it agrees much worse */
+        /* keep the tighter pair, unless its disagreement is much larger */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
@@ -321,7 +321,7 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 #define CHAIN_RUNS   10   /* number of runs of event, a decade apart in tolerance */
 #define CHAIN_RUNGS  16   /* number of runs of staggered, half an octave apart in step */
 
-/* Run once; u at even times is stored in u_ft. Returns the longest stable step. */
+/* Runs once and stores u at equally spaced times in u_ft. Returns the longest stable step. */
 static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
                              const struct sim_options *options, double *u_ft, struct error *error)
 {
@@ -356,8 +356,8 @@ static double chain_difference_ft(const struct sim_scene *scene, const double *a
     return most;
 }
 
-/* The chain's two solvers against `event` at the tightest tolerance, confirmed by a second run of
- * it. tests/stability has an independent method. */
+/* Compares the chain's two solvers with `event` at the tightest tolerance, which a second run of
+ * `event` confirms. tests/stability has an independent method. */
 static enum mr_status run_chain_study(struct error_study *study, const struct sim_scene *whole,
                                       struct error *error)
 {
@@ -392,7 +392,7 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
                                        .single = true,
                                        .dt_s = study->dt_limit_s * FIRST_STEP_FRACTION *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
-        struct error_run *row = add_run(study); /* there is room: checked above */
+        struct error_run *row = add_run(study); /* the room was checked above */
         run_chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_difference_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {

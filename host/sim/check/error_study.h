@@ -65,7 +65,7 @@ struct error_order {
 typedef void error_study_progress(void *ctx, size_t runs_begun);
 
 struct error_study {
-    char method[240]; /* description of the reference, for people */
+    char method[240]; /* description of the reference */
     double disagreement_u_ft, agreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* peaks of the reference */
     double end_s;
@@ -84,20 +84,20 @@ struct error_study {
 extern const double error_levels_ft[];
 extern const size_t error_level_count;
 
-/* Runs the study. `told` is called with the number of runs begun so far, 0 during the references;
- * NULL: not called. MR_OK: the study is complete. MR_NUMERICS: the references failed or disagree.
- * Other statuses: those of sim_run for an invalid scene. The scene is not changed. There is nothing
- * to free. */
+/* Runs the study. `progress` is called with the number of runs begun so far, 0 during the
+ * references; NULL: not called. MR_OK: the study is complete. MR_NUMERICS: the references failed or
+ * disagree. Other statuses: those of sim_run for an invalid scene. The scene is not changed. There
+ * is nothing to free. */
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_study_progress *told, void *told_ctx, struct error *error);
 
-/* Error of lift (chain: of u) by which run i is judged. For a fixed step it is the largest error of
- * the run and its two neighbours, because a single error can be small by chance. NaN: failed,
+/* Error of lift (chain: of u) that is attributed to run i. For a fixed step it is the largest error
+ * of the run and its two neighbours, because a single error can be small by chance. NaN: failed,
  * beyond the limit, or without a neighbour. */
 double error_study_judged_ft(const struct error_study *study, size_t i);
 
-/* The cheapest run of `solver` (NULL: of any) whose judged error is within level_ft. NULL: there is
- * none, or the level is below the resolution of the reference. */
+/* Finds the cheapest run of `solver` (NULL: of any solver) whose attributed error is at most
+ * level_ft. NULL: there is none, or the level is below the resolution of the reference. */
 const struct error_run *error_study_find_cheapest(const struct error_study *study,
                                                   const char *solver, double level_ft);
 

@@ -1,16 +1,18 @@
 /* Element: a force on single mats along the runway that depends on the motion of the mat. Each
- * element has one file and one row in the table below. From the row the scene reads its key, every
- * engine adds its force, and step limits, the window of integrated mats and Jacobians take it into
- * account. Elements that a scene does not have cost one test per evaluation of all mats.
+ * element has one file and one row in the table below. The row is all that is needed: the scene
+ * reads the element's key, every engine adds its force, and step limits, the window of integrated
+ * mats and the Jacobians include it. Elements that a scene does not have cost one test per
+ * evaluation of all mats.
  *
  * Laws that every scene needs (law.h) and the modifications with their memory (mods.h) are not in
  * the table: they are inlined, or called, in the loops of the engines. law.h describes what all
  * laws have in common.
  *
- * An element has no state except its parameter, or it `remembers`. In that case its row has only
- * its key and its position in the engines' loops, and a separate file has its memory. Engines with
- * fixed steps integrate an element without state exactly if it is linear in the speed
- * (element_kick), so it does not limit their step. Units are ft, lb, s and slug. */
+ * An element has no state except its parameter, unless it has a memory (has_memory). The row of an
+ * element with memory has only its key and its position in the engines' loops, and a separate file
+ * has the memory. Engines with fixed steps integrate an element without state exactly if it is
+ * linear in the speed (element_kick), so it does not limit their step. Units are ft, lb, s and
+ * slug. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 #define MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 
@@ -29,7 +31,7 @@
 enum element_place { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };
 _Static_assert(ELEMENTS <= SIM_ELEMENTS_MAX, "a scene has room for every element");
 
-/* The state of a mat as an element sees it. */
+/* The state of a mat on which an element's force depends. */
 struct element_mat {
     double v_ft_s;
     bool grounded; /* the soil acts on one of its ends; always true in model chain */
@@ -40,16 +42,19 @@ struct element {
     /* key of the element; its field is ELEMENT_FIELD(name), and the default 0 means absent */
     struct sim_key key;
     double (*force_lb)(double value, struct element_mat mat); /* positive downfield */
-    /* Slope of the force by the mat's speed, for the Jacobian; never above 0. */
+    /* Derivative of the force with respect to the mat's speed, for the Jacobian; never above 0. */
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
-    /* Largest -slope in any state; divided by the mass it bounds the decay rate. */
+    /* Largest magnitude of the slope in any state. Divided by the mass it is a bound of the decay
+     * rate. */
     double (*steepest_lb_s_ft)(double value);
-    /* Largest push on a mat at rest, which reduces the margin by which friction holds the mat. 0: a
-     * mat at rest may be left out of a scene. */
+    /* Largest push on a mat at rest, which reduces the margin of the friction that holds the mat.
+     * 0: mats at rest need not be integrated. */
     double (*push_at_rest_lb)(double value);
-    void (*describe)(double value, struct sim_result *result); /* adds a description for people */
-    /* It has a memory, which a separate file updates in each step (gear.h). It is not in a set and
-     * has none of the four functions above; engines that choose their steps refuse it. */
+    void (*describe)(double value,
+                     struct sim_result *result); /* adds a description to the result */
+    /* The element has a memory, which a separate file updates in each step (gear.h). It is not part
+     * of a set and has none of the four functions above. Engines that choose their steps refuse
+     * it. */
     bool has_memory;
 };
 
@@ -67,16 +72,15 @@ struct element_set element_set_of(const struct sim_scene *scene);
 double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
 struct law_bound element_bound(const struct element_set *set, double mass_slug);
-/* True if the set lets mats at rest stay at rest. */
+/* Returns true if mats at rest stay at rest with this set. */
 bool element_rests(const struct element_set *set);
 /* Describes all elements of a scene. */
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
 /* A step of h_s under forces x that are otherwise constant: the speed is first multiplied by
- * `keep`, then x + push_lb acts for as_if_s. Dry friction over the rest of the step is then exact
- * too: v = keep v + as_if_s/m (x + push_lb), with keep = exp(-k), as_if_s = h (1 - exp(-k))/k, k =
- * -slope h/m. The time until a mat stops and the time left after the stop are transformed in the
- * same way. */
+ * `keep`, then x + push_lb acts for as_if_s. With this transformation dry friction is exact too: v
+ * = keep v + as_if_s/m (x + push_lb), with keep = exp(-k), as_if_s = h (1 - exp(-k))/k, k = -slope
+ * h/m. The time until a mat stops and the time after the stop are transformed in the same way. */
 struct element_step {
     double keep, as_if_s, push_lb;
 };

@@ -84,8 +84,8 @@ void gear_press_mat(struct gear *gear, int mat, double touching)
     gear->touching[mat] = touching;
 }
 
-/* Spread the thrust of one axle, given in `parts`, over a foot with its middle at x_ft. Returns how
- * many mats it touches. */
+/* Spreads the thrust of one axle, given in `parts`, over a foot whose middle is at x_ft. Returns
+ * the number of mats that it touches. */
 static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
 {
     double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
@@ -102,7 +102,7 @@ static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *t
     return count;
 }
 
-/* Parts of one line: those of one axle times its number of axles. */
+/* Computes the parts of one line: those of one axle, times the number of axles. */
 static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];

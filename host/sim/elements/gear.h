@@ -1,10 +1,10 @@
-/* Gear: the weight of an aircraft on ground that yields elastically along the runway. README.md,
- * "Gear on elastic ground".
+/* Gear: the weight of an aircraft on ground that is elastic along the runway. README.md, "Gear on
+ * elastic ground".
  *
  * An axle loads a foot of length gear_foot_ft uniformly; its middle follows the path. `share` is
  * the sum, over the axles, of the part of each axle's load on this mat. `touching` is the number of
- * axles with any load on it, because a mat is a plate that engages all of its ground. Without a
- * foot both are the share of the step during which the axle is on the mat. Axle lines are
+ * axles with any load on the mat, because a mat is a plate that engages all of its ground. Without
+ * a foot, both are the share of the step during which the axle is on the mat. Axle lines are
  * gear_lines_ft behind the lead axle, with gear_axles axles each.
  *
  * Steps are implicit in the ground only (backward Euler, with the return to the limit solved
@@ -43,12 +43,12 @@ void gear_free(struct gear *gear);
 /* Returns to t = 0, for a run in which mats move for drift_s after each kick. */
 void gear_start(struct gear *gear, double drift_s);
 
-/* As sim_wheel_span, for all lines; the parts of the lead axle come first. Sets the shares of the
- * mats. */
+/* Like sim_wheel_span, for all lines, beginning with the parts of the lead axle. Also sets the
+ * shares of the mats. */
 int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch);
 
-/* Sets the number of axles that touch the mat; gear_span calls it. A leaving axle takes its part of
- * q with it; an arriving axle adds none. */
+/* Sets the number of axles that touch the mat; gear_span calls it. An axle that leaves the mat
+ * removes its part of q; an arriving axle adds none. */
 void gear_press_mat(struct gear *gear, int mat, double touching);
 
 /* Speed of a loaded mat after a kick: from v under the force x for as_if_s (element_step).

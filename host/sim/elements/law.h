@@ -2,9 +2,9 @@
  *
  * Each law has four parts, which the engines use from here: the force; its slopes (Jacobian); a
  * bound of the rate that the law adds, for the longest stable step; and a margin, the distance of a
- * mode of the law, or of a mat at rest, from a change. A part of the scene with a margin may be
- * left out until the margin is used up. Functions are inlined into loops over mats; code that
- * constant arguments exclude is not compiled. Units are ft, lb, s, slug and rad. */
+ * mode of the law, or of a mat at rest, from a change. A part of the scene with a positive margin
+ * need not be integrated. Functions are inlined into loops over mats, and code that constant
+ * arguments exclude is removed by the compiler. Units are ft, lb, s, slug and rad. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
@@ -22,8 +22,8 @@
 
 #define LAW_INLINE static inline __attribute__((always_inline))
 
-/* Attribute of a function that is compiled twice; the processor decides which version is called.
- * The results are identical bit for bit. */
+/* Attribute of a function that is compiled for two kinds of processors. The results are identical
+ * bit for bit. */
 /* clang 14 gives clones a name that no caller links to */
 #if defined __x86_64__ && !defined __clang__
 #define VECTOR __attribute__((target_clones("avx2", "default")))
@@ -144,9 +144,9 @@ LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
     return g_ft < 0.0 ? g_ft : law_max(0.0, g_ft - slack_ft);
 }
 
-/* Rate of a joint's damper over a step: only the movement in the last step during which the joint
- * was closed. Otherwise the damper would act for all or none of a step in which the joint closes or
- * opens, and its impulse would have an error of the same size at every longer step. */
+/* Rate of a joint's damper over a step. Only the part of the last step in which the joint was
+ * closed counts. Otherwise the damper would act for all or none of a step in which the joint closes
+ * or opens, and the error of its impulse would not decrease with the step. */
 LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
                                        double step_s)
 {
@@ -161,7 +161,7 @@ LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double sla
  * moment". No moment up to TAD; beyond it, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d +
  * CT d'. */
 
-/* Mode at turn d: the side of TAD beyond which d lies; 0: within TAD. */
+/* Mode at turn d: the sign of d if it is beyond TAD; 0: within TAD. */
 LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
 {
     return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;

@@ -41,8 +41,8 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
     return load;
 }
 
-/* How kinds of restraints differ. `pulls_out`: beyond the grip, zero follows x. `ends`: entries of
- * a mat's row, as of a spring to the ground or to two neighbours. */
+/* Properties of the kinds of restraints. `pulls_out`: beyond the grip, zero follows x. `ends`:
+ * number of spring ends at a mat: a spring to the ground, or to two neighbours. */
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
     double ends;
@@ -108,9 +108,9 @@ static double row_damping_lb_s_ft(const struct restraints *r)
 
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
 
-/* limit of passes over all connections of a group until nothing slips */
+/* largest number of passes over all connections of a group until nothing slips */
 #define SWEEPS_MAX   200
-#define SETTLED_SLIP 1e-12 /* times a mat's length: a smaller slip counts as none */
+#define SETTLED_SLIP 1e-12 /* slip over a mat's length that counts as none */
 
 /* Lists the mats with rivets or anchors in order. Each has one brace: the sum of the forces. */
 static void find_braces(struct mods *m)
@@ -186,7 +186,7 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
                                             : (t_from - t_to - grip) / (k_from + k_to);
 }
 
-/* Slide the band through one connection; returns the slip. */
+/* Slides the band through one connection. Returns the slip. */
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
@@ -203,7 +203,8 @@ static double slide_connection(struct mods_bands *b, int c)
     return s;
 }
 
-/* Slip at one connection loads the next, so sweep forwards and backwards until nothing slips. */
+/* Slides the bands of a group. Slip at one connection loads the next, so the passes alternate in
+ * direction until nothing slips. */
 static void slide_connections(const struct mods *m, struct mods_bands *b)
 {
     for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
@@ -216,7 +217,7 @@ static void slide_connections(const struct mods *m, struct mods_bands *b)
 }
 
 /* The wheel turns a riveted mat by band_tilt against the band on both sides. This pulls the rivets
- * perpendicular to the mat. A hole that is worn by slip holds less. */
+ * perpendicular to the mat. A hole that is worn by slip has less strength. */
 static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
     const struct sim_bands *s = b->scene;
@@ -232,7 +233,7 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
     }
 }
 
-/* Record the extremes, and add the group's forces on its mats. */
+/* Records the extremes, and adds the group's forces on its mats. */
 static void update_extremes(struct mods *m, const struct mods_bands *b)
 {
     for (int i = 0; i < b->segments; i++) {
@@ -278,7 +279,7 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* Update the bands from the mats' positions. Without a view: reset them to the start of the
+/* Updates the bands from the mats' positions. Without a view, resets them to the start of the
  * scene. */
 void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
                      int count)
@@ -463,8 +464,8 @@ void mods_free(struct mods *m)
     free(m);
 }
 
-/* A line ties mats first + k period .. first + k period + span - 1. The lines of a strip are
- * staggered evenly. */
+/* Number of stiffener lines that cross a joint. A line connects mats first + k period .. first + k
+ * period + span - 1. The lines of a strip are evenly staggered. */
 static int lines_across(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
@@ -476,7 +477,7 @@ static int lines_across(const struct sim_mods *s, int joint)
     return lines;
 }
 
-/* Rotation of a joint in mats as laid on the ground. */
+/* Rotation of a joint between mats as they were laid on the ground. */
 static double laid_turn_rad(const struct sim_scene *scene, int joint)
 {
     const double *ground_ft = scene->ground_ft.values;
@@ -492,7 +493,7 @@ static void reset_joints(struct mods *m)
     const struct sim_mods *s = &m->scene->mods;
     double tangent = elementary_tan(s->lay_deg * RADIANS);
     for (int j = 1; j <= m->mats + 1; j++) {
-        bool inner = j > 1 && j <= m->mats; /* nothing ties the outer mats to the ground */
+        bool inner = j > 1 && j <= m->mats; /* the outer mats are not connected to the ground */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
             int lines = lines_across(s, j);
@@ -549,7 +550,7 @@ double mods_cleat_lb(const struct mods *m, int mat)
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
-/* A moving cleat wears: the soil behind it gives way and the cleat bends. */
+/* Wears the cleats of moving mats: the soil behind a cleat yields, and the cleat bends. */
 void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -706,7 +707,7 @@ static double group_tension_lb(const struct mods_bands *b, int segment)
     return b->scene->count * taut_lb(b->lb[segment]);
 }
 
-/* Segment that passes over node j, which lies between mats j and j + 1 (mats counted from 1). */
+/* Segment that passes over node j, which is between mats j and j + 1 (mats counted from 1). */
 static int segment_over(const struct mods_bands *b, int j)
 {
     int first = b->mat[0], every = b->scene->every;
@@ -714,7 +715,8 @@ static int segment_over(const struct mods_bands *b, int j)
     return before < b->segments ? before : b->segments - 1;
 }
 
-/* A band that follows the mats presses on every crest with T times its angle: 2 T h/L on a vee. */
+/* Forces of a band that follows the mats. It presses on every crest with T times the angle there: 2
+ * T h/L on a vee. */
 static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
@@ -755,7 +757,8 @@ static double slope_between(const struct mods_heave *h, double from, double to)
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
-/* A band that is free between its rivets is the tightest line over the nodes between them. */
+/* Forces of a band that is free between its rivets. It follows the shortest line over the nodes
+ * between them. */
 static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
                        int segment)
 {
@@ -877,7 +880,7 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 
 /* State of the modifications after a landing, as the next landing's scene. */
 
-/* Set the list to the numbers whose flag is set. */
+/* Sets the list to the numbers whose flag is set. */
 static void set_flagged(struct sim_list *list, const double *flags, const double *numbers,
                         size_t count)
 {
@@ -919,7 +922,7 @@ void mods_carry(struct sim_scene *scene, const struct sim_result *result)
         size_t count = s->restraints[k];
         if (count > 0)
             sim_scene_set_list(zero, s->restraint_zero_ft + i, count);
-        /* the next landing counts movements from where the mats are now */
+        /* the next landing measures movements from the present positions of the mats */
         for (size_t c = 0; c < count && k == SIM_ANCHORS; c++)
             zero->values[c] -= result->u_ft[(int)s->restraint_at[c]];
         i += (int)count;

@@ -4,8 +4,8 @@
  *
  * A scene without modifications has no struct mods: the engines test one pointer per step. All
  * forces are explicit, for fixed steps. Units are ft, s, lb and rad. Mats 1..N, joints 1..N+1, as
- * in scene.h. Segments of a band are counted from 0 (segment c ends at connection c; the last one
- * at the far anchor), as are connections and cleats.
+ * in scene.h. Segments of a band, connections and cleats are counted from 0. Segment c ends at
+ * connection c; the last segment ends at the far anchor.
  *
  * One owner, one thread; mods_make allocates, mods_free releases. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_MODS_H
@@ -30,7 +30,7 @@ struct mods_view {
 };
 
 /* State at the end of a run, per band; segments and connections of the second group follow those of
- * the first. A negative tension is that of a slack segment, which is too long by -T l/(A E). */
+ * the first. A negative tension T means a slack segment, which is too long by -T l/(A E). */
 struct mods_state {
     size_t segments, connections, cleats, joints;
     size_t restraints[SIM_RESTRAINTS], restraint_count; /* of each kind, and of all */
@@ -39,7 +39,7 @@ struct mods_state {
     double *band_max_lb;
     /* Per connection: total distance, in both directions, by which the band has slid through it. */
     double *band_slip_ft;
-    double *band_load_lb;    /* largest load that it has carried */
+    double *band_load_lb;    /* largest load so far */
     double *band_pulled_out; /* 1: rivets pulled out, otherwise 0 */
     double *band_mat;        /* number of the mat to which it is riveted */
     double *cleat_left;      /* remaining share of the cleat's hold */
@@ -49,8 +49,8 @@ struct mods_state {
     /* Per joint 1..N+1, [0] unused: opening at which stiffeners exert no force. */
     double *stiff_gap_ft;
     double *torn; /* per joint: 1 if torn in tension, otherwise 0 */
-    /* Largest difference of band_lb, band_min_lb or band_max_lb from the run with which it was
-     * checked; for landings, twice that. */
+    /* Largest difference of band_lb, band_min_lb or band_max_lb from the check run; for landings,
+     * twice that difference. */
     double error_lb;
     size_t count;    /* number of all values */
     double values[]; /* storage to which the pointers point */
@@ -82,7 +82,7 @@ struct mods {
     const struct sim_scene *scene;
     bool has_bands; /* bands or anchors push on mats */
     bool has_cleats, has_joint_springs, has_stiffeners, has_diagonal_lay, can_tear;
-    bool acts_vertically; /* some act on the nodes or bend the joints of the planar model */
+    bool acts_vertically; /* some act on nodes or bend joints of the planar model */
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];
@@ -141,9 +141,9 @@ struct mods_heave {
 void mods_brace_heave(struct mods *mods, const struct mods_heave *heave);
 
 /* mods_raised_cleat_hold_lb is the hold of a mat's cleat with the mat's ends at heights Y (positive
- * down): a raised cleat is less deep in the ground. mods_press_cleats applies the wheel's action on
- * raised cleats: the part out of the ground bends when it is pressed back, which reduces the
- * hold. */
+ * down): a raised cleat is less deep in the ground. mods_press_cleats applies the wheel to raised
+ * cleats: when a cleat is pressed back, the part that was out of the ground bends, which reduces
+ * the hold. */
 double mods_raised_cleat_hold_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
 void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
 
@@ -167,10 +167,10 @@ struct mods_state *mods_finish(struct mods *mods, const struct mods_view *view);
 /* Largest difference between the tensions of two runs. */
 double mods_difference_lb(const struct mods_state *a, const struct mods_state *b);
 
-/* Adds notes to a result, for people. */
+/* Adds notes to a result. */
 void mods_describe(const struct mods *mods, struct sim_result *result);
 
-/* Puts the state at the end of a landing into `scene` as the start of the next landing: tensions,
+/* Sets the state at the end of a landing in `scene`, as the start of the next landing: tensions,
  * slips and rivets of the bands, cleats, stiffeners, torn joints. band_dT becomes 0, because the
  * tensions include it. The caller sets the gaps. Does nothing if the result has no
  * modifications. */

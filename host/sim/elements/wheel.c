@@ -7,7 +7,8 @@
 #include "host/sim/elements/law.h"
 
 #define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
-/* in parts of a mat: nearer to a mat's edge than this, EDGE and rounding can matter */
+/* distance from a mat's edge, in mats, below which EDGE_TOLERANCE and rounding can have an
+ * effect */
 #define INNER_TOLERANCE 1e-10
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
@@ -29,7 +30,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->from_s = wheel->rows[0].t_s;
 }
 
-/* Row c whose interval c..c+1 contains t. Moves forward only. */
+/* Returns the row c whose interval c..c+1 contains t. The cursor only moves forwards. */
 static size_t find_row(struct sim_wheel *wheel, double t_s)
 {
     while (wheel->cursor + 2 < wheel->count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
@@ -45,8 +46,8 @@ static double interpolate_path(const struct sim_path_row *row, double t_s, doubl
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }
 
-/* Mean force over t0..t1, never outside the range of the force. A constant thrust is its own mean
- * to the last bit, so a thrust at the limit of friction stays at the limit. */
+/* Mean force over t0..t1, never outside the range of the force. The mean of a constant thrust is
+ * exact, so a thrust at the limit of friction stays at the limit. */
 static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
     const struct sim_path_row *only = &wheel->rows[c];
@@ -74,7 +75,8 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     return law_min(high_lb, law_max(low_lb, sum / length_s));
 }
 
-/* Mat at x: 0 before the runway, mats + 1 behind it. Usually the mat of the last call. */
+/* Returns the mat at x: 0 upfield of the runway, mats + 1 beyond it. It is usually the mat of the
+ * last call. */
 static int find_mat(struct sim_wheel *wheel, double x_ft)
 {
     if (x_ft > wheel->from_ft && x_ft < wheel->to_ft)
@@ -99,7 +101,8 @@ static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int
     return count + 1;
 }
 
-/* The usual span, computed quickly: it continues the last span, on one row and on the same mat. */
+/* Computes the usual span quickly: it continues the last span, on one row and on the same mat.
+ * False: the span is different. */
 static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
@@ -221,7 +224,8 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
     return (edge + shift) * length_ft;
 }
 
-/* Add one stretch of constant speed and linear force, cut at its hops. */
+/* Adds one stretch of constant speed and linear force, divided where the wheel moves to another
+ * mat. */
 static enum mr_status stretch(struct span_list *list, const struct sim_scene *scene,
                               struct span whole, bool airborne, struct error *error)
 {
@@ -263,7 +267,7 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
     return error->status;
 }
 
-/* Add a stretch, cut where the thrust stops. */
+/* Adds a stretch, divided where the thrust stops. */
 static enum mr_status with_stop(struct span_list *list, const struct sim_scene *scene,
                                 struct span whole, bool airborne, struct error *error)
 {

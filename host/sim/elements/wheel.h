@@ -3,13 +3,12 @@
  *
  * Thrust is averaged exactly over the span (the rows are linear in time), so an impulse does not
  * depend on the position of the steps. If the wheel moves from one mat to the next within the span,
- * the span is divided between the mats by time (at the span's constant speed); this is how a fixed
- * step treats the hard breakpoint. Before the first row the aircraft is in the air: no thrust, no
- * load. After the last row it stands still: no thrust, but its load remains. Off the runway it has
- * neither thrust nor load.
+ * the span is divided between the mats by time, at the span's constant speed. Before the first row
+ * the aircraft is in the air, without thrust and load. After the last row it is at rest, with load
+ * and without thrust. Off the runway it has neither thrust nor load.
  *
- * Spans must follow each other in time (a cursor moves along the rows); sim_wheel_start begins
- * again. Units are ft, s and lb. */
+ * Successive spans must not go back in time, because a cursor moves along the rows. sim_wheel_start
+ * resets it. Units are ft, s and lb. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
 #define MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
 
@@ -19,7 +18,7 @@
 /* maximum number of parts of a gear */
 #define SIM_TOUCH_MAX     (SIM_WHEEL_TOUCHES * SIM_GEAR_LINES_MAX)
 
-/* The action on one mat. A mat can appear more than once: the parts add up. */
+/* The action on one mat. If a mat has several entries, they are added. */
 struct sim_touch {
     int mat;
     double thrust_lb;
@@ -50,7 +49,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
  * aircraft must travel less than one mat in that time. */
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch);
 
-/* True if nothing changes from t_s on, because the last row of the path has passed. */
+/* Returns true if t_s is after the last row of the path, so that nothing changes any more. */
 bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);
 
 /* Largest speed on the path; INFINITY if the path jumps. */
@@ -63,7 +62,7 @@ int sim_wheel_first_mat(const struct sim_wheel *wheel);
  *
  * Within one span, position and thrust force are linear in time, and the mats on which the aircraft
  * acts do not change. The breakpoints (moves to the next mat, rows of the path, end of thrust) are
- * computed in advance, not searched for. Mats are counted from 0; -1: none. */
+ * computed in advance. Mats are counted from 0; -1: none. */
 struct span {
     double t0_s, t1_s;
     double x0_ft, speed_ft_s;

@@ -68,7 +68,7 @@ LANES_INLINE void LANES(stretch_to)(struct chains *c, unsigned bay)
     c->high = bay > c->high ? bay : c->high;
 }
 
-/* The bays of the wheels are awake from this step on. */
+/* Applies the thrusts and wakes the bays of the wheels. */
 LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const float *thrust_lb,
                                bool on)
 {

@@ -18,8 +18,8 @@
 typedef double four __attribute__((vector_size(8 * COUNT)));
 typedef int64_t four_bits __attribute__((vector_size(8 * COUNT)));
 
-/* tanh x = 1 - 2/(e^2x + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2; Taylor's series ends
- * below 1e-17. */
+/* tanh x = 1 - 2/(e^2x + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2; the remainder of the
+ * Taylor series is below 1e-17. */
 static inline __attribute__((always_inline)) four tanh_of(four x)
 {
     const four_bits sign = (four_bits)(four){-0.0, -0.0, -0.0, -0.0};
@@ -148,7 +148,7 @@ KERNEL_INLINE struct kernel_mat moving_mat(const struct model *m, const double *
                                      : kernel_mat(p, v, n, inverse_length);
 }
 
-/* A mat outside the window lies on the ground, with the tilt of the ground. If tensions are given,
+/* A mat outside the window is on the ground and has the tilt of the ground. If tensions are given,
  * only its slope is used. */
 KERNEL_INLINE struct kernel_mat resting_mat(const struct model *m, int n, double inverse_length,
                                             const struct kernel_parts parts)
@@ -274,15 +274,15 @@ void consistent_heave(const struct model *m, double step_s, const double *z, dou
 /* ---- mass matrix and Jacobians in the present modes; rows and columns in the order of p (model.h)
  * ---- */
 
-/* A quantity of joint j, and its derivatives by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their
- * rates. */
+/* A quantity of joint j, and its derivatives with respect to Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1}
+ * and their rates. */
 struct joint_slope {
     double value;
     double p[5], v[5];
 };
 
-/* Derivatives of a mat's quantities by its height difference dY. The derivative of sin theta is
- * 1/L. */
+/* Derivatives of a mat's quantities with respect to its height difference dY. The derivative of sin
+ * theta is 1/L. */
 struct mat_slope {
     double turn_y; /* d theta/d dY, and d theta'/d dY' */
     double rate_y; /* d theta'/d dY */
@@ -349,7 +349,8 @@ static void put_value(const struct rows *r, double *band, int row, int column, d
         band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
 }
 
-/* Add `scale` times a gradient by Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a row. */
+/* Adds `scale` times a gradient with respect to Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a
+ * row. */
 static void put_mat(const struct rows *r, int row, int n, double scale, const double *p,
                     const double *v)
 {
@@ -403,7 +404,7 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     }
 }
 
-/* Moment of the joints on mat n, and its gradient by Y_{n-1}..Y_{n+2}. */
+/* Moment of the joints on mat n, and its gradient with respect to Y_{n-1}..Y_{n+2}. */
 static double turning_of(const struct model *m, const struct kernel_mat *mat,
                          const struct joint_slope *tl, const struct joint_slope *tr,
                          const struct joint_slope *ml, const struct joint_slope *mr, double *p,

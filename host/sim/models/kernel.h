@@ -68,7 +68,7 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
     return mat;
 }
 
-/* As kernel_mat, on uneven ground. */
+/* Like kernel_mat, on uneven ground. */
 KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p,
                                                   const double *v, int n, double inverse_length)
 {
@@ -137,7 +137,7 @@ KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, cons
     return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
 }
 
-/* As kernel_soil_lb, with the soil of this node. */
+/* Like kernel_soil_lb, with the soil of this node. */
 KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, const double *v,
                                        int node)
 {

@@ -358,18 +358,18 @@ void model_describe(const struct model *m, struct sim_result *result)
 
 /* The window: the range of mats that are integrated. PLANAR.md, "Active window".
  *
- * A mat outside is flat, at rest, and its displacement is constant. Where the laws keep it so,
- * leaving it out is exact. Exact sticking holds a mat until the push exceeds its limit. The
- * report's equations give a flat mat no moment until the free rotation of a joint is used up or the
- * lift shear acts on it. The window then grows at that moment. Elsewhere the motion arrives as a
- * tail that falls faster than exponentially ahead of the wave. The window then grows while any of
- * its GUARD outermost mats moves by more than QUIET. */
+ * A mat outside is flat and at rest, and its displacement is constant. Omitting it is exact where
+ * the laws keep it so: exact sticking holds a mat until the push exceeds its limit, and the
+ * report's equations give a flat mat no moment until the free rotation of a joint is exceeded or
+ * the lift shear acts on it. At that moment the window grows. With other laws the motion has a tail
+ * ahead of the wave that falls faster than exponentially. The window then grows while any of its
+ * GUARD_MATS outermost mats moves by more than REST_TOLERANCE. */
 
 #define GUARD_MATS      4
 #define CHUNK_MATS      8     /* least number of mats by which the window grows */
 #define REST_TOLERANCE  1e-13 /* times L for heights, times sqrt(g L) for speeds */
 #define SHRINK_STEPS    16    /* steps between attempts to shrink the window */
-/* mats that must leave the window at once: fewer do not justify a restart */
+/* least number of mats that leave the window at once: fewer do not justify a restart */
 #define MIN_SHRINK_MATS 4
 
 static bool is_push_exact(const struct model *m)
@@ -377,7 +377,7 @@ static bool is_push_exact(const struct model *m)
     return m->law == SIM_STICK && (m->elements.count == 0 || element_rests(&m->elements));
 }
 
-/* In the report model flat mats stay flat until a switch. */
+/* Returns true if flat mats stay flat until a switch, as in the report model. */
 static bool is_shape_exact(const struct model *m)
 {
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
@@ -400,7 +400,7 @@ static double quiet_ft_s(const struct model *m)
     return REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-/* True if a mat has the shape of a mat outside the window. */
+/* Returns true if a mat has the shape of a mat outside the window. */
 static bool is_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
@@ -501,7 +501,7 @@ static void narrow_window(struct model *m, double *z, int first, int last)
     }
 }
 
-/* Wanted range of the window, judged from its edges. */
+/* Finds the required range of the window from the motion at its edges. */
 static void find_wanted_window(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
@@ -539,7 +539,7 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     }
 }
 
-/* How many mats at an end can leave the window: those at rest, minus a margin. */
+/* Number of mats at an end that can leave the window: those at rest, minus a margin. */
 static int count_idle_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;

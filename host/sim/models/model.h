@@ -74,13 +74,15 @@ struct model {
     int lifted;           /* number of nodes out of contact */
     int apex;             /* node; valid only while lifted > 0 */
 
-    /* Report model: the lift shear of a mat acts only while its right end is off the ground, and
-     * may press the end down again at once. Such a node bounces ever faster and then stays at the
-     * edge of contact. Its height is held until the shear is too small, or the ground is not
-     * needed. In the limit of fast bouncing, the node is up for a share of the time, and the mats
-     * on both sides get this share of the lift that they have while it is up. -1: none. */
+    /* Node that is held at the edge of contact (report model); -1: none. The lift shear of a mat
+     * acts only while its right end is off the ground, and may press the end down again at once.
+     * Such a node bounces ever faster and then stays at the edge of contact. Its height is held
+     * until the shear is too small or the node lifts off. In the limit of fast bouncing, the node
+     * is off the ground for a share of the time, and the mats on both sides get this share of the
+     * lift that they have while it is off the ground. */
     int held;
-    signed char held_lift[2]; /* lift of the mats before and after it if it were up */
+    signed char held_lift
+        [2]; /* lift of the mats on both sides of the held node while it is off the ground */
 
     /* The window: the mats that are integrated. The other mats are flat, at rest, and have constant
      * displacements (model.c). */
@@ -158,20 +160,21 @@ double model_margin(const struct model *model, double t_s, const double *z, stru
 int model_find_violations(const struct model *model, double t_s, const double *z,
                           struct model_switch *found, int room);
 
-/* True if a switch may be crossed and crossed back within a step without switches at its ends,
- * judged from the states and their rates (v, p'') there. False: no margin can reach zero, as far as
- * cubics show, with a factor of two. */
+/* Returns true if a mode may change and change back within a step, so that its ends do not show it.
+ * The check uses the states and their rates (v, p'') at both ends. False: no margin can reach zero,
+ * according to cubics with a safety factor of two. */
 bool model_can_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
                       double t1_s, const double *z1, const double *rate1);
 
 /* Index range of p on which margins of this switch depend. */
 void model_switch_range(const struct model *model, struct model_switch s, int *low, int *high);
 
-/* Flips the mode (a mat that stops gets velocity exactly 0), then updates everything that depends
- * on it. */
+/* Changes the mode, then updates everything that depends on it. The speed of a mat that stops
+ * becomes exactly 0. */
 void model_apply_switch(struct model *model, double t_s, double *z, struct model_switch s);
 
-/* Call after flips: tests mats at rest for sticking again, and updates lift shear and counts. */
+/* Tests mats at rest for sticking again, and updates lift shear and counts. Call after changes of
+ * modes. */
 void model_settle(struct model *model, double t_s, const double *z);
 
 /* Sets every mode except stick-slip from the state. */

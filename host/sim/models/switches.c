@@ -1,11 +1,11 @@
-/* The switches of a model: when a mode no longer fits, and the effect of a flip. */
+/* The switches of a model: the end of a mode's validity, and the effect of a change. */
 #include <math.h>
 
 #include "host/sim/models/kernel.h"
 
 #define HOLD_PART  1.25e-7 /* times sqrt(g L): slower bounces are ignored */
-/* times a mat's length: a joint keeps its mode this far past its edge; a wave's tail opens joints
- * by 1e-30 ft */
+/* distance beyond its edge, in mats, up to which a joint keeps its mode, because a wave's tail
+ * opens joints by 1e-30 ft */
 #define SLACK_EDGE 1e-12
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
@@ -41,8 +41,8 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
 
-/* Under the soil's normal force a mat in the air has no friction, so it neither stops nor
- * sticks. */
+/* Returns true if a mat has no friction because it is in the air and its normal force is that of
+ * the soil. It neither stops nor sticks. */
 static inline bool is_afloat(const struct model *m, int mat)
 {
     return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
@@ -276,8 +276,8 @@ void model_settle(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* Hold a node at the edge of contact if it has almost stopped and is driven back from both
- * sides. */
+/* Holds a node at the edge of contact if it has almost stopped and is driven back to the edge from
+ * both sides. */
 static void try_hold(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
@@ -345,8 +345,8 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     }
 }
 
-/* A mat in the air turns round without a stop, so update its slide. Otherwise, when it lands, it
- * would count as a mat that has just come to rest. */
+/* Updates the slide of mats in the air, which reverse without a stop. Otherwise such a mat would,
+ * when it lands, count as a mat that has just stopped. */
 static void turn_afloat(struct model *m, const double *z)
 {
     for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
@@ -407,7 +407,7 @@ struct step_ends {
     double t0_s, t1_s, h_s;
 };
 
-/* True if a quantity can pass from below `limit` to above it. */
+/* Returns true if a quantity can pass from below `limit` to above it. */
 static inline bool can_pass(const struct step_ends *s, double from, double to, double rate_from,
                             double rate_to, double limit)
 {

@@ -95,7 +95,8 @@ bool mods_are_given(const struct sim_scene *scene)
            m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
-/* Every n-th mat from `first` (0: from n) to `last`: the i-th, from 0, and their number. */
+/* For every n-th mat from `first` (0: from n) to `last`: place_at is the i-th of them (from 0), and
+ * place_count their number. */
 static int place_at(int first, int every, int i)
 {
     return (first > 0 ? first : every) + i * every;

@@ -1,4 +1,4 @@
-/* The keys of a scene, for people and programs. */
+/* Lists the keys of a scene as text and as JSON. */
 #include <jansson.h>
 #include <math.h>
 #include <string.h>

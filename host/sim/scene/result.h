@@ -86,19 +86,19 @@ struct sim_result {
     double start_s;
     double t_end_s;
     double run_ms;       /* duration of all passes, wall clock */
-    double pass_ms;      /* duration of the pass whose numbers these are */
+    double pass_ms;      /* duration of the pass that gave the numbers */
     double dt_s;         /* time step of that pass */
     double dt_limit_s;   /* a larger step is unstable */
-    double checked_dt_s; /* step of the pass with which it was checked */
+    double checked_dt_s; /* step of the check pass */
     uint64_t rhs;        /* number of force evaluations in all passes */
-    uint64_t steps;      /* number of steps in the pass whose numbers these are */
+    uint64_t steps;      /* number of steps in the pass that gave the numbers */
     uint64_t rejected;   /* number of steps in all other passes */
     uint64_t events;     /* number of mats brought to rest within a step, in that pass */
     /* error estimate: largest over all mats at 64 equally spaced times, t_out and samples */
     double error_u_ft;
     double error_lift_ft;
-    /* SIM_UNPREDICTABLE: number of runs whose spread the estimates are, and of those with a bow
-     * wave. */
+    /* SIM_UNPREDICTABLE: number of diverging runs, whose differences are the estimates, and number
+     * of those with a bow wave. */
     int divergence_runs, divergence_waves;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
@@ -151,8 +151,8 @@ void sim_result_set_status(struct sim_result *result, enum sim_status status, in
  * digits of start_s before its decimal point, at most 15. */
 int sim_time_digits(double start_s, int digits);
 
-/* Add an entry to a list unless it is already there. Entries that do not fit are dropped (the lists
- * have room for all entries that the code can make). */
+/* These functions add an entry to a list unless the list has it. The lists have room for all
+ * entries that the code can make. */
 void sim_result_add_left_out(struct sim_result *result, const char *what);
 void sim_result_add_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -162,7 +162,7 @@ void sim_result_free(struct sim_result *result);
 /* Record: the output of one pass of a solver: u of every mat at set times, and samples at stations.
  *
  * The set times are 64 equally spaced times up to the end (for comparing passes) and the scene's
- * t_out. The solver reports each step when it ends; between steps u is taken as linear, as in the
+ * t_out. The solver reports the end of each step; between, u is interpolated linearly, as in the
  * motion of a fixed step. Units are ft and s. */
 struct sim_snapshot {
     double t_s;
@@ -196,8 +196,8 @@ struct sim_record {
 void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
                      const struct sim_options *options);
 
-/* Records all times up to t_s, at which the mats are at u, having moved at v. Test next_s before
- * the call: it avoids most calls. */
+/* Records all times up to t_s, at which the mats have displacements u and had speeds v. Most calls
+ * can be avoided by testing next_s. */
 void sim_record_add(struct sim_record *record, double t_s, const double *u_ft,
                     const double *v_ft_s);
 
@@ -217,8 +217,8 @@ struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Moves outputs and samples to a result, which then owns them. */
 void sim_record_to_result(struct sim_record *record, struct sim_result *result);
-/* As sim_record_to_result, for a chain: also sets the peak and copies the lists by mat and joint;
- * gap_ft is 0. */
+/* Like sim_record_to_result, for a chain. Also sets the peak, and copies the lists by mat and
+ * joint; gap_ft is 0. */
 void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
                                 const double *push_lb, const double *pull_lb,
                                 struct sim_result *result);

@@ -352,8 +352,8 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 
 /* ---- reading a scene ---- */
 
-/* Read a number, or text "NUMBER UNIT", converted to the key's unit. False: the value is neither.
- * Text without a unit is invalid; so is text for a key without a unit. */
+/* Reads a number, or text "NUMBER UNIT", and converts it to the key's unit. False: the value is
+ * neither. Text without a unit is invalid, and so is text for a key without a unit. */
 static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
@@ -382,7 +382,7 @@ static enum mr_status refuse_type(const char *path, const char *key, const json_
                      type_name(value), wanted);
 }
 
-/* Report a value that is not a number. `at`: index in a list; -1: the value is not in a list. */
+/* Reports a value that is not a number. `at`: index in a list; -1: the value is not in a list. */
 static enum mr_status refuse_number(const char *path, const struct sim_key *key,
                                     const json_t *value, int at, const struct quantity_error *wrong,
                                     struct error *error)
@@ -408,7 +408,7 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
             return MR_OK;
         }
         if (i > 0)
-            strcat(names, ", "); /* fits: the names in the table are a few words each */
+            strcat(names, ", "); /* the names in the table are short, so they fit */
         strcat(names, key->choices[i]);
     }
     if (json_is_string(value))
@@ -435,7 +435,7 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     return MR_OK;
 }
 
-/* Row [first, last, value] of joints, nodes or mats 1..count. */
+/* Reads a row [first, last, value] of joints, nodes or mats 1..count. */
 static enum mr_status read_span(double *values, size_t count, const struct sim_key *key,
                                 const char *path, size_t at, const json_t *row, struct error *error)
 {
@@ -455,7 +455,7 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
     return MR_OK;
 }
 
-/* Values along the runway: `count` numbers, or a number and rows that replace it. */
+/* Reads values along the runway: `count` numbers, or a number and rows that replace it. */
 static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
                                  const char *path, const json_t *value, struct error *error)
 {
@@ -474,7 +474,7 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
     return error->status;
 }
 
-/* Number of values along the runway: of mats, or of joints. */
+/* Number of values along the runway: the number of mats or of joints. */
 static size_t along_count(const struct sim_scene *scene, const struct sim_key *key)
 {
     bool mats = key->list == FIELD(along[SIM_ALONG_W]) || key->list == FIELD(along[SIM_ALONG_V0]);
@@ -513,7 +513,7 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     return MR_OK;
 }
 
-/* Read a number, or text with a unit. */
+/* Reads a number, or text with a unit. */
 static enum mr_status read_real(double *field, const struct sim_key *key, const char *path,
                                 const json_t *value, struct error *error)
 {
@@ -588,8 +588,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     return MR_OK;
 }
 
-/* Report an unknown key. Keys are case-sensitive, as in the report; if only the case differs,
- * suggest the right spelling. */
+/* Reports an unknown key. Keys are case-sensitive, as in the report. If only the case differs, the
+ * error suggests the right spelling. */
 static enum mr_status refuse_key(const char *path, const char *name, struct error *error)
 {
     for (size_t i = 0; sim_key_at(i); i++) {
@@ -630,7 +630,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     return sim_scene_check(scene, path, error);
 }
 
-/* Make a scene from the value that jansson parsed. */
+/* Makes a scene from a parsed JSON value. */
 static enum mr_status read_scene(struct sim_scene *scene, const char *path, json_t *root,
                                  const json_error_t *where, struct error *error)
 {
@@ -803,7 +803,7 @@ static bool is_allowed(const struct sim_key *key, double value)
     return value >= key->low && value <= key->high && !(key->above && value == key->low);
 }
 
-/* Values of a list, and its length where it has one value per joint or mat. */
+/* Checks the values of a list, and its length if it has one value per joint or mat. */
 static enum mr_status check_list(const struct sim_scene *scene, const struct sim_key *key,
                                  const struct sim_list *list, const char *where,
                                  struct error *error)
@@ -858,7 +858,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     return check_list(scene, key, field, where, error);
 }
 
-/* The ground stiffness belongs to a table element, so the key is found by name. */
+/* The ground stiffness is the parameter of a table element, so its key is found by name. */
 static bool is_on_ground(const struct sim_scene *scene)
 {
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");

@@ -64,7 +64,7 @@ struct sim_bands {
     double e_lb_ft2;
     /* riveted mats; default 0: the first multiple of `every`, the last mat */
     int every, first, last;
-    /* Tension per band: one value, or one per segment; negative: slack by T l/(A E). */
+    /* Tension T per band: one value, or one per segment; negative: slack of length -T l/(A E). */
     struct sim_list t0_lb;
     double k_lb_ft; /* stiffness of the spring at either anchor; INFINITY: rigid */
     /* Largest force that a connection holds before the band slips through; INFINITY: any force. */
@@ -88,7 +88,7 @@ struct sim_restraint {
     double k_lb_ft, c_lb_s_ft;
     double grip_lb; /* largest force: of anchors and tie-downs the one that pulls them out */
     /* Per restraint: position of its mat (anchor), rise (tie-down) or opening (absorber) at which
-     * its spring exerts no force. Empty: 0; of an absorber gap0. */
+     * its spring exerts no force. Empty: 0, or gap0 for an absorber. */
     struct sim_list zero_ft;
 };
 
@@ -103,8 +103,8 @@ struct sim_mods {
     double cleat_travel_ft;
     /* planar model: the cleat is out of the ground if the mat has risen by this height */
     double cleat_depth_ft;
-    /* Hold of a raised cleat is proportional to its depth to this power. 0: to the square of its
-     * depth, and the part of a cleat that was out of the ground is lost. */
+    /* The hold of a raised cleat is proportional to this power of its depth. 0: the power is 2, and
+     * the part of a cleat that was out of the ground is lost. */
     double cleat_power;
     double cleat_spring_deg;    /* a cleat turned by less than this at its root springs back */
     struct sim_list cleat_left; /* remaining share of each cleat's hold; empty: 1 */
@@ -112,7 +112,7 @@ struct sim_mods {
     int stiff_span; /* number of mats that one stiffener connects; 0: none */
     int stiff_free; /* joints between two stiffeners of the same line */
     int stiff_lines, stiff_first;
-    /* Of one line at a joint that it crosses, along the runway. */
+    /* stiffness and largest force of one line along the runway, at a joint that it crosses */
     double stiff_k_lb_ft, stiff_grip_lb;
     /* stiffness and yield moment of one line in bending */
     double stiff_kt_lb_ft_rad, stiff_yield_lb_ft;
@@ -207,12 +207,12 @@ void sim_scene_defaults(struct sim_scene *scene);
  * of the wrong length. MR_MALFORMED or MR_TRUNCATED with line and column: not JSON. MR_IO: the file
  * cannot be read. After a failure there is nothing to free. */
 enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
-/* As sim_scene_load, from a text in memory; `where` replaces the path in error messages. */
+/* Like sim_scene_load, from a text in memory. `where` replaces the path in error messages. */
 enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text,
                                size_t length, struct error *error);
 
-/* As sim_scene_load, from a JSON object; `where` begins the error message. After a failure there is
- * nothing to free. */
+/* Like sim_scene_load, from a JSON object. `where` begins the error message. After a failure there
+ * is nothing to free. */
 struct json_t;
 enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root,
                                    struct error *error);
@@ -226,19 +226,20 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
 void sim_scene_set_list(struct sim_list *list, const double *values, size_t count);
 void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count);
 
-/* End of the run: tend. Otherwise, with t_dwell, that time after the aircraft stops or leaves.
- * Otherwise the last row of the path, or mats_crossed at Vac. INFINITY if nothing ends the run. */
+/* End of the run. It is tend if given; else t_dwell, if given, after the aircraft stops or leaves
+ * the runway; else the last row of the path, or the time to cross mats_crossed at Vac. INFINITY if
+ * nothing ends the run. */
 double sim_scene_end_s(const struct sim_scene *scene);
 
 /* Start of the run. It is 0, with the aircraft in the air until the first row of the path, except
  * in two cases where it is the time of that row: if nothing moves before it, and if it is so late
  * that the path has an absolute clock (seconds since an epoch). In the second case v0, bumps and
- * similar begin with that row. */
+ * other actions begin with that row. */
 #define SIM_CLOCK_S 86400.0 /* one day */
 double sim_scene_start_s(const struct sim_scene *scene);
 
-/* Makes a scene with all times relative to the start of the run, for engines, which begin at 0: the
- * resolution of their clock then does not suffer from large times. It shares the other lists of the
+/* Makes a scene with all times relative to the start of the run, for the engines. They begin at 0,
+ * so large times do not reduce the resolution of their clock. It shares the other lists of the
  * scene. A t_out before the start becomes 0, because nothing has moved until then. */
 void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene);
 void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene);
@@ -252,10 +253,11 @@ double sim_scene_joint(const struct sim_list *list, int joint);
 /* True if a quantity of `along` differs along the runway, or a weight lies on an end. Only solvers
  * with fixed steps run such a scene. */
 bool sim_scene_is_varied(const struct sim_scene *scene);
-/* Value at a joint, node or mat, from 1; `everywhere` if the scene has no list of it. */
+/* Value at a joint, node or mat (from 1); `everywhere` if the scene has no list of this
+ * quantity. */
 double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
                        int at);
-/* Weight of mat 1..N, with what lies on an end. */
+/* Weight of mat 1..N, including a weight on an end. */
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
 /* The value that makes steps shortest: the largest stiffness or damping, the smallest weight. */
 double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere);
@@ -315,12 +317,12 @@ struct sim_key {
     bool above;                 /* low itself is not allowed */
     const char *const *choices; /* allowed words; NULL at the end */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
-    const char *meaning;        /* description for people, one line */
+    const char *meaning;        /* description in one line */
     /* SIM_KEY_REAL: offset of the list that an array of the key sets; 0: only one number. */
     size_t list;
 };
 
-#define SIM_LARGEST 1e15 /* no physical meaning: keeps products of values finite */
+#define SIM_LARGEST 1e15 /* a technical limit that keeps products of values finite */
 
 /* Keys of elements; elements/element.c. */
 extern const struct sim_key *const sim_element_keys[];

@@ -4,7 +4,7 @@
 
 #include "host/sim/scene/scene.h"
 
-/* Time when the aircraft is at rest for good, or behind the last mat. */
+/* Time from which the aircraft is at rest or beyond the last mat. */
 static double aircraft_leave_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
@@ -36,7 +36,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
                                  : HUGE_VAL;
 }
 
-/* Nothing moves before the aircraft arrives. */
+/* Returns true if nothing moves before the aircraft arrives. */
 static bool is_at_rest(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
@@ -114,7 +114,8 @@ static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double
     *pulse = (struct pulse){0};
 }
 
-/* Update the pulse over one row of the path; the thrust beyond the limit goes from a_lb to b_lb. */
+/* Updates the pulse over one row of the path, in which the thrust beyond the limit changes from
+ * a_lb to b_lb. */
 static void pulse_over(struct pulse *pulse, const struct sim_scene *scene,
                        const struct sim_path_row *row, double a_lb, double b_lb, double *shortest_s)
 {

@@ -51,7 +51,7 @@ struct chain {
     double *limit_lb;   /* Coulomb limit */
     double *give_ft;    /* grit/KL: compression of the grit before it yields */
     double *tension_lb; /* tension in the last kick */
-    double *last_lb;    /* force of the last kick; below, of the kick before that */
+    double *last_lb;    /* force of the last kick; before_last_lb: of the previous kick */
     double *before_last_lb;
     double *before_ft_s;            /* speeds before the last kick */
     double *kl_lb_ft, *masses_slug; /* per joint and per mat */
@@ -207,7 +207,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
             int mat = mods_cleat_mat(mods->scene, i);
             bool loaded = false;
             for (int k = 0; k < count; k++)
-                loaded = loaded || touch[k].mat == mat; /* its limit is set anew at every step */
+                loaded = loaded || touch[k].mat == mat; /* its limit is set again in every step */
             if (mat >= *first && mat <= *last && !loaded)
                 chain->limit_lb[mat] = bare_limit_lb(chain, mat);
         }
@@ -315,10 +315,10 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
-/* Updates the speeds of mats first..last over h_s with the forces at the present openings. Exact
- * stick: a mat at rest whose force is within its limit stays at exactly 0; a mat whose speed would
- * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns the
- * number of mats that stopped. */
+/* Updates the speeds of mats first..last over h_s with the forces at the present openings. Sticking
+ * is exact: a mat at rest whose force is within its limit keeps the speed 0, and a mat whose speed
+ * would cross 0 stops there and is tested again. Mats outside first..last must be at rest and
+ * remain at rest. Returns the number of mats that stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
     int block = block_of(chain, first);
@@ -440,7 +440,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 
 /* ---- runs ---- */
 
-/* first step over the stability limit, if no step is given; the coarser pass is then at the
+/* first step / stability limit, if no step is given; the coarser pass then has a step at the
  * limit */
 #define STEP_SHARE         0.5
 /* part of a mat that the aircraft may cross in one step, if no step is given */
@@ -451,12 +451,12 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define MAX_HALVINGS       8
 /* ratio of the steps of two passes; at 2 their switches would coincide */
 #define STEP_RATIO         1.9
-/* error estimate over the difference of two passes; order 1 needs 1.11 */
+/* error estimate / difference of two passes; order 1 requires 1.11 */
 #define ERROR_FACTOR       2.0
 #define ERROR_FLOOR        1e-10 /* least error estimate, times a mat's length */
 #define FEW_MATS           32    /* number of mats up to which runs can agree by chance */
-#define THIRD_ERROR_FACTOR 4.0   /* CAUTION with a third pass */
-#define THIRD_STEP_RATIO   1.37  /* steps of a third pass, times those of the coarser pass */
+#define THIRD_ERROR_FACTOR 4.0   /* the same with a third pass */
+#define THIRD_STEP_RATIO   1.37  /* number of steps of a third pass / that of the coarser pass */
 #define ENERGY_EXCESS      4.0
 #define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
 /* steps between energy checks; odd, so that alternating errors show */
@@ -476,8 +476,7 @@ struct window {
 /* One run over the whole duration. */
 struct pass {
     uint64_t steps;
-    uint64_t
-        steps_done; /* less than steps if the pass failed or everything came to rest for good */
+    uint64_t steps_done; /* less than steps if the pass failed or ended early at rest */
     double h_s;
     double ms;
     uint64_t events;
@@ -494,7 +493,7 @@ struct pass {
     struct mods_state *mods;   /* state at the end of the pass; NULL without modifications */
 };
 
-/* Nothing in the window has moved for QUIET_STEPS. */
+/* Returns true if nothing in the window has moved for QUIET_STEPS. */
 static bool is_window_at_rest(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
@@ -539,7 +538,8 @@ static void update_window(struct window *window, const struct chain *chain)
     }
 }
 
-/* Sets the window after the first kick, which covers all mats: mats still at rest are left out. */
+/* Sets the window after the first kick, which covers all mats. Mats that are still at rest are
+ * excluded. */
 static void shrink_window(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
@@ -548,7 +548,7 @@ static void shrink_window(struct window *window, const struct chain *chain)
     while (last > first && chain->v_ft_s[last] == 0.0)
         last--;
     if (chain->v_ft_s[first] == 0.0)
-        first = last = 2; /* nothing moves: any place will do */
+        first = last = 2; /* nothing moves, so any position is valid */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
@@ -605,7 +605,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             shrink_window(&window, chain);
         else if (prune)
             update_window(&window, chain);
-        /* at rest under forces that no longer change: nothing will move again */
+        /* everything is at rest and the forces no longer change */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
@@ -786,8 +786,8 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     free_pass(&only);
 }
 
-/* Two runs can agree by chance: on whether a joint tears, which depends on one peak; where no
- * friction stops mats that have separated; and where few mats move. A third run, with a step
+/* Returns true if two runs can agree by chance: if joints can tear, which depends on one peak; if
+ * no friction stops mats that have separated; and if few mats move. A third run, with a step
  * between the two, then widens the error estimate. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
@@ -814,9 +814,9 @@ static double estimate_with_third_ft(struct chain *chain, const struct sim_scene
     return THIRD_ERROR_FACTOR * most_ft;
 }
 
-/* Runs at `steps` and at `steps`/RATIO (RATIO times `steps` if the coarser pass answers). While the
- * two differ, repeat with shorter steps, unless the step is fixed. The result is one of the two
- * passes. */
+/* Runs two passes, with `steps` and `steps`/STEP_RATIO steps (STEP_RATIO times `steps` if the
+ * result is the coarser pass). While the two differ, repeats them with shorter steps, unless the
+ * step is fixed. The result is one of the two passes. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, bool coarser_answers,
                       struct sim_result *result)

@@ -2,11 +2,12 @@
  * modifications, unless a step, a single pass or the solver `staggered` is requested. This file has
  * the fixed step that checks itself (solver `staggered`).
  *
- * Scheme: staggered (leapfrog). Speeds are half a step off the positions; they are changed by kicks
- * of the forces at the present openings and of the thrust, which is averaged exactly over the kick.
- * Friction is exact within the kick. The joints' damper acts on the speeds of the last half step,
- * half a step late. The scheme is first order with CL above 0. Without CL it is second order while
- * nothing slips, opens or collides, and between first and second order with friction and contacts.
+ * Scheme: staggered (leapfrog). Speeds are half a step ahead of the positions. Kicks change the
+ * speeds, with the forces at the present openings and with the thrust, which is averaged exactly
+ * over the kick. Friction is exact within the kick. The joints' damper acts on the speeds of the
+ * last half step, half a step late. The scheme is first order with CL above 0. Without CL it is
+ * second order while nothing slips, opens or collides, and between first and second order with
+ * friction and contacts.
  *
  * PLANAR.md, "Error estimate", describes how a run is checked. With options->single there
  * is one pass, and only its energy is checked. Only the mats between the outermost mats that are

@@ -18,7 +18,7 @@
 #define COARSE_TOLERANCE     1e-9
 #define FINE_TOLERANCE       1e-12
 #define FINEST_TOLERANCE     1e-13
-/* a third run is required if the difference exceeds this times COARSE */
+/* a third run is required if the difference exceeds this times COARSE_TOLERANCE */
 #define PARTS                1e6
 #define ERROR_FACTOR         3.0   /* error estimate, times the largest difference between runs */
 #define ERROR_FLOOR          1e-10 /* least error estimate, times the largest movement */
@@ -66,7 +66,7 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
     }
 }
 
-/* Records the outputs due in the step. Rounding must not skip those at the end. */
+/* Records the outputs that are due in the step. Rounding must not skip those at the end. */
 static void record_samples(struct motion *m, struct run *run, int first, int last, int order,
                            double h, bool at_end)
 {
@@ -78,8 +78,8 @@ static void record_samples(struct motion *m, struct run *run, int first, int las
     }
 }
 
-/* Range of mats in a step: all moving mats, one more on either side, and mats whose forces have
- * changed. All mats in the first step. */
+/* Finds the range of mats for a step: all moving mats, one more on either side, and mats whose
+ * forces have changed; in the first step, all mats. */
 static void find_window(const struct motion *m, int *first, int *last)
 {
     int low = m->low < m->near_low ? m->low : m->near_low;
@@ -187,7 +187,7 @@ static void fill_result(const struct motion *m, struct run *run, struct sim_resu
         result->gap_ft[j] = motion_opening_ft(m, j);
 }
 
-/* Where the last run first differs from another run by more than apart_ft. */
+/* Finds where the last run first differs from another run by more than apart_ft. */
 static struct sim_difference find_first_difference(const struct run *runs, int count,
                                                    double apart_ft)
 {

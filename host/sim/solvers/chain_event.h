@@ -18,11 +18,11 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* True if this solver supports the scene: all features except modifications. */
+/* Returns true if this solver supports the scene: all features except modifications. */
 bool chain_event_is_supported(const struct sim_scene *scene);
 
-/* Runs a checked scene for which chain_event_is_supported is true. Result and statuses as chain_run
- * (chain.h). */
+/* Runs a checked scene for which chain_event_is_supported is true. Result and statuses are those of
+ * chain_run (chain.h). */
 enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_options *options,
                                struct sim_result *result, struct error *error);
 

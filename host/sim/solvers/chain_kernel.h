@@ -68,10 +68,10 @@ LANES_INLINE struct LANES(slip)
     return slip;
 }
 
-/* Position correction for mats that stopped in a kick. Speeds are those of the middles of steps,
- * which gives the right movement under a steady force. For a mat of the block at n that stopped in
- * the kick, from speed v before it, stood for the rest of it, or turned back: the distance to add
- * so that the following drift over h ends at the right position. */
+/* Position correction for mats that stopped in a kick. Speeds are those in the middle of steps,
+ * which gives the right movement under a constant force, but not for a mat that stopped or reversed
+ * in the kick. For such mats of the block at n, with speed v before the kick, returns the distance
+ * to add so that the following drift over h ends at the right position. */
 LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
 {
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
@@ -146,12 +146,13 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
     }
 }
 
-/* A whole step of mats first..last (first: start of a block) and their joints to last + 1, if only
- * joints, thrust and sticking friction act: a kick over kick_s, a drift over h_s. */
+/* A whole step (kick over kick_s, drift over h_s) of mats first..last and their joints up to last +
+ * 1, for scenes in which only joints, thrust and sticking friction act. `first` is the start of a
+ * block. */
 LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
                                     int last, enum joint_law law)
 {
-    const struct chain copy = *all, *chain = &copy; /* copy: no store can change its pointers */
+    const struct chain copy = *all, *chain = &copy; /* a copy: no store can change its pointers */
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK) {

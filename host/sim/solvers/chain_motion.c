@@ -13,7 +13,7 @@
 
 #define PADDING         8
 #define ALIGNMENT       64
-/* limit of step times fastest rate, per order, so that the terms of the series decrease */
+/* limit of step times fastest rate / order, at which the terms of the series decrease */
 #define FALLS_OFF       0.4
 #define TANH_SATURATION 20.0 /* times veps: above it tanh is 1 */
 #define COULOMB_SPEED   25.0 /* times veps: from here on a mat slides by Coulomb's law */
@@ -112,7 +112,7 @@ VECTOR double motion_largest(const double *values, int first, int last)
     return most;
 }
 
-/* Longest step for which the last two terms, which are cut off, stay within the tolerance. They are
+/* Longest step for which the last two terms, which are omitted, are within the tolerance. They are
  * compared with the largest speed so far or the speed that the step itself adds. The terms must
  * also decrease. */
 double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
@@ -249,8 +249,8 @@ double motion_part_limit_lb(const struct motion *m, const struct part *part)
            m->load_limit_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
 }
 
-/* Elastic ground. `which` 0: its speed turns; 1: it reaches or leaves its limit; 2: its load falls
- * to 0. */
+/* Finds the next event of elastic ground. `which` 0: the speed reverses; 1: the force reaches or
+ * leaves its limit; 2: the load falls to 0. */
 static void find_part_event(const struct motion *m, const struct part *part, int order,
                             struct event *event)
 {
@@ -412,7 +412,7 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
         g_ft = motion_opening_ft(m, j);
     double way = m->reach_g[j];
-    switch (m->mode[j]) { /* quick exit: most joints are far from the end of their mode */
+    switch (m->mode[j]) { /* fast exit: most joints are far from the end of their mode */
     case CUT:
     case ELASTIC: return;
     case OPEN:

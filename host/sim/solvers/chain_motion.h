@@ -12,18 +12,18 @@
 #include "host/sim/solvers/polynomial.h"
 
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
- * force"; law.h for the dirt (`grit`). */
+ * force"; law.h describes the grit. */
 enum mode {
     CUT,     /* cut joint: a free end */
     ELASTIC, /* no slack */
-    OPEN,    /* without dirt, between closed and hooked */
+    OPEN,    /* without grit, between closed and hooked */
     PRESSED,
     HOOKED,
-    FREED,  /* open with dirt and opening: its reach follows */
-    HELD,   /* held by its dirt */
-    LOOSE,  /* held, but the damper would make it pull */
-    FULL,   /* held, and with the damper at the largest force that dirt transmits */
-    YIELDS, /* the dirt yields: its reach follows */
+    FREED,  /* with grit, open and opening: its reach follows */
+    HELD,   /* held by its grit */
+    LOOSE,  /* held, but with the damper it would pull */
+    FULL,   /* held, and with the damper at the largest force that grit transmits */
+    YIELDS, /* the grit yields: its reach follows */
 };
 
 enum part_mode { LOADS, UNLOADS, GIVES, RIDES };

@@ -4,9 +4,9 @@
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
  * mass matrix, which is full. So the Newton matrix is M (I - gamma J), which is banded, and the
- * right-hand side is multiplied by M before the library solves. The matrix is computed anew for
- * every step: a matrix from before a foot left the soil still has the soil's damper, so the
- * iteration ends at once and the library accepts a step that it should reject.
+ * right-hand side is multiplied by M before the library solves. The matrix is computed for every
+ * step. A matrix from before a foot left the soil would include the soil's damper, the iteration
+ * would end at once, and the library would accept a step that it should reject.
  *
  * It checks the other solvers: method, step control and matrix solution are the library's. The
  * right-hand side, Jacobian and laws are the model's (models/model.h), as in every solver;
@@ -148,7 +148,7 @@ static void release(struct stepper *s)
         SUNContext_Free(&w->context);
 }
 
-/* Create the library objects. False: one could not be created. */
+/* Creates the library objects. False: one could not be created. */
 static bool make_library(struct stepper *s)
 {
     struct work *w = s->work;

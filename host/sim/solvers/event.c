@@ -414,8 +414,8 @@ static bool order5_advance(struct stepper *s, double limit_s)
         }
         double error = order5_error_of(s, h);
         if (error <= 1.0) {
-            /* with part of the last error, the step settles at the stability limit; without, it
-             * fails there repeatedly */
+            /* with a power of the last error, the step converges at the stability limit; without
+             * it, steps there fail repeatedly */
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
                                             elementary_pow(w->error_before, 0.04)
                                       : 6.0;

@@ -64,11 +64,11 @@ static void make(struct stepper *s, double *more)
     w->mass_pivot = w->pivot + size;
 }
 
-/* After a switch or a hop, restarts with a step no longer than one swing of a spring. A step that
- * spans many swings treats the swing as finished. Its error estimate falls with the square of that
- * number and does not show the mistake: a body that hits a spring and should rebound stays there. A
- * step within one swing lets the estimate see the swing, and steps grow when the swing has died
- * down. */
+/* After a switch or a hop, restarts with a step no longer than one swing of a spring. A step over
+ * many swings treats the swing as damped out, so a body that hits a spring and should rebound stays
+ * there. The error estimate falls with the square of the number of swings and does not show this
+ * error. The estimate of a step within one swing includes the swing, and steps grow when the swing
+ * has decayed. */
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
@@ -209,8 +209,8 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-/* The method's own interpolant has wrong slopes at the ends, by tolerance over step. That is enough
- * to show switches that do not happen, so use the cubic through both ends and their rates. */
+/* The slopes of the method's own interpolant at the ends have errors of tolerance / step, which is
+ * enough for false switches. The cubic through both ends and their rates is used instead. */
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;

@@ -24,13 +24,13 @@
 /* ratio of the steps of two marches. Not 2: every second short step would end together with a long
  * one, and both marches would sample these switches at the same moment */
 #define STEP_RATIO       1.9
-/* step of a fourth march over the finer step, between the coarse and the rough one */
+/* step of a fourth march / finer step; it is between the steps of the coarse and the rough march */
 #define BETWEEN_RATIO    2.6
-/* step of a further march over the finer step, where the answer is sensitive */
+/* step of a further march / finer step, where the result is sensitive */
 #define BESIDE_RATIO     1.37
-/* an estimate above this part of the largest movement or lift is sensitive */
+/* the result is sensitive if the estimate is above this part of the largest movement or lift */
 #define SENSITIVE        1e-3
-#define SENSITIVE_FACTOR 1.5 /* factor on the estimate of a sensitive answer */
+#define SENSITIVE_FACTOR 1.5 /* factor on the estimate of a sensitive result */
 
 static void free_march(struct march *march)
 {
@@ -135,7 +135,8 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
                           struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
-    /* a landing is noticed up to one step late, with the same error in all marches */
+    /* the contact of a landing node is found up to one step late, with the same error in all
+     * marches */
     result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!is_complete(rough))
         return;
@@ -144,7 +145,7 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
         widen_error(result, before);
 }
 
-/* Runs one more march, and keeps the state that `l` has from the answer. */
+/* Runs one more march without changing the state of `l`, which belongs to the result. */
 static void march_copy(struct planar_engine *l, struct march *march,
                        const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
@@ -204,7 +205,7 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
     free_march(&beside);
 }
 
-/* No shorter step gives agreement: the marches so far are the runs of the spread. */
+/* Sets the divergence from the marches so far, because no shorter step gives agreement. */
 static void state_spread(const struct planar_engine *l, const struct march *rough,
                          const struct march *coarse, const struct march *fine,
                          struct sim_result *result)
@@ -309,7 +310,7 @@ static double step_limit_s(struct planar_engine *l, double hop_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
-    struct model fastest = *m; /* every joint the stiffest, every mat the lightest */
+    struct model fastest = *m; /* every joint has the largest stiffness, every mat the least mass */
     double lightest = sim_scene_extreme(l->scene, SIM_ALONG_W, m->weight_lb) / m->weight_lb;
     fastest.kv = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv);
     fastest.kl = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl);

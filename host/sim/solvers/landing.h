@@ -10,11 +10,11 @@
  * scheme is second order while nothing damps or switches, otherwise first order.
  *
  * Two parts are integrated, and both follow the motion. The first part is the mats that slide, and
- * one mat at rest on either side. It is exact, because the motion spreads one mat per step; mats
- * that tilt under profile full or heave on soil friction count as sliding. The second part is the
- * mats that heave, and four mats at rest at either end. The effect of the omitted mats is below
- * 1e-13 of L, which sampled switches amplify to about 2 % of the error estimate. Flat mats do not
- * heave, so a flat landing without a wheel load costs as much as the chain.
+ * one mat at rest on either side. This is exact, because the motion spreads one mat per step; mats
+ * that tilt with profile full or heave with soil friction count as sliding. The second part is the
+ * mats that heave (move vertically), and four mats at rest at either end. The effect of the omitted
+ * mats is below 1e-13 of L, which sampled switches amplify to about 2 % of the error estimate. Flat
+ * mats do not heave, so a flat landing without a wheel load costs as much as the chain.
  *
  * On uneven ground (scene key `ground`) heights are relative to the ground under each node; mats
  * begin tilted, and sliding mats heave. A node is then at rest if it is slower than 1e-6 of sqrt(g

@@ -43,7 +43,7 @@ struct shared {
 
 struct work {
     double *at;    /* state (p_m, v1) */
-    double *moved; /* the same with a changed share */
+    double *moved; /* the state with a changed share */
     double *rate;  /* accelerations in the present modes; second half: with one switch on */
     double *pushes[SHARED_MAX];
     double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
@@ -309,7 +309,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
         w->shared[j].change = 0.0;
     }
     for (int k = 0; k < w->count; k++) {
-        /* sigma has kinks: use its slope in the direction of 0 */
+        /* sigma has kinks, so its slope in the direction of 0 is used */
         double part = copysign(SHARE_PART, w->shared[k].sigma);
         set_position(s, h, v1, part, w->shared[k].push + m->size, w->moved);
         for (int j = 0; j < w->count; j++)
@@ -346,7 +346,8 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     return most;
 }
 
-/* Solves for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS. */
+/* Solves for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS_MAX
+ * rounds. */
 static bool settle(struct stepper *s, double h)
 {
     struct model *m = s->model;

@@ -34,13 +34,13 @@ struct pass {
     struct pass_outcome *out;
     double *storage;
     double *z_event;
-    double *z_until; /* the last step is searched up to here */
+    double *z_until; /* the last step is searched up to this state */
     double until_s;
     double *u, *v, *height; /* per mat, for the record */
     signed char *modes;     /* contact, torsion and joint modes after the last step, when sampled */
     unsigned *flips;        /* per contact, torsion and joint */
     int stalls;
-    /* steps left for which the dense output is not trusted: see redo */
+    /* number of further steps that are repeated, see repeat_step_until */
     int wary;
     struct model_switch flipped; /* switch of the last event */
     double flipped_s;
@@ -157,7 +157,7 @@ static double find_switch_time(struct pass *p, struct model_switch which)
     return b;
 }
 
-/* Keeps only stops and starts of mats; returns how many remain. */
+/* Keeps only stops and starts of mats. Returns their number. */
 static int keep_only_slides(struct model_switch *found, int count)
 {
     int kept = 0;
@@ -170,7 +170,7 @@ static int keep_only_slides(struct model_switch *found, int count)
 
 /* Finds violations at the first of five points between the start of the last step and `to`; the
  * step is then searched up to that point. This finds a mat that breaks loose and stops again within
- * a step, or a foot that touches the ground and leaves it. Both passes could miss it. */
+ * a step, or a foot that touches the ground and leaves it. Otherwise both passes could miss it. */
 static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -303,7 +303,7 @@ static bool handle_events(struct pass *p, bool *event)
             if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
                 together[flips++] = found[i];
         }
-        /* another switch may have happened and reversed before */
+        /* another switch may have changed and changed back before */
         struct model_switch before[FOUND_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
@@ -669,7 +669,7 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
             sim_result_set_status(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }
-    /* they separate in a lift between those times */
+    /* the lift differs between those times */
     if (!parted && result->status != SIM_UNPREDICTABLE)
         sim_result_set_status(result, SIM_UNPREDICTABLE, 1, given->end_s);
 }

@@ -17,8 +17,8 @@ struct pass_request {
     /* For a stepper that halves and doubles its step: the first step as a share of the usual first
      * step; 0: the usual one. Two runs with similar starts have steps that are powers of two of
      * each other and end at the same times. For a stepper with a fixed step: the largest step as a
-     * share of a span; 0: no limit. In a span shorter than their steps, two runs would take the
-     * same single step and agree, however wrong it is. */
+     * share of a span; 0: no limit. In a span shorter than their steps, two runs would use the same
+     * single step and agree even if it is wrong. */
     double first_part;
 };
 
@@ -58,7 +58,7 @@ double pass_bow_threshold_ft(const struct sim_scene *scene);
 void pass_fill_outputs(const struct model *model, const double *z, struct sim_record *record,
                        double max_lift_ft, double speed_end_ft_s, struct sim_result *result);
 
-/* As pass_fill_outputs, for a pass; adds the cost of `other`, a shorter or longer pass. */
+/* Like pass_fill_outputs, for a pass. Adds the cost of `other`, a shorter or longer pass. */
 void pass_fill_result(const struct model *model, struct pass_outcome *pass,
                       const struct pass_outcome *other, struct sim_result *result);
 

@@ -18,7 +18,8 @@
 #define MAX_AUTO_STEPS     300000u /* most steps of implicit when no solver is left to try */
 #define MAX_SIGN_STEPS     10000u  /* most steps with friction `sign`, which chatters around rest */
 #define MAX_FIXED_STEPS    400000000.0
-/* event gets up to this many steps for stability; a scene that needs more gets MAX_CHATTER_STEPS */
+/* largest number of steps that event may need for stability; a scene that needs more is limited to
+ * MAX_CHATTER_STEPS */
 #define MAX_EXPLICIT_STEPS 500000.0
 bool planar_has_solver(const char *name)
 {
@@ -139,7 +140,8 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 
 /* ---- the estimate ---- */
 
-/* If the estimate exceeds this many tolerances, errors grow: the answer is sensitive. */
+/* The result is sensitive if the estimate exceeds this many tolerances, because errors then
+ * grow. */
 #define SENSITIVE 1000.0
 #define SENSITIVE_PART \
     0.05 /* fixed step: the estimate is above this part of the largest movement */
@@ -147,16 +149,16 @@ static void divergence_state(const struct model *m, const struct pass_request *r
  * there, so the finer pass has an error as large as the difference. */
 #define ERROR_FACTOR        2.0
 #define FINER_ERROR_FACTOR  1.2 /* for the difference to a finer pass */
-#define LONGER_ERROR_FACTOR 4.0 /* CAUTION where the coarser pass answers: twice the error */
+#define LONGER_ERROR_FACTOR 4.0 /* the same if the result is the coarser pass */
 #define OTHERS_ERROR_FACTOR 1.5 /* for the difference to a pass of another method */
-/* Steps that a run of another method gets at least. */
+/* least number of steps of a run of another method */
 #define MIN_OTHER_STEPS     5000.0
 #define EVENT_RHS           12.0 /* evaluations in one step of event */
-/* Limits that identify a bounce: one joint or foot flips this often, its flips are a large part of
- * all flips, and there are few steps per flip. */
+/* Criteria of a bounce: one joint or foot changes at least this often, its changes are a large part
+ * of all changes, and there are few steps per change. */
 #define REBOUNDS            4
 #define REBOUND_STEPS       100.0
-#define PACE_AHEAD          0.02 /* part of its steps that a run may use before it makes progress */
+#define PACE_AHEAD          0.02 /* part of its steps that a run may use without progress */
 /* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
  * simple, so that switches do not coincide. */
 #define MORE_RUNS           2
@@ -245,14 +247,14 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
     }
 }
 
-/* Most steps of event for a check: as many as cost the same as the runs so far. 0: a check is of no
- * use.
+/* Largest number of steps of event for a check: the number that costs as much as the runs so far.
+ * 0: a check is useless.
  *
  * A solver that samples its switches has an error from their positions within its steps; by chance
- * all of its runs can have the same error. Implicit has an error from what its long steps skip, and
- * the same error at each bounce of mats that collide repeatedly. The stability limit allows for
- * everything that can move. Where implicit is checked and little moves, event may need far fewer
- * steps, so it is tried while it makes progress (`is_progressing`). */
+ * all of its runs can have the same error. The long steps of implicit skip events, and it makes the
+ * same error at each bounce of mats that collide repeatedly. The stability limit is that of all
+ * parts that can move. If implicit is checked and little moves, event may need far fewer steps, so
+ * it is tried as long as it makes progress (is_progressing). */
 static uint64_t count_steps_of_others(const struct model *m, const struct sim_options *options,
                                       const struct error_pair *runs,
                                       const struct sim_result *result)
@@ -286,8 +288,8 @@ static bool is_progressing(void *ctx, int pass, double part)
             pace->options->may_continue(pace->options->may_continue_ctx, pass, part));
 }
 
-/* All runs of one solver share its systematic errors. A run of event, which locates every switch,
- * is added. Returns whether that run is complete. */
+/* Adds a run of event, which locates every switch, because all runs of one solver share its
+ * systematic errors. Returns true if that run is complete. */
 static bool add_event_run(struct model *m, const struct sim_options *options,
                           struct error_pair *runs, struct sim_result *result)
 {
@@ -323,9 +325,9 @@ static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
            (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
 }
 
-/* Implicit makes the same error at every bounce of a run, so two runs with the same error by chance
- * agree at all times. Without a run of event, a finer run is added. It must be finer: implicit
- * mostly loses energy, so a run between the two can have the same error too. */
+/* Adds a finer run if there is no run of event. Implicit makes the same error at every bounce of a
+ * run, so two runs can agree by chance. The run must be finer: implicit mostly loses energy, so a
+ * run between the two can have the same error too. */
 static void add_finer_run_after_bounces(struct model *m, const struct sim_options *options,
                                         struct error_pair *runs, struct sim_result *result)
 {
@@ -338,9 +340,9 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
         widen_error(result, pass_difference(&runs->fine, &runs->third), ERROR_FACTOR);
 }
 
-/* Switches are sampled, and no other method locates them. Something may hover, and each step size
- * then follows it differently, although two runs agree by chance. Further runs show how far results
- * differ. */
+/* Adds runs if switches are sampled and no other method locates them. If a part hovers, each step
+ * size gives a different motion, even if two runs agree by chance. Further runs show how far
+ * results differ. */
 static void add_runs_where_hovering(struct model *m, const struct sim_options *options,
                                     const struct error_pair *runs, struct sim_result *result)
 {
@@ -376,7 +378,7 @@ static bool is_sensitive(const struct model *m, const struct error_pair *runs,
            result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
 }
 
-/* For a sensitive answer, adds runs with slightly different stiffnesses to the estimate. */
+/* For a sensitive result, adds runs with slightly different stiffnesses to the estimate. */
 static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
                                   const struct error_pair *runs, struct sim_result *result)
 {
@@ -566,7 +568,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (run.status == SIM_OK) {
             ladder_add(&ladder, &run);
             fill_error(&ladder, result);
-        } else { /* runs with longer steps no longer count */
+        } else { /* runs with longer steps are no longer used */
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
             restart(&ladder);
@@ -625,8 +627,8 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-/* Runs coarse and fine. `coarse_answers`: the answer is coarse, else fine. `last`: no other solver
- * follows, so runs that contradict each other are unpredictable. */
+/* Runs coarse and fine. `coarse_answers`: the result is coarse; otherwise fine. `last`: no other
+ * solver follows, so the result is unpredictable if the runs contradict each other. */
 static void run_pair(struct model *m, const struct sim_options *options,
                      struct pass_request request, bool coarse_answers, bool last,
                      bool *contradicted, struct sim_result *result)
@@ -734,7 +736,7 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
     result->reason = NULL;
 }
 
-/* Where both solvers make no progress because switches pile up, uses the remaining ones: hamming
+/* Runs the remaining solvers if the first two made no progress because switches accumulate: hamming
  * samples switches; moreau solves any number of them in one step. */
 static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
 {
@@ -765,8 +767,8 @@ static void run_others(struct model *m, const struct sim_options *options,
         run_left(m, options, result);
 }
 
-/* Auto: if the first solver makes no progress, run the others. Together they have PLANAR_OTHERS_S.
- * Without an answer, the result keeps the error of the first solver. */
+/* Solver auto: if the first solver makes no progress, runs the others, which together have
+ * PLANAR_OTHERS_S. If none succeeds, the result keeps the error of the first solver. */
 static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {

@@ -16,11 +16,11 @@
  * given. A fixed step beyond the stability limit of the equations with every node on the ground is
  * refused before the run, because its result can look right.
  *
- * auto: if its first solver makes no progress, the other one is tried, then hamming, which samples
- * switches that accumulate, then moreau, which settles them. These later solvers have one minute
- * together; if none succeeds, the run is refused for the reason of the first one. A landing for
- * which no step of staggered gives a result is run with event and implicit, if they support its
- * laws. */
+ * Solver auto: if its first solver makes no progress, the other one is tried, then hamming, which
+ * samples switches that accumulate, then moreau, which solves them in one step. These later solvers
+ * have one minute together; if none succeeds, the run is refused for the reason of the first one. A
+ * landing for which no step of staggered gives a result is run with event and implicit, if they
+ * support its laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
@@ -31,7 +31,7 @@
 /* Wall time, together, of the solvers that auto tries after its first one. */
 #define PLANAR_OTHERS_S 60.0
 
-/* True if sim_run has a solver of this name for planar models ("auto" included). */
+/* Returns true if sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);
 
 /* Runs a checked scene. MR_OK: see result->status. The caller frees the result in every case. */

@@ -51,7 +51,8 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
         bool idle = s->last - s->first <= 2 && s->quiet_first >= SHRINK_STEPS &&
                     s->quiet_last >= SHRINK_STEPS;
         if (idle)
-            s->last = s->first - 1; /* restart at the wheel instead of growing towards it */
+            s->last = s->first -
+                      1; /* the part restarts at the wheel instead of growing towards it */
         extend_part(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
@@ -107,8 +108,8 @@ static void add_slides_to_heaves(struct planar_engine *l, int chunk)
         extend_part(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
-/* Flat mats at rest stay flat. The heaving part covers all other mats and those under the wheel,
- * and GUARD mats at rest at each end, so that the motion it cuts off is below QUIET. */
+/* Flat mats at rest stay flat. The heaving part covers all other mats, those under the wheel, and
+ * GUARD_MATS mats at rest at each end, so that the omitted motion is below REST_TOLERANCE. */
 static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -185,7 +186,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
-        left = right; /* before the test for free ends: the next joint needs it too */
+        left = right; /* set before the test for free ends, because the next joint needs it too */
         right = shortening_of(l, j);
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -214,7 +215,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     }
 }
 
-/* Each joint law has a loop of its own. */
+/* Each joint law has a separate loop. */
 static void stretch_joints(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
@@ -231,7 +232,7 @@ static void stretch_joints(struct planar_engine *l)
 
 /* ---- speeds ---- */
 
-/* most repetitions of a step in which the soil releases or catches nodes */
+/* largest number of repetitions of a step in which the soil releases or catches nodes */
 #define MOST_CONTACTS 8
 
 /* Applies bands and cleats before a kick. A riveted mat that its band moves joins the sliding
@@ -294,8 +295,8 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 }
 
 /* Coulomb limit of a heaving mat: from the soil's reaction in the kick of its nodes, with dampers
- * at the end of the step. So a foot that lands faster than a step resolves rubs with the impulse of
- * its landing. */
+ * at the end of the step. The friction of a foot that lands within a step therefore includes the
+ * impulse of its landing. */
 static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
@@ -374,7 +375,7 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                                                       double h_s, bool cleated)
 {
     place_wheel(&l->model,
-                l->gear->lead_mat - 1); /* gear: waves are recorded at the leading axle */
+                l->gear->lead_mat - 1); /* with a gear, waves are recorded at the lead axle */
     if (l->model.elements.count > 0)
         return cleated ? kick(l, touch, count, h_s, true, true, true)
                        : kick(l, touch, count, h_s, false, true, true);
@@ -384,7 +385,7 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
 
 /* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
  * because friction depends on the soil's reactions in that step. Runways without cleats or elements
- * have loops of their own, for speed. */
+ * have separate, faster loops. */
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
@@ -602,14 +603,14 @@ void engine_free(struct planar_engine *l)
 
 #define FOLDED_DEG         85.0
 #define DEGREES            (180.0 / 3.14159265358979323846)
-/* part of the lift at an overrun below which the wheel has left the wave; the next wave is a new
- * one */
+/* the wheel has left a wave if the lift is below this part of the lift at the overrun; the next
+ * wave is a new one */
 #define OFF_WAVE_SHARE     0.5
 #define SLIGHT_TURN        0.01 /* sine of a rotation below which no arc sine is needed */
 #define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
 #define LOOK_STEPS         4    /* steps between updates of lifts and angles */
 #define LANDING_PARTS      16   /* parts of a step in which a node lands */
-/* speed over sqrt(g L) below which a landing node lifts no neighbours */
+/* speed over sqrt(g L) below which a landing node does not lift its neighbours */
 #define GENTLE             1e-4
 
 /* Mat with the largest share of the wheel; -1: none. */
@@ -701,7 +702,7 @@ static void note_crest(const struct planar_engine *l, struct march *march, doubl
     }
 }
 
-/* Records that the wheel meets a wave that is too high to be pressed flat. */
+/* Records that the wheel reaches a wave that is too high to be pressed flat. */
 static void note_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
@@ -770,9 +771,9 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     }
 }
 
-/* True if a node will reach the ground in the step. Two nodes that land in one step lift their
- * neighbours differently from two that land one after the other. All steps longer than the time
- * between the landings would make the same error. */
+/* Returns true if a node will reach the ground in the step. Two nodes that land in one step lift
+ * their neighbours differently from two that land one after the other. All steps longer than the
+ * time between the landings would make the same error. */
 static bool has_landing_node(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -795,7 +796,8 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
     double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
-    double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean from before this step */
+    double early = fmax(
+        0.0, 0.5 + done_s / h_s); /* share of the mean that belongs to the time before this step */
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
         l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));

@@ -31,7 +31,7 @@ struct planar_engine {
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: tilt (model.h), and its cosine */
     /* Downward force on nodes and moment on joints from modifications and gear; NULL: none. */
     double *brace_lb, *brace_lb_ft;
-    /* computes brace_lb and brace_lb_ft; NULL: none */
+    /* computes brace_lb and brace_lb_ft; NULL: there are none */
     void (*brace_heaves)(struct planar_engine *l);
     double *push_lb, *pull_lb, *rise_ft; /* per joint and node: largest so far */
     /* A step in parts, because a node lands in it: normal forces of friction, in this step and in

@@ -8,8 +8,8 @@
 double polynomial_value(const double *s, int degree, double t);
 
 /* Time, within 0..wide, at which a condition that must not be negative falls below 0; INFINITY:
- * never. A condition that begins within `edge` of 0 may fall to -edge, which is above all rounding
- * errors, so that a switch is not reversed at the same moment. Changes s. */
+ * never. For a condition that begins within `edge` of 0 the limit is -edge, which is larger than
+ * all rounding errors, so that a switch is not reversed at once. Changes s. */
 double polynomial_first_fall_s(double *s, int degree, double wide, double edge);
 
 #endif

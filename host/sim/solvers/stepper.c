@@ -59,7 +59,7 @@ bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double
         double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
             continue;
-        /* already so near the edge that the step would be too short: do not aim at it */
+        /* so near the edge that the step would be too short: the step does not end there */
         double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
         if (to_s < h && to_s > s->min_step_s)
             h = to_s;

@@ -45,7 +45,7 @@ struct stepper {
     double atol_ft, atol_ft_s; /* absolute parts of the tolerance */
     double dt_s;               /* fixed step */
     double h_s;                /* next step */
-    double min_step_s;         /* smaller steps are a failure */
+    double min_step_s;         /* least step: a smaller one is a failure */
     double t_s, t_new_s;
     double *z, *z_new; /* state before and after the step, 2 size values each */
     /* Rates (v, p'') at both ends of the last step; NULL: not known. */
@@ -78,20 +78,20 @@ static inline int stepper_high(const struct stepper *s)
     return 2 * s->model->last + 3;
 }
 
-/* The step to try: h_s, or up to the limit if that is at most 1 % further (`last`). Returns false
- * if h_s has become too small. */
+/* Chooses the step: h_s, or the step to the limit if that is at most 1 % longer (`last`). Returns
+ * false if h_s has become too small. */
 bool stepper_choose_step(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
 /* Friction tanh reverses where a mat's speed passes through 0, within a few veps. For a step much
- * longer than that it is a jump, which reduces the order of a method, and which its error estimate
- * may miss. Returns true if the step was shortened to end where the reversal begins; two steps
+ * longer than that the reversal is a jump. It reduces the order of a method, and the error estimate
+ * may miss it. Returns true if the step was shortened to end where the reversal begins; two steps
  * cover the reversal. Uses the rates at the start of the step. */
 bool stepper_cut_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
 
 /* Accepts the step h_s to t_new_s. The next step is `grow` times as long, or as long as planned
  * before the limit, or a friction reversal, shortened this step (`last`). */
 void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
-/* Rejects the step; the next try is with next_s. */
+/* Rejects the step; the next one has the size next_s. */
 void stepper_reject(struct stepper *stepper, double next_s);
 
 /* Error of z_new, for a method of order 4, divided by the tolerance. The error is a fifteenth of
@@ -109,7 +109,8 @@ void stepper_rates(struct stepper *stepper, double t_s, const double *z, double 
 void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0,
                    const double *z1, const double *rate1, double t_s, int low, int high, double *z);
 
-/* As stepper_cubic, over the last step; computes the rates at its ends into rate0 and rate1. */
+/* Like stepper_cubic, over the last step. Computes the rates at its ends, which are written to
+ * rate0 and rate1. */
 void stepper_cubic_restart(struct stepper *stepper, double *rate0, double *rate1, double t_s,
                            int low, int high, double *z);
 
