@@ -115,7 +115,8 @@ enum mr_status draw_landing(const struct landing_series *series,
                             struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);
 
-/* Failures: the stations at which mats rose in one landing. */
+/* Failures: the stations at which mats rose in one landing. Mats rise as a two-panel wave, which
+ * the aircraft presses flat, or higher. */
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
  * nodes that did not: the aircraft presses the mats between failures flat. `rise_ft` is as in

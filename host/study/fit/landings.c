@@ -229,10 +229,8 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
 
 /* Redraws two gaps with the same sum. Each is uniform from 0 to `most_ft`, limited to the slack.
  * Either both are below the slack, uniformly over the values that the sum allows, or one is hooked
- * at the slack. The weight of a hooked gap is 1 - slack/most, and the density of any other value is
- * 1/most. */
-static void redraw_pair(gsl_rng *random, double *one, double *other, double most_ft,
-                        double slack_ft)
+ * at the slack. The weight of a hooked gap is 1 - slack/most, that of other values 1/most. */
+static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
 {
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
@@ -258,12 +256,11 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
         return; /* all hooked */
     for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
         size_t i = gsl_rng_uniform_int(random, count), k = gsl_rng_uniform_int(random, count - 1);
-        redraw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
+        draw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
     }
 }
 
-/* Returns the number of joints of a segment, and sets *first (from 0). Joints inside the segment or
- * at its beginning belong to it, as in host/compare/. */
+/* Joints of a segment, from *first: those inside it or at its beginning, as in host/compare/. */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -331,8 +328,7 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draws gaps with the survey's mean, and computes the sums that a survey would read (NaN: not
- * surveyed). */
+/* Draws gaps with the survey's mean, and computes the surveyed sums (NaN: not surveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -352,7 +348,7 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
 #define ASINH_SCALE_IN 0.05 /* u0 in asinh(u/u0) */
 
 /* Statistic of a displacement. */
-static double asinh_scaled(double u_in)
+static double asinh_of(double u_in)
 {
     return ASINH_SCALE_IN * asinh(u_in / ASINH_SCALE_IN);
 }
@@ -391,8 +387,7 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
             sum_in += IN_PER_FT * outcome->sample_u_ft[k * landing->channels + c];
         double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
                                                                          sqrt(window->samples));
-        statistic[w] =
-            asinh_scaled(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
+        statistic[w] = asinh_of(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
     }
 }
 
@@ -571,8 +566,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of a transducer ahead of the wheel, ft. A window is between two successive
- * distances. */
+/* Distances of a transducer ahead of the wheel, ft; each window is between two of them. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -600,7 +594,7 @@ void fit_landings_free(struct fit_landings *list)
 /* ---- measurements ---- */
 
 /* Time at which the wheel reaches a station; INFINITY: never; 0: before the path begins. */
-static double passage_s(const struct sim_scene *scene, double x_ft)
+static double reach_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
     if (row[0].x_ft >= x_ft)
@@ -637,7 +631,7 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
                        : (double)NAN;
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
-    measured[landing->windows] = asinh_scaled(mean_in);
+    measured[landing->windows] = asinh_of(mean_in);
     landing->window[landing->windows++] = window;
 }
 
@@ -652,9 +646,8 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
     landing->channel[channel].baseline_in = series->baseline_in;
     landing->channel[channel].gain = series->gain;
     for (size_t e = 0; e + 1 < EDGES; e++) {
-        double from_s = passage_s(&landing->scene, series->station_ft - edges_ft[e]);
-        double to_s = fmin(passage_s(&landing->scene, series->station_ft - edges_ft[e + 1]),
-                           stop_s);
+        double from_s = reach_s(&landing->scene, series->station_ft - edges_ft[e]);
+        double to_s = fmin(reach_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
         add_window(landing, series, channel, from_s, to_s, measured);
     }
     add_window(landing, series, channel, end_s - END_S, end_s, measured);
@@ -741,8 +734,7 @@ static void add_residuals(const struct fit_result *answer, size_t rows, double *
     gsl_matrix_free(covariance);
 }
 
-/* Computes the logarithm of the spread of the segments' sums. False: too few segments were
- * surveyed. */
+/* Logarithm of the spread of the segments' sums. False: too few segments were surveyed. */
 static bool find_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -755,9 +747,8 @@ static bool find_spread(const double *sum_in, double *spread)
     return count > 4;
 }
 
-/* Compares the spread of the surveyed sums with the spread of sums of gaps drawn as in the fit.
- * This is valid only before the first landing on a runway, because later surveys do not show how
- * the gaps were laid. */
+/* Compares the spread of the surveyed sums with that of gaps drawn as in the fit. Only before a
+ * runway's first landing does a survey show how the gaps were laid. */
 static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
 {
     const struct fit_landing *first = &list->landing[0];
@@ -852,8 +843,7 @@ static double gain_error(const struct measured *measured, const struct measured_
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
-/* Copies every channel's values from touchdown on into one array. Returns the number of
- * channels. */
+/* Copies the values of each channel from touchdown on. Returns the number of channels. */
 static size_t set_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
                          double *values)
 {
@@ -895,8 +885,7 @@ static bool is_survey_new(const struct fit_landing *landing, const struct fit_su
     return false;
 }
 
-static bool follows_directly(struct store *store, const struct store_landing *landing,
-                             int64_t before)
+static bool is_next(struct store *store, const struct store_landing *landing, int64_t before)
 {
     struct store_landing previous;
     struct error ignored = {0};
@@ -905,8 +894,7 @@ static bool follows_directly(struct store *store, const struct store_landing *la
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
-/* Loads the survey after a landing. The next landing's survey is used only if no landing is
- * missing. */
+/* Loads the survey after a landing: that of the next landing only if no landing is missing. */
 static enum mr_status load_after(struct store *store, const struct store_landing *now,
                                  struct fit_landing *landing, struct error *error)
 {
@@ -919,8 +907,7 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
-        next = rows[i].id > now->id && follows_directly(store, &rows[i], now->id) ? rows[i].id
-                                                                                  : STORE_NONE;
+        next = rows[i].id > now->id && is_next(store, &rows[i], now->id) ? rows[i].id : STORE_NONE;
     free(rows);
     if (fit_load_survey(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
@@ -963,9 +950,8 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* the energy v0^2/2 is spread over the distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
-    landing->is_consecutive = list->count > 0 &&
-                              follows_directly(store, &measured->landing,
-                                               list->landing[list->count - 1].run);
+    landing->is_consecutive = list->count > 0 && is_next(store, &measured->landing,
+                                                         list->landing[list->count - 1].run);
     return MR_OK;
 }
 
