@@ -17,18 +17,19 @@
 #include "host/store/store_journal.h"
 #include "host/store/store.h"
 
-#define NOT_GIVEN (double)NAN
+#define NUMBER_NOT_GIVEN (double)NAN
 
 struct request {
     const char *db;
     struct advise_request advise;
     double limit_percent;
     const char *profile, *who, *serial, *temperature, *release;
-    bool keep, load;
+    bool keep_runway, load;
 };
 
 /* Parses the first `length` characters, such as "4ft/s2"; a bare number is in the unit `bare`. */
-static bool part(const char *text, size_t length, const char *bare, const char *unit, double *value)
+static bool parse_part(const char *text, size_t length, const char *bare, const char *unit,
+                       double *value)
 {
     char word[40];
     struct quantity_error wrong;
@@ -47,8 +48,8 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     for (const char *at = text; more;) {
         size_t length = strcspn(at, ","), colon = strcspn(at, ":,");
         double t_s = 0.0, a = 0.0;
-        if (colon >= length || !part(at, colon, "s", "s", &t_s) ||
-            !part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
+        if (colon >= length || !parse_part(at, colon, "s", "s", &t_s) ||
+            !parse_part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
             error_set(fatal, MR_USAGE,
                       "not a profile: '%s' for --profile; give times and decelerations, "
@@ -68,7 +69,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
 
 /* Number of landings that formed the runway of the advice, including the last one. A chart is
  * valid only for that runway. */
-static unsigned landings_of(struct store *store, const struct advise *advise)
+static unsigned count_landings(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
     const struct history *past = &advise->history;
@@ -90,7 +91,7 @@ static void begin_load(const struct request *r, struct store *store, const struc
 {
     runway_client_begin(talk, dialogue_open_for_command(NULL, r->serial), fatal);
     runway_client_read(talk, fatal);
-    unsigned landings = landings_of(store, advise);
+    unsigned landings = count_landings(store, advise);
     if (talk->state.landings != landings)
         error_set(fatal, MR_VERSION,
                   "runways differ: the runway of the board has %u landings, that of the advice %u: "
@@ -181,7 +182,7 @@ static int run(struct request *r, const struct cli *cli)
     struct runway_client talk;
     struct progress progress;
     struct mr_risk_plan plan;
-    struct store *store = program_campaign(r->db, r->keep ? STORE_OPEN : STORE_READ);
+    struct store *store = program_open_campaign(r->db, r->keep_runway ? STORE_OPEN : STORE_READ);
     store_run_find(store, &r->advise.before_run, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
     if (r->load)
@@ -191,9 +192,9 @@ static int run(struct request *r, const struct cli *cli)
     progress_end(&progress);
     if (error.status != MR_OK)
         return cli_fail(&error);
-    if (r->keep) {
+    if (r->keep_runway) {
         struct store_advice kept = advise_stored_row(&advise, (int64_t)link_now_us());
-        annotation_copy(kept.who, sizeof kept.who, annotation_who(r->who));
+        annotation_copy(kept.who, sizeof kept.who, annotation_author(r->who));
         store_advice_add(store, &kept, fatal);
     }
     if (r->load) {
@@ -218,7 +219,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     command_parse(&command_advise, argc, argv, cli, &r, &r.db, fatal);
     r.advise.risk_limit = r.limit_percent / 100.0;
-    if (r.keep && r.advise.before_run)
+    if (r.keep_runway && r.advise.before_run)
         error_set(fatal, MR_USAGE,
                   "--keep and --before exclude each other, because a plan can only be stored for "
                   "the next landing; leave one out");
@@ -247,10 +248,11 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database. The advice is for the runway after the last landing; all "
                     "landings of its board update the model"),
-    OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NUMBER_NOT_GIVEN,
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
-                     NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
+                     NUMBER_NOT_GIVEN,
+                     "planned mean deceleration; default: that of the last landing"),
     OPTION_TEXT("--temperature", "T", temperature,
                 "predict the deceleration without brakes at this temperature (72, 22degC). This "
                 "needs landings with a recorded temperature and brake=none (matrig record)"),
@@ -260,9 +262,9 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Each "
                 "other row of the result is for the whole profile times a factor"),
-    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NUMBER_NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
-    OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NOT_GIVEN,
+    OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NUMBER_NOT_GIVEN,
                   "measured ratio of the thrust on the mat strip to axle weight x deceleration / "
                   "g. Give it only if its error is 3 % or less; default: unknown, assumed uniform "
                   "from 0.7 to 1.3 and estimated from the recorded landings"),
@@ -278,7 +280,7 @@ static const struct command_part parts[] = {
                  "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before_run,
                "give the advice for landing RUN from earlier data only"),
-    OPTION_FLAG("--keep", keep, "store plan and advice in the campaign"),
+    OPTION_FLAG("--keep", keep_runway, "store plan and advice in the campaign"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
     OPTION_FLAG(
         "--load", load,

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-const char *annotation_who(const char *who)
+const char *annotation_author(const char *who)
 {
     const char *user = getenv("USER"); /* not set under a service, cron or su */
     const struct passwd *login = who || (user && user[0]) ? NULL : getpwuid(geteuid());

@@ -6,7 +6,7 @@
 
 /* The author: `who`, the value of --who; NULL: $USER, otherwise the login name, or "" if it is
  * unknown. The caller does not free it. */
-const char *annotation_who(const char *who);
+const char *annotation_author(const char *who);
 /* Copies the text, cut to `size` bytes; NULL is copied as "". */
 void annotation_copy(char *into, size_t size, const char *text);
 /* Returns the text, or "-" if it is empty. */

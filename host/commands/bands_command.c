@@ -28,7 +28,7 @@ struct band_design {
     double spring_lb_ft; /* K at either end; 0: A E/L, which dT = R/2 assumes */
     double at;           /* a': where R acts, fraction of the length */
     double tension_lb;   /* T0; 0: the middle of C.8 and C.9 */
-    /* computed by band_design */
+    /* computed by design_bands */
     double r_lb;          /* C.1 */
     double strength_lb;   /* A fy */
     double friction_lb;   /* largest n F' within C.8 and C.9, from C.10 */
@@ -47,7 +47,7 @@ struct band_design {
 #define G_FT_S2     (9.80665 / 0.3048) /* converts a deceleration given in g */
 
 /* The worked example of Appendix C. */
-static void band_design_defaults(struct band_design *design)
+static void set_defaults(struct band_design *design)
 {
     *design = (struct band_design){
         .weight_lb = 480e3,
@@ -67,7 +67,7 @@ static void band_design_defaults(struct band_design *design)
     };
 }
 
-static enum mr_status too_weak(const struct band_design *d, struct error *error)
+static enum mr_status set_too_weak_error(const struct band_design *d, struct error *error)
 {
     return error_set(error, MR_USAGE,
                      "bands too weak: each carries R = %.6g lb and yields at A fy = %.6g lb (C.10 "
@@ -76,13 +76,13 @@ static enum mr_status too_weak(const struct band_design *d, struct error *error)
 }
 
 /* Computes the remaining fields. MR_USAGE: no band meets these inputs; `error` has the reason. */
-static enum mr_status band_design(struct band_design *d, struct error *error)
+static enum mr_status design_bands(struct band_design *d, struct error *error)
 {
     d->r_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->bands;
     d->strength_lb = d->area_ft2 * d->yield_lb_ft2;
     d->friction_lb = d->strength_lb - d->r_lb;
     if (!(d->friction_lb > 0.0))
-        return too_weak(d, error);
+        return set_too_weak_error(d, error);
     d->connection_lb = d->held * d->friction * d->mat_lb;
     d->most_connections = d->connection_lb > 0.0
                             ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
@@ -113,7 +113,7 @@ static enum mr_status band_design(struct band_design *d, struct error *error)
 struct request {
     struct band_design design;
     double width_ft, thickness_ft; /* of one band; 0: area given instead */
-    bool area_given;
+    bool has_area;
 };
 
 struct input {
@@ -123,26 +123,27 @@ struct input {
     size_t offset;
 };
 
-#define IN_DESIGN(field) (offsetof(struct request, design) + offsetof(struct band_design, field))
+#define DESIGN_OFFSET(field) \
+    (offsetof(struct request, design) + offsetof(struct band_design, field))
 static const struct input inputs[] = {
-    {"weight", "lb", "lb", 1e-3, 1e9, IN_DESIGN(weight_lb)},
-    {"deceleration", "ft/s2", "ft/s2", 1e-3, 1e3, IN_DESIGN(deceleration_ft_s2)},
-    {"bands", "", "", 0.01, 1000, IN_DESIGN(bands)},
+    {"weight", "lb", "lb", 1e-3, 1e9, DESIGN_OFFSET(weight_lb)},
+    {"deceleration", "ft/s2", "ft/s2", 1e-3, 1e3, DESIGN_OFFSET(deceleration_ft_s2)},
+    {"bands", "", "", 0.01, 1000, DESIGN_OFFSET(bands)},
     {"width", "ft", "in", 1e-4, 1e4, offsetof(struct request, width_ft)},
     {"thickness", "ft", "in", 1e-4, 1e3, offsetof(struct request, thickness_ft)},
-    {"area", "ft2", "in2", 1e-8, 1e6, IN_DESIGN(area_ft2)},
-    {"yield", "lb/ft2", "psi", 1, 1e9, IN_DESIGN(yield_lb_ft2)},
-    {"modulus", "lb/ft2", "psi", 1, 1e12, IN_DESIGN(modulus_lb_ft2)},
-    {"mat", "lb", "lb", 1e-4, 1e6, IN_DESIGN(mat_lb)},
-    {"friction", "", "", 0, 10, IN_DESIGN(friction)},
-    {"held", "", "", 0, 1000, IN_DESIGN(held)},
-    {"every", "", "", 1, 1000, IN_DESIGN(every)},
-    {"row", "ft", "ft", 1e-3, 1000, IN_DESIGN(row_ft)},
-    {"gear", "ft", "ft", 0, 1e4, IN_DESIGN(width_ft)},
-    {"length", "ft", "ft", 0, 1e6, IN_DESIGN(length_ft)},
-    {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, IN_DESIGN(spring_lb_ft)},
-    {"at", "", "", 0, 1, IN_DESIGN(at)},
-    {"tension", "lb", "lb", 0, 1e9, IN_DESIGN(tension_lb)},
+    {"area", "ft2", "in2", 1e-8, 1e6, DESIGN_OFFSET(area_ft2)},
+    {"yield", "lb/ft2", "psi", 1, 1e9, DESIGN_OFFSET(yield_lb_ft2)},
+    {"modulus", "lb/ft2", "psi", 1, 1e12, DESIGN_OFFSET(modulus_lb_ft2)},
+    {"mat", "lb", "lb", 1e-4, 1e6, DESIGN_OFFSET(mat_lb)},
+    {"friction", "", "", 0, 10, DESIGN_OFFSET(friction)},
+    {"held", "", "", 0, 1000, DESIGN_OFFSET(held)},
+    {"every", "", "", 1, 1000, DESIGN_OFFSET(every)},
+    {"row", "ft", "ft", 1e-3, 1000, DESIGN_OFFSET(row_ft)},
+    {"gear", "ft", "ft", 0, 1e4, DESIGN_OFFSET(width_ft)},
+    {"length", "ft", "ft", 0, 1e6, DESIGN_OFFSET(length_ft)},
+    {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, DESIGN_OFFSET(spring_lb_ft)},
+    {"at", "", "", 0, 1, DESIGN_OFFSET(at)},
+    {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(tension_lb)},
 };
 
 static const struct input *find_input(const char *word, const char **value)
@@ -185,16 +186,16 @@ static void read_words(const char **words, struct request *request)
             error_set(fatal, MR_USAGE, "given twice: %s; leave one out", input->name);
         given[input - inputs] = true;
         memcpy((char *)request + input->offset, &value, sizeof value);
-        request->area_given = request->area_given || strcmp(input->name, "area") == 0;
+        request->has_area = request->has_area || strcmp(input->name, "area") == 0;
     }
     struct band_design *d = &request->design;
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
-    if (drawn && (request->area_given || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
+    if (drawn && (request->has_area || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
         error_set(fatal, MR_USAGE,
                   "the cross section of the band is not clear: %s given; give either width and "
                   "thickness, or area",
-                  request->area_given ? "both area and width or thickness"
-                                      : "only width or thickness");
+                  request->has_area ? "both area and width or thickness"
+                                    : "only width or thickness");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->every != floor(d->every))
@@ -211,8 +212,8 @@ struct findings {
     bool si; /* report in SI units */
 };
 
-__attribute__((format(printf, 2, 3))) static void find(struct findings *findings,
-                                                       const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void add_finding(struct findings *findings,
+                                                              const char *format, ...)
 {
     va_list list;
     va_start(list, format);
@@ -221,28 +222,29 @@ __attribute__((format(printf, 2, 3))) static void find(struct findings *findings
     va_end(list);
 }
 
-struct said {
+struct force_text {
     char text[UNIT_TEXT];
 };
-static struct said force(const struct findings *f, double lb)
+static struct force_text format_force(const struct findings *f, double lb)
 {
-    struct said said;
+    struct force_text said;
     const struct unit *unit = unit_of(UNIT_TENSION, f->si);
     snprintf(said.text, sizeof said.text, "%.6g %s", lb * unit->factor, unit->text);
     return said;
 }
 
-static void judge(const struct band_design *d, struct findings *f)
+static void check_design(const struct band_design *d, struct findings *f)
 {
     if (d->connections > d->most_connections)
-        find(f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
-             d->connections, d->most_connections);
+        add_finding(
+            f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
+            d->connections, d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
-        find(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
-             force(f, d->t0_lb).text, force(f, d->least_t0_lb).text);
+        add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
+                    format_force(f, d->t0_lb).text, format_force(f, d->least_t0_lb).text);
     if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
-        find(f, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
-             force(f, d->t0_lb).text, force(f, d->most_t0_lb).text);
+        add_finding(f, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
+                    format_force(f, d->t0_lb).text, format_force(f, d->most_t0_lb).text);
 }
 
 struct figure {
@@ -250,29 +252,29 @@ struct figure {
     enum unit_kind unit;
     int decimals;
     size_t offset;
-    const char *says;
+    const char *note;
 };
 
-#define OF_DESIGN(field) offsetof(struct band_design, field)
+#define DESIGN_FIELD(field) offsetof(struct band_design, field)
 static const struct figure figures[] = {
-    {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
-    {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
-    {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb),
+    {"R", "R", UNIT_TENSION, 1, DESIGN_FIELD(r_lb), ", braking force, (W/N) a/g (C.1)"},
+    {"strength", "A fy", UNIT_TENSION, 1, DESIGN_FIELD(strength_lb), ", strength"},
+    {"nF", "n F'", UNIT_TENSION, 1, DESIGN_FIELD(friction_lb),
      ", available friction, A fy - R (C.10)"},
-    {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
-    {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
-    {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
-    {"n_most", "largest n", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
-    {"longest", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
-    {"T0", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
-    {"T0_least", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
-    {"T0_most", "at most", UNIT_TENSION, 1, OF_DESIGN(most_t0_lb), " (C.9)"},
-    {"ahead", "dT", UNIT_TENSION, 1, OF_DESIGN(ahead_lb), " ahead of the aircraft (C.6)"},
-    {"behind", "dT", UNIT_TENSION, 1, OF_DESIGN(behind_lb), " behind it (C.7)"},
-    {NULL, "at", UNIT_NUMBER, 2, OF_DESIGN(at), " of the length, where the braking force acts"},
-    {"least", "least tension", UNIT_TENSION, 1, OF_DESIGN(least_lb), " by theory"},
-    {"most", "largest tension", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
-    {"spring", "K", UNIT_STIFFNESS, 1, OF_DESIGN(spring_lb_ft), ", springs at the ends"},
+    {"F", "F'", UNIT_TENSION, 1, DESIGN_FIELD(connection_lb), ", friction on one connection"},
+    {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(held), " mats act against a connection"},
+    {"n", "n", UNIT_NUMBER, 0, DESIGN_FIELD(connections), " connections"},
+    {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(most_connections), " connections"},
+    {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(longest_ft), " between springs, at most"},
+    {"T0", "T0", UNIT_TENSION, 1, DESIGN_FIELD(t0_lb), ", pretension"},
+    {"T0_least", "at least", UNIT_TENSION, 1, DESIGN_FIELD(least_t0_lb), " (C.8)"},
+    {"T0_most", "at most", UNIT_TENSION, 1, DESIGN_FIELD(most_t0_lb), " (C.9)"},
+    {"ahead", "dT", UNIT_TENSION, 1, DESIGN_FIELD(ahead_lb), " ahead of the aircraft (C.6)"},
+    {"behind", "dT", UNIT_TENSION, 1, DESIGN_FIELD(behind_lb), " behind it (C.7)"},
+    {NULL, "at", UNIT_NUMBER, 2, DESIGN_FIELD(at), " of the length, where the braking force acts"},
+    {"least", "least tension", UNIT_TENSION, 1, DESIGN_FIELD(least_lb), " by theory"},
+    {"most", "largest tension", UNIT_TENSION, 1, DESIGN_FIELD(most_lb), " by theory"},
+    {"spring", "K", UNIT_STIFFNESS, 1, DESIGN_FIELD(spring_lb_ft), ", springs at the ends"},
 };
 
 static void figures_answer(const struct band_design *d, struct answer *answer)
@@ -283,11 +285,11 @@ static void figures_answer(const struct band_design *d, struct answer *answer)
         struct answer_fact *fact = answer_value(answer, figures[i].name, figures[i].label,
                                                 figures[i].unit, value, figures[i].decimals);
         fact->digits = 9;
-        fact->end = figures[i].says;
+        fact->end = figures[i].note;
     }
 }
 
-static struct answer *answer_of(const struct band_design *d, const struct findings *f)
+static struct answer *make_answer(const struct band_design *d, const struct findings *f)
 {
     struct answer *answer = answer_new(f->si);
     bool placed = d->spacing_ft > 0.0;
@@ -312,12 +314,12 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     struct request request = {0};
     struct findings findings = {.si = cli->si};
     const char *words[WORDS_MAX];
-    band_design_defaults(&request.design);
+    set_defaults(&request.design);
     command_parse(&command_bands, argc, argv, cli, &request, words, fatal);
     read_words(words, &request);
-    band_design(&request.design, fatal);
-    judge(&request.design, &findings);
-    return answer_show(cli, answer_of(&request.design, &findings), findings.count ? 1 : 0);
+    design_bands(&request.design, fatal);
+    check_design(&request.design, &findings);
+    return answer_show(cli, make_answer(&request.design, &findings), findings.count ? 1 : 0);
 }
 
 #define VALUES struct request

@@ -35,7 +35,7 @@
 #define KIND_S        1.2  /* a board reports its kind and its key once a second */
 #define KEY_S         20.0 /* two erases of 0.4 s; 6 s if the memory fails three times */
 #define HMIL_PER_IN   100000.0
-#define ACROSS        7u   /* joint openings in a row of the table */
+#define COLUMNS       7u   /* joint openings in a row of the table */
 #define CLOSED_HMIL   200u /* 0.002 in, the limit of the predictor */
 
 struct request {
@@ -64,18 +64,18 @@ struct box_client {
     struct mr_box_space space;
     struct box_client_record records[BOX_CLIENT_RECORDS];
     size_t count;
-    bool listed;
+    bool list_complete;
     /* readout in progress */
     uint16_t reading;
     uint8_t (*pages)[MR_BOXPAGE];
     uint8_t *present;
     size_t page_count, parts;
-    uint8_t half[MR_BOXPAGE / 2];
+    uint8_t half_page_bytes[MR_BOXPAGE / 2];
     uint32_t half_page; /* the page whose first half is in `half` */
     bool ended;
 };
 
-static void take_part(struct box_client *talk, const uint8_t *payload)
+static void handle_part(struct box_client *client, const uint8_t *payload)
 {
     const uint8_t *p = payload;
     uint16_t record = mr_get_u16(&p);
@@ -83,26 +83,26 @@ static void take_part(struct box_client *talk, const uint8_t *payload)
     uint8_t part = mr_get_u8(&p);
     struct mr_boxpage_header header;
     uint8_t whole[MR_BOXPAGE];
-    if (!talk->pages || record != talk->reading || page >= talk->page_count)
+    if (!client->pages || record != client->reading || page >= client->page_count)
         return;
-    talk->parts++;
+    client->parts++;
     if (part == 0) {
-        memcpy(talk->half, p + 1, sizeof talk->half);
-        talk->half_page = page;
-    } else if (part == 1 && talk->half_page == page) {
-        memcpy(whole, talk->half, sizeof talk->half);
-        memcpy(whole + sizeof talk->half, p + 1, sizeof talk->half);
+        memcpy(client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
+        client->half_page = page;
+    } else if (part == 1 && client->half_page == page) {
+        memcpy(whole, client->half_page_bytes, sizeof client->half_page_bytes);
+        memcpy(whole + sizeof client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
         if (mr_boxpage_check(whole, &header) == MR_OK && header.record == record) {
-            memcpy(talk->pages[page], whole, sizeof whole);
-            talk->present[page] = 1;
+            memcpy(client->pages[page], whole, sizeof whole);
+            client->present[page] = 1;
         }
     }
 }
 
-static enum mr_status take_box(void *context, const struct dialogue_message *message,
-                               struct error *error)
+static enum mr_status handle_box_message(void *context, const struct dialogue_message *message,
+                                         struct error *error)
 {
-    struct box_client *talk = context;
+    struct box_client *client = context;
     struct mr_box_end end;
     struct mr_box_record record;
     const uint8_t *bytes = message->payload;
@@ -110,48 +110,49 @@ static enum mr_status take_box(void *context, const struct dialogue_message *mes
     (void)error;
     switch (message->id) {
     case MR_ID_BOX_STATE:
-        talk->state_known |= mr_box_state_get(&talk->state, bytes, length) == MR_OK;
+        client->state_known |= mr_box_state_get(&client->state, bytes, length) == MR_OK;
         break;
     case MR_ID_BOX_SPACE:
-        talk->space_known |= mr_box_space_get(&talk->space, bytes, length) == MR_OK;
+        client->space_known |= mr_box_space_get(&client->space, bytes, length) == MR_OK;
         break;
     case MR_ID_BOX_RECORD:
         if (mr_box_record_get(&record, bytes, length) != MR_OK)
             break;
         if (!record.record)
-            talk->listed = true;
-        else if (talk->count < BOX_CLIENT_RECORDS)
-            talk->records[talk->count++].record = record;
+            client->list_complete = true;
+        else if (client->count < BOX_CLIENT_RECORDS)
+            client->records[client->count++].record = record;
         break;
     case MR_ID_BOX_SPAN:
-        if (talk->count)
-            (void)mr_box_span_get(&talk->records[talk->count - 1].span, bytes, length);
+        if (client->count)
+            (void)mr_box_span_get(&client->records[client->count - 1].span, bytes, length);
         break;
     case MR_ID_BOX_PART:
         if (length == MR_BOX_PART_BYTES)
-            take_part(talk, bytes);
+            handle_part(client, bytes);
         break;
     case MR_ID_BOX_END:
-        talk->ended |= mr_box_end_get(&end, bytes, length) == MR_OK && end.record == talk->reading;
+        client->ended |= mr_box_end_get(&end, bytes, length) == MR_OK &&
+                         end.record == client->reading;
         break;
     default: break;
     }
     return MR_OK;
 }
 
-static void box_client_begin(struct box_client *talk, struct dialogue *dialogue)
+static void box_client_begin(struct box_client *client, struct dialogue *dialogue)
 {
-    memset(talk, 0, sizeof *talk);
-    talk->dialogue = dialogue;
-    talk->half_page = UINT32_MAX;
-    dialogue_subscribe(dialogue, take_box, talk);
+    memset(client, 0, sizeof *client);
+    client->dialogue = dialogue;
+    client->half_page = UINT32_MAX;
+    dialogue_subscribe(dialogue, handle_box_message, client);
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
 /* Sends an order, and repeats it while the board answers MR_WAIT. */
-static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
+static void send_box_command(struct box_client *client, uint8_t code, int32_t argument)
 {
-    struct dialogue *dialogue = talk->dialogue;
+    struct dialogue *dialogue = client->dialogue;
     const struct dialogue_command order = {
         .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     struct mr_ack ack;
@@ -171,43 +172,45 @@ static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
 }
 
 /* Reads state, free space and the list of records. Ends the program on a timeout or a refusal. */
-static void box_client_list(struct box_client *talk)
+static void box_client_list(struct box_client *client)
 {
-    talk->count = 0;
-    talk->listed = false;
-    box_order(talk, MR_COMMAND_BOX_LIST, 0);
-    if (dialogue_wait_until(talk->dialogue, dialogue_is_flag_set, &talk->listed, DIALOGUE_ANSWER_S,
-                            fatal) == MR_TIMEOUT)
+    client->count = 0;
+    client->list_complete = false;
+    send_box_command(client, MR_COMMAND_BOX_LIST, 0);
+    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->list_complete,
+                            DIALOGUE_ANSWER_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the list of records timed out: %s; try again",
-                  dialogue_spec(talk->dialogue));
+                  dialogue_spec(client->dialogue));
 }
 
-static size_t first_absent(const struct box_client *talk)
+static size_t find_first_missing(const struct box_client *client)
 {
     size_t page = 0;
-    while (page < talk->page_count && talk->present[page])
+    while (page < client->page_count && client->present[page])
         page++;
     return page;
 }
 
 /* Reads the pages of a listed record. Skips pages marked in `present`; unreadable pages stay
  * absent. Both arrays have room for record.pages. */
-static void box_client_read(struct box_client *talk, const struct box_client_record *record,
+static void box_client_read(struct box_client *client, const struct box_client_record *record,
                             uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
 {
-    talk->reading = record->record.record;
-    talk->pages = pages;
-    talk->present = present;
-    talk->page_count = record->record.pages;
-    for (int round = 0; round < BOX_ROUNDS && first_absent(talk) < talk->page_count; round++) {
-        talk->ended = false;
-        box_order(talk, MR_COMMAND_BOX_READ,
-                  (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)));
+    client->reading = record->record.record;
+    client->pages = pages;
+    client->present = present;
+    client->page_count = record->record.pages;
+    for (int round = 0; round < BOX_ROUNDS && find_first_missing(client) < client->page_count;
+         round++) {
+        client->ended = false;
+        send_box_command(
+            client, MR_COMMAND_BOX_READ,
+            (int32_t)((uint32_t)client->reading << BOX_PAGE_BITS | find_first_missing(client)));
         /* the next round requests pages that are still absent */
-        dialogue_wait_while_receiving(talk->dialogue, dialogue_is_flag_set, &talk->ended,
-                                      &talk->parts, DIALOGUE_ANSWER_S, fatal);
+        dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->ended,
+                                      &client->parts, DIALOGUE_ANSWER_S, fatal);
     }
-    talk->pages = NULL;
+    client->pages = NULL;
 }
 
 static void record_answer(const struct box_client_record *r, struct answer *answer)
@@ -225,28 +228,28 @@ static void record_answer(const struct box_client_record *r, struct answer *answ
                  r->record.complete ? "closed" : "not closed: power was lost");
 }
 
-static int list(const struct request *request, const struct box_client *talk)
+static int list_records(const struct request *request, const struct box_client *client)
 {
     struct answer *answer = answer_new(request->cli->si);
-    answer_words(answer, "state", "black box", "%s", mr_box_condition_text(talk->state.state));
-    answer_count(answer, NULL, "sectors", talk->space.sectors);
-    answer_count(answer, "ready_sectors", "erased", talk->state.ready);
-    answer_count(answer, "reserve_sectors", "needed for arming", talk->state.reserve);
-    answer_count(answer, "dirty_sectors", "not yet erased", talk->space.dirty);
-    answer_count(answer, "bad_sectors", "bad", talk->space.bad);
-    answer_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)talk->space.wear, 2);
-    answer_value(answer, "wait", NULL, UNIT_TIME, (double)talk->state.wait_s, 1);
+    answer_words(answer, "state", "black box", "%s", mr_box_condition_text(client->state.state));
+    answer_count(answer, NULL, "sectors", client->space.sectors);
+    answer_count(answer, "ready_sectors", "erased", client->state.ready);
+    answer_count(answer, "reserve_sectors", "needed for arming", client->state.reserve);
+    answer_count(answer, "dirty_sectors", "not yet erased", client->space.dirty);
+    answer_count(answer, "bad_sectors", "bad", client->space.bad);
+    answer_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)client->space.wear, 2);
+    answer_value(answer, "wait", NULL, UNIT_TIME, (double)client->state.wait_s, 1);
     answer_table(answer, "records", "");
-    for (size_t i = 0; i < talk->count; i++) {
+    for (size_t i = 0; i < client->count; i++) {
         answer_row(answer);
-        record_answer(&talk->records[i], answer);
+        record_answer(&client->records[i], answer);
     }
     answer_close(answer);
     return answer_show(request->cli, answer, 0);
 }
 
-static int report_read(const struct request *request, const struct box_client_record *r,
-                       size_t absent, const struct boxfill *filled)
+static int report_record(const struct request *request, const struct box_client_record *r,
+                         size_t absent, const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
@@ -265,8 +268,8 @@ static int report_read(const struct request *request, const struct box_client_re
 /* Stores the configuration under which the record was made, while the board still has it in
  * force. Only replay needs the configuration, so a failure here is printed and the command
  * continues. */
-static void keep_configuration(const struct request *request, struct box_client *talk,
-                               struct store *store, int64_t run)
+static void store_configuration(const struct request *request, struct box_client *client,
+                                struct store *store, int64_t run)
 {
     static struct config_client other;
     static struct mr_config config;
@@ -282,7 +285,7 @@ static void keep_configuration(const struct request *request, struct box_client 
     free(text);
     if (there)
         return;
-    if (config_client_begin(&other, talk->dialogue, &why) == MR_OK)
+    if (config_client_begin(&other, client->dialogue, &why) == MR_OK)
         (void)config_client_get(&other, &config, &crc, &why);
     if (why.status == MR_OK && crc == (uint32_t)landing.config_crc) {
         text = config_text_write(&config);
@@ -296,13 +299,13 @@ static void keep_configuration(const struct request *request, struct box_client 
     }
 }
 
-static int read_record(const struct request *request, struct box_client *talk)
+static int read_record(const struct request *request, struct box_client *client)
 {
     const struct box_client_record *r = NULL;
     struct boxfill filled = {0};
-    for (size_t i = 0; i < talk->count; i++) {
-        if (talk->records[i].record.record == request->number)
-            r = &talk->records[i];
+    for (size_t i = 0; i < client->count; i++) {
+        if (client->records[i].record.record == request->number)
+            r = &client->records[i];
     }
     if (!r) {
         error_set(fatal, MR_UNKNOWN, "no record %d in the black box: %s; see matrig board list",
@@ -312,33 +315,34 @@ static int read_record(const struct request *request, struct box_client *talk)
     size_t count = r->record.pages, absent = 0;
     uint8_t(*pages)[MR_BOXPAGE] = xcalloc(count + 1, MR_BOXPAGE);
     uint8_t *present = xcalloc(count + 1, 1);
-    box_client_read(talk, r, pages, present);
+    box_client_read(client, r, pages, present);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
-    struct store *store = program_campaign_or_new(request->cli, request->db);
+    struct store *store = program_open_or_create_campaign(request->cli, request->db);
     int64_t run = request->run;
     store_run_find(store, &run, fatal);
     boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
                          count, &filled, fatal);
-    keep_configuration(request, talk, store, filled.run);
+    store_configuration(request, client, store, filled.run);
     free(pages);
     free(present);
-    return report_read(request, r, absent, &filled);
+    return report_record(request, r, absent, &filled);
 }
 
-static int box(const struct request *request, struct dialogue *dialogue)
+static int run_box(const struct request *request, struct dialogue *dialogue)
 {
-    static struct box_client talk;
+    static struct box_client client;
     const char *verb = request->words[0];
-    box_client_begin(&talk, dialogue);
+    box_client_begin(&client, dialogue);
     if (strcmp(verb, "free") == 0) {
-        box_order(&talk, MR_COMMAND_BOX_FREE, request->number);
+        send_box_command(&client, MR_COMMAND_BOX_FREE, request->number);
         return request->cli->json
                  ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
                  : 0;
     }
-    box_client_list(&talk);
-    return strcmp(verb, "read") == 0 ? read_record(request, &talk) : list(request, &talk);
+    box_client_list(&client);
+    return strcmp(verb, "read") == 0 ? read_record(request, &client)
+                                     : list_records(request, &client);
 }
 
 /* ---- which board, and which image it runs ---- */
@@ -406,12 +410,12 @@ static int report_identity(const struct request *request, struct dialogue *dialo
 
 /* ---- zero and shunt calibration ---- */
 
-static void shunts_answer(const struct gage_client *talk, struct answer *answer)
+static void shunts_answer(const struct gage_client *client, struct answer *answer)
 {
     answer_table(answer, "shunts", "");
-    for (unsigned i = 0; i < talk->shunts.count; i++) {
-        const struct mr_shunt_result *r = &talk->shunts.result[i];
-        const struct mr_shunt_check *c = &talk->shunts.check[i];
+    for (unsigned i = 0; i < client->shunts.count; i++) {
+        const struct mr_shunt_result *r = &client->shunts.result[i];
+        const struct mr_shunt_check *c = &client->shunts.check[i];
         answer_row(answer);
         answer_count(answer, "gage", "gage", r->gage);
         answer_value(answer, "span", "span", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
@@ -426,11 +430,11 @@ static void shunts_answer(const struct gage_client *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static void zeros_answer(const struct gage_client *talk, struct answer *answer)
+static void zeros_answer(const struct gage_client *client, struct answer *answer)
 {
     answer_table(answer, "zeros", "");
-    for (unsigned i = 0; i < talk->zeros; i++) {
-        const struct mr_zero_result *z = &talk->zero[i];
+    for (unsigned i = 0; i < client->zeros; i++) {
+        const struct mr_zero_result *z = &client->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
         answer_row(answer);
         answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
@@ -445,17 +449,17 @@ static void zeros_answer(const struct gage_client *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static int gages(const struct request *request, struct dialogue *dialogue)
+static int run_gages(const struct request *request, struct dialogue *dialogue)
 {
-    static struct gage_client talk;
+    static struct gage_client client;
     bool zero = strcmp(request->words[0], "zero") == 0;
-    gage_client_send(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, request->number,
+    gage_client_send(&client, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, request->number,
                      fatal);
-    bool good = talk.ack.status == MR_OK;
+    bool good = client.ack.status == MR_OK;
     struct answer *answer = answer_new(request->cli->si);
     answer_flag(answer, "good", NULL, good);
-    shunts_answer(&talk, answer);
-    zeros_answer(&talk, answer);
+    shunts_answer(&client, answer);
+    zeros_answer(&client, answer);
     if (zero)
         answer_sentence(answer, NULL,
                         good ? "these zeros are active until the board is reset or reconfigured"
@@ -465,40 +469,42 @@ static int gages(const struct request *request, struct dialogue *dialogue)
 
 /* ---- arm and disarm ---- */
 
-static json_t *to_json(const char *word, const struct arm_client *talk, const struct error *error)
+static json_t *arm_to_json(const char *word, const struct arm_client *client,
+                           const struct error *error)
 {
     json_t *json = json_pack("{sssb}", "command", word, "done", error->status == MR_OK);
     json_object_set_new(json, "state",
-                        talk->landing_known
-                            ? json_string(mr_landing_state_text(talk->landing.state))
+                        client->landing_known
+                            ? json_string(mr_landing_state_text(client->landing.state))
                             : json_null());
     json_object_set_new(json, "landing",
-                        talk->landing_known ? json_integer(talk->landing.landing) : json_null());
+                        client->landing_known ? json_integer(client->landing.landing)
+                                              : json_null());
     json_object_set_new(json, "error",
                         error->status == MR_OK ? json_null() : json_string(error->text));
     return json;
 }
 
 /* Arms from a terminal, without the live page. */
-static int arm(const struct request *request, struct dialogue *dialogue)
+static int run_arm(const struct request *request, struct dialogue *dialogue)
 {
     struct error error = {0};
-    struct arm_client talk = {0};
+    struct arm_client client = {0};
     bool arms = strcmp(request->words[0], "arm") == 0;
     if (!cli_confirm(
             arms ? "arm? The board records until the gear has stopped and the mat is at rest."
                  : "disarm? This ends the recording of the board."))
         error_set(fatal, MR_USAGE, "not confirmed (the answer was not yes): nothing was sent");
-    enum mr_status status = arm_client_begin(&talk, dialogue, &error)
-                              ?: arm_client_send(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+    enum mr_status status = arm_client_begin(&client, dialogue, &error)
+                              ?: arm_client_send(&client, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                                                  request->number, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (request->cli->json)
-        return cli_print_json(to_json(request->words[0], &talk, &error), exit_code);
+        return cli_print_json(arm_to_json(request->words[0], &client, &error), exit_code);
     if (status == MR_OK && arms)
         printf("armed for landing %u: the board records until the gear has stopped and the mat is "
                "at rest\n",
-               talk.landing.landing);
+               client.landing.landing);
     else if (status == MR_OK)
         puts("disarmed: the board is idle");
     return exit_code;
@@ -514,7 +520,7 @@ static const char *copy_text(unsigned copy, char out[40])
     return out;
 }
 
-static double sum_in(const struct mr_predictor_state *state, unsigned segment)
+static double segment_closed_in(const struct mr_predictor_state *state, unsigned segment)
 {
     unsigned sum = 0;
     for (unsigned j = 10 * segment; j < 10 * segment + 10 && j <= state->mats; j++)
@@ -522,7 +528,7 @@ static double sum_in(const struct mr_predictor_state *state, unsigned segment)
     return sum / HMIL_PER_IN;
 }
 
-static unsigned closed_of(const struct mr_predictor_state *state)
+static unsigned count_closed(const struct mr_predictor_state *state)
 {
     unsigned closed = 0;
     for (unsigned j = 0; j <= state->mats; j++)
@@ -530,10 +536,10 @@ static unsigned closed_of(const struct mr_predictor_state *state)
     return closed;
 }
 
-static int print_runway(const struct runway_client *talk, const struct cli *cli)
+static int print_runway(const struct runway_client *client, const struct cli *cli)
 {
-    const struct mr_predictor_state *state = &talk->state;
-    const struct mr_runway_store *stored = &talk->stored;
+    const struct mr_predictor_state *state = &client->state;
+    const struct mr_runway_store *stored = &client->stored;
     struct answer *answer = answer_new(cli->si);
     char a[40], b[40];
     answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
@@ -545,8 +551,8 @@ static int print_runway(const struct runway_client *talk, const struct cli *cli)
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
     answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
     answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
-    answer_count(answer, "closed_joints", NULL, closed_of(state));
-    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", closed_of(state),
+    answer_count(answer, "closed_joints", NULL, count_closed(state));
+    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", count_closed(state),
                  state->mats + 1u);
     answer_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
@@ -554,13 +560,14 @@ static int print_runway(const struct runway_client *talk, const struct cli *cli)
     answer_close(answer);
     answer_table(answer, NULL,
                  "openings in rows of joints, starting with the joint in the first column");
-    for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
+    for (unsigned s = 0; 10 * s <= state->mats; s += COLUMNS) {
         answer_row(answer);
         answer_count(answer, NULL, "joint", 10 * s + 1);
-        for (unsigned i = 0; i < ACROSS && 10 * (s + i) <= state->mats; i++) {
+        for (unsigned i = 0; i < COLUMNS && 10 * (s + i) <= state->mats; i++) {
             char label[12];
             snprintf(label, sizeof label, "+%u", 10 * i);
-            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, sum_in(state, s + i), 4);
+            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, segment_closed_in(state, s + i),
+                         4);
         }
     }
     answer_close(answer);
@@ -582,7 +589,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
 }
 
 /* Reads one line of a runway file. False: not a valid line. */
-static bool take_line(const char *line, struct mr_predictor_state *state, bool *given)
+static bool parse_line(const char *line, struct mr_predictor_state *state, bool *given)
 {
     unsigned number;
     double value;
@@ -621,7 +628,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     *state = (struct mr_predictor_state){.scale = 1.0f};
     while (fgets(line, sizeof line, file)) {
         number++;
-        if (!take_line(line, state, given))
+        if (!parse_line(line, state, given))
             error_set(fatal, MR_MALFORMED,
                       "not a line of a runway: `%.*s`: %s:%u; write joint NUMBER INCHES (or with a "
                       "unit: 2 mm), each joint once",
@@ -654,18 +661,18 @@ static void check_runway(struct request *r)
     output_check(r->out, file, fatal);
 }
 
-static int runway(const struct request *request, struct dialogue *dialogue)
+static int run_runway(const struct request *request, struct dialogue *dialogue)
 {
-    static struct runway_client talk;
-    runway_client_begin(&talk, dialogue, fatal);
+    static struct runway_client client;
+    runway_client_begin(&client, dialogue, fatal);
     if (request->words[2])
-        runway_client_load(&talk, &request->runway, fatal);
+        runway_client_load(&client, &request->runway, fatal);
     else if (request->words[1] && strcmp(request->words[1], "forget") == 0)
-        runway_client_discard(&talk, fatal);
-    runway_client_read(&talk, fatal);
+        runway_client_discard(&client, fatal);
+    runway_client_read(&client, fatal);
     if (request->out)
-        write_runway(request->out, &talk.state);
-    return print_runway(&talk, request->cli);
+        write_runway(request->out, &client.state);
+    return print_runway(&client, request->cli);
 }
 
 /* ---- the key for signed orders ---- */
@@ -734,7 +741,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
 
 /* ---- the command line ---- */
 
-static int health(const struct request *request, struct dialogue *dialogue)
+static int run_health(const struct request *request, struct dialogue *dialogue)
 {
     return health_run(dialogue, request->words[0], request->cli);
 }
@@ -746,21 +753,21 @@ static const struct verb {
     unsigned options;   /* allowed besides --serial */
     unsigned words;     /* arguments after the verb, at most */
     const char *number; /* meaning of the numeric argument; NULL: none */
-    double least, most; /* limits; `least` 1: argument required */
+    double min, max;    /* limits; `least` 1: argument required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
     {.name = "", .options = IMAGE, .run = report_identity},
-    {.name = "list", .run = box},
-    {"read", DB, 1, "the record", 1.0, 65535.0, box},
-    {"free", 0, 1, "the record", 1.0, 65535.0, box},
-    {.name = "health", .run = health},
-    {.name = "self-test", .run = health},
-    {.name = "reset", .run = health},
-    {"zero", 0, 1, "zero number", 0.0, 2.0, gages},
-    {.name = "shunt", .run = gages},
-    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, arm},
-    {.name = "disarm", .options = CAN, .run = arm},
-    {.name = "runway", .options = OUT, .words = 2, .run = runway},
+    {.name = "list", .run = run_box},
+    {"read", DB, 1, "the record", 1.0, 65535.0, run_box},
+    {"free", 0, 1, "the record", 1.0, 65535.0, run_box},
+    {.name = "health", .run = run_health},
+    {.name = "self-test", .run = run_health},
+    {.name = "reset", .run = run_health},
+    {"zero", 0, 1, "zero number", 0.0, 2.0, run_gages},
+    {.name = "shunt", .run = run_gages},
+    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, run_arm},
+    {.name = "disarm", .options = CAN, .run = run_arm},
+    {.name = "runway", .options = OUT, .words = 2, .run = run_runway},
     {.name = "key", .words = 1, .run = set_key},
 };
 
@@ -804,13 +811,13 @@ static void check_options(struct request *r, const struct verb *verb)
                   "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
                   verb->name, verb->name[0] ? " " : "",
                   verb->options & CAN ? "--can LINK or " : "");
-    if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == arm)
+    if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == run_arm)
         error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board",
                   r->can ? r->can : r->serial);
     if (verb->options & DB && !r->db)
         error_set(fatal, MR_USAGE, "no campaign for the record: matrig board %s needs --db DB",
                   verb->name);
-    if (verb->run == runway)
+    if (verb->run == run_runway)
         check_runway(r);
 }
 
@@ -821,12 +828,12 @@ static void check_words(struct request *r, const struct verb *verb)
     if (r->words[1 + verb->words])
         error_set(fatal, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help", verb->name,
                   verb->words ? "more" : "number", r->words[1 + verb->words]);
-    if (verb->number && !word && verb->least > 0.0)
+    if (verb->number && !word && verb->min > 0.0)
         error_set(fatal, MR_USAGE,
                   "no record number: matrig board %s needs one; see matrig board list", verb->name);
     if (!verb->number || !word)
         return;
-    cli_number(word, verb->number, verb->least, verb->most, &number, fatal);
+    cli_number(word, verb->number, verb->min, verb->max, &number, fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
         error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",

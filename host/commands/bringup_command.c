@@ -10,7 +10,7 @@
 #include "host/board/bringup.h"
 #include "host/commands/commands.h"
 
-#define VALUE_TEXT 160
+#define VALUE_TEXT_SIZE 160
 
 struct request {
     const struct cli *cli;
@@ -44,7 +44,7 @@ static json_t *line_json(const struct bringup_result *j)
 }
 
 /* Writes the limits in the format of the value (hexadecimal or decimal). */
-static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT])
+static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_limit *limit = j->limit;
     bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
@@ -52,19 +52,19 @@ static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT])
         (!limit->words && (limit->beyond == BRINGUP_OK || isnan(j->min))))
         *out = 0;
     else if (limit->words)
-        snprintf(out, VALUE_TEXT, "%s", limit->words);
+        snprintf(out, VALUE_TEXT_SIZE, "%s", limit->words);
     else if (hexadecimal && j->min == j->max)
-        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)j->min);
+        snprintf(out, VALUE_TEXT_SIZE, "0x%x", (unsigned)j->min);
     else if (hexadecimal)
-        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)j->min, (unsigned)j->max);
+        snprintf(out, VALUE_TEXT_SIZE, "0x%x to 0x%x", (unsigned)j->min, (unsigned)j->max);
     else if (j->min == j->max)
-        snprintf(out, VALUE_TEXT, "%.10g", j->min);
+        snprintf(out, VALUE_TEXT_SIZE, "%.10g", j->min);
     else
-        snprintf(out, VALUE_TEXT, "%.10g to %.10g", j->min, j->max);
+        snprintf(out, VALUE_TEXT_SIZE, "%.10g to %.10g", j->min, j->max);
 }
 
 /* Number of consecutive lines of one group, from `at` on, that are all in order. */
-static size_t group_of(const struct bringup_result *judged, size_t count, size_t at)
+static size_t find_group_size(const struct bringup_result *judged, size_t count, size_t at)
 {
     size_t n = 1;
     if (!judged[at].limit || !bringup_limit_is_group(judged[at].limit) || judged[at].verdict ||
@@ -76,7 +76,7 @@ static size_t group_of(const struct bringup_result *judged, size_t count, size_t
     return n;
 }
 
-static void value_text(const struct bringup_result *judged, size_t group, char out[VALUE_TEXT])
+static void value_text(const struct bringup_result *judged, size_t group, char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_line *least = judged->line, *most = judged->line;
     for (size_t i = 1; i < group; i++) {
@@ -84,16 +84,16 @@ static void value_text(const struct bringup_result *judged, size_t group, char o
         most = judged[i].line->number > most->number ? judged[i].line : most;
     }
     if (!judged->line)
-        snprintf(out, VALUE_TEXT, "not reported");
+        snprintf(out, VALUE_TEXT_SIZE, "not reported");
     else if (group > 1)
-        snprintf(out, VALUE_TEXT, "%s to %s %s", least->value, most->value, least->unit);
+        snprintf(out, VALUE_TEXT_SIZE, "%s to %s %s", least->value, most->value, least->unit);
     else
-        snprintf(out, VALUE_TEXT, "%s %s", least->value, least->unit);
+        snprintf(out, VALUE_TEXT_SIZE, "%s %s", least->value, least->unit);
 }
 
 static void print_row(struct answer *answer, const struct bringup_result *j, size_t group)
 {
-    char value[VALUE_TEXT], limits[VALUE_TEXT], name[VALUE_TEXT];
+    char value[VALUE_TEXT_SIZE], limits[VALUE_TEXT_SIZE], name[VALUE_TEXT_SIZE];
     value_text(j, group, value);
     limits_text(j, limits);
     if (group > 1)
@@ -123,7 +123,7 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
 
 /* The JSON lists each line; the printed table joins consecutive lines of a group that are in
  * order. */
-static int judge(const struct request *request, const struct bringup *b)
+static int check_values(const struct request *request, const struct bringup *b)
 {
     static struct bringup_result judged[BRINGUP_RESULTS_MAX];
     size_t count = bringup_judge(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
@@ -141,7 +141,7 @@ static int judge(const struct request *request, const struct bringup *b)
     answer_json_value(answer, "lines", lines);
     answer_table(answer, NULL, b->section);
     for (size_t i = 0; i < count;) {
-        size_t group = group_of(judged, count, i);
+        size_t group = find_group_size(judged, count, i);
         print_row(answer, &judged[i], group);
         i += group;
     }
@@ -155,7 +155,7 @@ static int judge(const struct request *request, const struct bringup *b)
 
 /* ---- the board ---- */
 
-static int go_to_rom(const struct request *request, struct link *link, struct error *error)
+static int start_rom(const struct request *request, struct link *link, struct error *error)
 {
     if (bringup_start_rom(link, error) != MR_OK)
         return cli_fail(error);
@@ -173,9 +173,9 @@ static int run_sections(const struct request *request, const char *section)
     int exit_code;
     enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, &error);
     if (status == MR_OK && strcmp(section, "rom") == 0)
-        exit_code = go_to_rom(request, link, &error);
+        exit_code = start_rom(request, link, &error);
     else if (status == MR_OK && bringup_request(b, link, section, &error) == MR_OK)
-        exit_code = judge(request, b);
+        exit_code = check_values(request, b);
     else
         exit_code = cli_fail(&error);
     link_close(link);

@@ -65,8 +65,8 @@ static void remove_draft(const char *path)
     }
 }
 
-static enum mr_status make(struct request *r, const struct cli *cli, size_t *image_bytes,
-                           struct error *error)
+static enum mr_status make_bundle(struct request *r, const struct cli *cli, size_t *image_bytes,
+                                  struct error *error)
 {
     struct store *store = NULL;
     struct textfile image = {0};
@@ -100,7 +100,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
         error_set(fatal, MR_USAGE,
                   "no file to write: matrig bundle needs -o F; see matrig bundle --help");
     run_parse(r.words[1], &r.run, fatal);
-    if (make(&r, cli, &image, &error) != MR_OK)
+    if (make_bundle(&r, cli, &image, &error) != MR_OK)
         return cli_fail(&error);
     if (cli->json)
         return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "db", r.words[0], "run",

@@ -26,9 +26,9 @@
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
-#define DAY_S        86400
-#define VALID_DAYS   365.0
-#define MISS_PERCENT 1.0 /* largest misfit of a working sensor, % of the span */
+#define DAY_S                 86400
+#define VALID_DAYS            365.0
+#define DEVIATION_MAX_PERCENT 1.0 /* largest misfit of a working sensor, % of the span */
 
 struct request {
     const struct cli *cli;
@@ -92,7 +92,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
     return answer_show(r->cli, answer, code);
 }
 
-#define ACCEPTED ": deviation from the fit accepted: "
+#define ACCEPT_FIELDS ": deviation from the fit accepted: "
 
 /* Writes the reasons as comments at the start of the file, where its reader sees them. Keeps
  * reasons of other channels, because the next channel is calibrated from this file. */
@@ -102,11 +102,11 @@ static void write_reasons(const struct request *r, FILE *out)
     char *line = NULL;
     size_t room = 0, word = strlen(r->word);
     if (r->accept)
-        fprintf(out, "# %s" ACCEPTED "%s\n", r->word, r->accept);
+        fprintf(out, "# %s" ACCEPT_FIELDS "%s\n", r->word, r->accept);
     while (file && getline(&line, &room, file) > 0) {
         bool own = strncmp(line, "# ", 2) == 0 && strncmp(line + 2, r->word, word) == 0 &&
                    line[2 + word] == ':';
-        if (line[0] == '#' && strstr(line, ACCEPTED) && !own)
+        if (line[0] == '#' && strstr(line, ACCEPT_FIELDS) && !own)
             fprintf(out, "%.*s\n", (int)strcspn(line, "\r\n"), line);
     }
     free(line);
@@ -127,7 +127,7 @@ static void write_config(const struct request *r, const struct mr_config *config
     free(text);
 }
 
-static const char *source(const struct request *r)
+static const char *name_source(const struct request *r)
 {
     return r->points ? r->points : r->serial;
 }
@@ -144,7 +144,7 @@ static void check_codes(const struct request *r, const struct calibrate_points *
             error_set(fatal, MR_LIMIT,
                       "code out of range: %g for %s, point %zu: %s; codes are from %.0f to %.0f, "
                       "the columns may be swapped",
-                      code, r->word, i + 1, source(r), (double)limits.low_code,
+                      code, r->word, i + 1, name_source(r), (double)limits.low_code,
                       (double)limits.high_code);
     }
 }
@@ -158,7 +158,7 @@ static void check_gain(const struct request *r, const struct mr_config *config,
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
-        error_set(fatal, MR_LIMIT, "a board would refuse this calibration: %s; %s", source(r),
+        error_set(fatal, MR_LIMIT, "a board would refuse this calibration: %s; %s", name_source(r),
                   text);
     }
     if (jump_find(old, channel, text))
@@ -174,7 +174,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
     char mend[200] = "no single point explains this: measure all points again";
     double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
     struct error error = {0};
-    if (fit->max_deviation <= fmin(r->miss_percent, MISS_PERCENT) / 100.0 * span)
+    if (fit->max_deviation <= fmin(r->miss_percent, DEVIATION_MAX_PERCENT) / 100.0 * span)
         r->accept = NULL;
     else if (fit->max_deviation <= most && !r->accept)
         r->accept =
@@ -193,7 +193,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
               "%s, or accept the deviation with --accept REASON",
               fit->max_deviation, unit_text(r), 100.0 * fit->max_deviation / span, r->miss_percent,
-              source(r), mend);
+              name_source(r), mend);
     r->output = NULL;
     if (r->cli->json) /* the JSON object carries the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
@@ -203,21 +203,21 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 
 /* ---- points from a board ---- */
 
-#define POINT_BLOCKS 40u  /* number of the board's live readings for a point, 20 ms apart */
-#define POINT_S      10.0 /* timeout for these readings */
-#define LIVE_S       20
-#define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */
+#define POINT_BLOCKS       40u  /* number of the board's live readings for a point, 20 ms apart */
+#define POINT_S            10.0 /* timeout for these readings */
+#define LIVE_S             20
+#define MOVEMENT_MAX_CODES 6.0 /* a block's noise is below 1 code; more is movement */
 
-struct gathering {
+struct reading_sum {
     const struct mr_channel_config *reference;
-    unsigned channel, count, bad;
+    unsigned channel, count, invalid_count;
     double sum, squares, first;
 };
 
 static enum mr_status gather_readings(void *context, const struct dialogue_message *message,
                                       struct error *error)
 {
-    struct gathering *g = context;
+    struct reading_sum *g = context;
     struct mr_block block;
     const struct mr_channel_config plain = {
         .kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION,
@@ -229,7 +229,7 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
     float ratio = mr_channels_ratio(g->reference, &block);
     struct mr_reading reading = mr_channel_read(&plain, &block, g->channel, ratio);
     if (isnan(reading.value)) {
-        g->bad++;
+        g->invalid_count++;
         return MR_OK;
     }
     double code = (double)reading.code * (double)ratio;
@@ -242,21 +242,23 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
 
 static bool is_gathered(const void *context)
 {
-    const struct gathering *g = context;
-    return g->count == POINT_BLOCKS || g->bad == POINT_BLOCKS;
+    const struct reading_sum *g = context;
+    return g->count == POINT_BLOCKS || g->invalid_count == POINT_BLOCKS;
 }
 
 /* The channel's mean over about a second. */
-static void measure(const struct request *r, struct dialogue *dialogue, struct gathering *g,
-                    struct calibrate_point *point)
+static void measure_point(const struct request *r, struct dialogue *dialogue, struct reading_sum *g,
+                          struct calibrate_point *point)
 {
-    *g = (struct gathering){.reference = g->reference, .channel = g->channel};
+    *g = (struct reading_sum){.reference = g->reference, .channel = g->channel};
     config_client_set_live(dialogue, LIVE_S, fatal);
     dialogue_wait_until(dialogue, is_gathered, g, POINT_S, fatal);
     if (g->count < POINT_BLOCKS)
-        error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
-                  g->bad ? "its readings are not valid" : "no readings received within 10 s",
-                  g->bad ? "check the wiring of the sensor" : "check that the board is connected");
+        error_set(fatal, g->invalid_count ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
+                  g->invalid_count ? "its readings are not valid"
+                                   : "no readings received within 10 s",
+                  g->invalid_count ? "check the wiring of the sensor"
+                                   : "check that the board is connected");
     double n = g->count;
     point->code = g->first + g->sum / n;
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
@@ -264,7 +266,7 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
 
 /* Reads a line from the keyboard while messages of the board are still received, so that none
  * pile up. False: end of input. */
-static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
+static bool read_typed_line(struct dialogue *dialogue, char *line, size_t size)
 {
     size_t length = 0;
     for (;;) {
@@ -286,10 +288,10 @@ static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
 }
 
 /* Point by point: the user sets a known value and types it; the board's readings give the code. */
-static void guide_user(const struct request *r, struct dialogue *dialogue,
-                       const struct mr_config *config, struct calibrate_points *points)
+static void guide_calibration(const struct request *r, struct dialogue *dialogue,
+                              const struct mr_config *config, struct calibrate_points *points)
 {
-    struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
+    struct reading_sum g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
     const char *unit = unit_text(r);
     points->unit = unit_word_find(unit, 2);
@@ -301,7 +303,8 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
             fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
-        if (!typed_line(dialogue, line, sizeof line) || line[0] == '\0' || strcmp(line, "q") == 0)
+        if (!read_typed_line(dialogue, line, sizeof line) || line[0] == '\0' ||
+            strcmp(line, "q") == 0)
             break;
         if (strcmp(line, "u") == 0) {
             points->count -= points->count > 0;
@@ -313,8 +316,8 @@ static void guide_user(const struct request *r, struct dialogue *dialogue,
             cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
         }
-        measure(r, dialogue, &g, &point);
-        bool moves = point.spread > MOVES_CODES;
+        measure_point(r, dialogue, &g, &point);
+        bool moves = point.spread > MOVEMENT_MAX_CODES;
         cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
                  moves ? ": not accepted, because the reading is moving; let it rest and type the "
                          "value again"
@@ -338,11 +341,11 @@ static void read_board(const struct request *r, struct mr_config *config,
         error_set(fatal, MR_USAGE,
                   "%s is not fitted: the configuration of %s; see matrig board config", r->word,
                   r->serial);
-    guide_user(r, dialogue, config, points);
+    guide_calibration(r, dialogue, config, points);
     dialogue_close(dialogue);
 }
 
-static int calibrate(struct request *r)
+static int run_calibration(struct request *r)
 {
     static struct mr_config config;
     static struct calibrate_points points;
@@ -380,7 +383,7 @@ static void enter_certificate(const struct request *r)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
     certificates_parse(r->certificate, &row, fatal);
-    struct store *store = program_campaign(r->db, STORE_OPEN);
+    struct store *store = program_open_campaign(r->db, STORE_OPEN);
     store_board_newest(store, row.board_uid, fatal);
     if (!row.board_uid[0])
         error_set(fatal, MR_UNKNOWN, "the campaign has no board yet: %s; run matrig ready DB first",
@@ -424,17 +427,17 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
     return values;
 }
 
-static int recompute(struct request *r)
+static int recompute_landings(struct request *r)
 {
     static struct mr_config config;
     struct store_landing *rows = NULL;
     size_t count = 0, landings = 0;
     json_t *list = json_array();
-    const struct store_recalibration how = {(int64_t)link_now_us(), annotation_who(r->who),
+    const struct store_recalibration how = {(int64_t)link_now_us(), annotation_author(r->who),
                                             r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
     /* One transaction: all landings or none. */
-    struct store *store = program_campaign(r->word, STORE_OPEN);
+    struct store *store = program_open_campaign(r->word, STORE_OPEN);
     store_run_find(store, &r->run, fatal);
     store_begin(store, fatal);
     store_landings(store, &rows, &count, fatal);
@@ -499,7 +502,7 @@ static void read_known(struct request *r)
               most, unit_text(r), r->known_text, unit_text(r));
 }
 
-static void check(struct request *r)
+static void check_request(struct request *r)
 {
     struct mr_channel_config room;
     if (r->recompute) {
@@ -549,13 +552,13 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
-    check(&r);
+    check_request(&r);
     /* checked first: the measurement can take half an hour */
     output_check_new(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)
-        return recompute(&r);
-    int code = r.serial || r.points ? calibrate(&r) : 0;
+        return recompute_landings(&r);
+    int code = r.serial || r.points ? run_calibration(&r) : 0;
     if (r.certificate)
         enter_certificate(&r);
     return code;
@@ -581,7 +584,7 @@ static const struct command_part parts[] = {
         "--known", "E", known_text,
         "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
     OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
-    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
+    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, DEVIATION_MAX_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
                   "values; default: {standard}. If a point deviates more, nothing is written, and "
                   "the output names the point that is probably wrong"),

@@ -87,8 +87,8 @@ static void write_csv(const struct request *request, const struct compare_landin
 }
 
 /* A failed limit is reported as an error after the answer. */
-static int conclude(const struct compare_verdict *verdict, struct answer *answer,
-                    const struct cli *cli)
+static int print_verdict(const struct compare_verdict *verdict, struct answer *answer,
+                         const struct cli *cli)
 {
     struct error error = {0};
     int exit_code = answer_show(cli, answer, 0);
@@ -117,10 +117,10 @@ static int compare_one(struct store *store, const struct request *request,
         compare_add_brief(&landing.figures, &verdict, answer);
     measured_print_excluded(&landing.measured, cli);
     compare_landing_free(&landing);
-    return conclude(&verdict, answer, cli);
+    return print_verdict(&verdict, answer, cli);
 }
 
-static void progress(void *ctx, size_t done, size_t of)
+static void show_progress(void *ctx, size_t done, size_t of)
 {
     const struct cli *cli = ctx;
     if (!cli->quiet && cli_can_draw())
@@ -133,12 +133,12 @@ static int compare_many(struct store *store, const struct request *request,
     struct compare_series set;
     struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
-    compare_series_run(store, request->series, model, progress, &for_progress, &set, fatal);
+    compare_series_run(store, request->series, model, show_progress, &for_progress, &set, fatal);
     compare_series_judge(&set, &request->limits);
     compare_series_to_answer(&set, answer);
     struct compare_verdict verdict = set.verdict;
     compare_series_free(&set);
-    return conclude(&verdict, answer, cli);
+    return print_verdict(&verdict, answer, cli);
 }
 
 static int compare_command(int argc, char **argv, const struct cli *cli)
@@ -149,7 +149,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct error cannot = {0};
     bool stored = access(request.db, F_OK) != 0 ||
                   store_place_to_write(request.db, &cannot) == MR_OK;
-    struct store *store = program_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
+    struct store *store = program_open_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
     store_run_find(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
     model.not_stored = !stored;

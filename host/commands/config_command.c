@@ -12,7 +12,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 
-#define LISTEN_S 2.0 /* a board sends a hello once a second */
+#define BASE_SEARCH_S 2.0 /* a board sends a hello once a second */
 
 struct request {
     const struct cli *cli;
@@ -22,7 +22,7 @@ struct request {
 
 struct session {
     struct dialogue *dialogue;
-    struct config_client talk;
+    struct config_client client;
     struct mr_config config; /* in force */
     uint32_t crc;
 };
@@ -46,7 +46,7 @@ static void note_damage(const struct cli *cli, const struct mr_config_state *sta
 }
 
 /* Older firmware accepts configurations that are refused today. */
-static void note_unsound(const struct cli *cli, const struct mr_config *config)
+static void note_invalid(const struct cli *cli, const struct mr_config *config)
 {
     struct mr_config_reason reason;
     char why[500];
@@ -62,23 +62,23 @@ static void open_session(const struct request *request, struct session *session)
     /* with both links, CAN only serves to listen */
     session->dialogue = dialogue_open_for_command(request->serial ? NULL : request->can,
                                                   request->serial);
-    config_client_begin(&session->talk, session->dialogue, fatal);
-    config_client_get(&session->talk, &session->config, &session->crc, fatal);
+    config_client_begin(&session->client, session->dialogue, fatal);
+    config_client_get(&session->client, &session->config, &session->crc, fatal);
 }
 
-static int get(const struct request *request)
+static int run_get(const struct request *request)
 {
     static struct session session;
     int exit_code = 0;
     output_check_new(request->output, request->force, fatal);
     output_check(request->output, NULL, fatal);
     open_session(request, &session);
-    const struct mr_config_state *state = &session.talk.state;
+    const struct mr_config_state *state = &session.client.state;
     char *text = config_text_write(&session.config);
     if (request->output)
         output_write_bytes(request->output, text, strlen(text), fatal);
     note_damage(request->cli, state);
-    note_unsound(request->cli, &session.config);
+    note_invalid(request->cli, &session.config);
     if (request->cli->json)
         exit_code = cli_print_json(
             json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
@@ -111,14 +111,14 @@ static void show_changes(const json_t *changes)
 }
 
 /* Sends `wanted` and verifies it by reading it back. */
-static enum mr_status change(struct session *session, const struct mr_config *wanted,
-                             struct error *error)
+static enum mr_status send_configuration(struct session *session, const struct mr_config *wanted,
+                                         struct error *error)
 {
     static struct mr_config back;
     static uint8_t image[MR_CONFIG_IMAGE];
     uint32_t crc;
-    enum mr_status status = config_client_set(&session->talk, wanted, error)
-                              ?: config_client_get(&session->talk, &back, &crc, error);
+    enum mr_status status = config_client_set(&session->client, wanted, error)
+                              ?: config_client_get(&session->client, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
                          "the configuration read back (CRC %08x) differs from the one sent: %s; "
@@ -129,8 +129,8 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
 }
 
 /* Compares each gain with the board's: refuses a jump unless --force is given. */
-static void hold_gains(const struct request *request, const struct mr_config *old,
-                       const struct mr_config *new)
+static void check_gain_changes(const struct request *request, const struct mr_config *old,
+                               const struct mr_config *new)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         char name[8], what[JUMP_TEXT_SIZE];
@@ -151,7 +151,7 @@ static void hold_gains(const struct request *request, const struct mr_config *ol
 /* True: a board sends a hello at this base. */
 static bool responds_at(struct link *link, uint16_t base)
 {
-    const double until_s = monotonic_s() + LISTEN_S;
+    const double until_s = monotonic_s() + BASE_SEARCH_S;
     struct link_frame frame;
     struct mr_message message;
     struct error error = {0};
@@ -202,7 +202,7 @@ static void link_at_base(const struct request *request, uint16_t base, char out[
     snprintf(out, LINK_SPEC_SIZE, "%s,base=0x%03x", spec, base);
 }
 
-static int set(const struct request *request)
+static int run_set(const struct request *request)
 {
     static struct session session;
     static struct mr_config wanted;
@@ -224,7 +224,7 @@ static int set(const struct request *request)
     char at_base[LINK_SPEC_SIZE];
     link_at_base(request, base, at_base);
     if (count)
-        hold_gains(request, &session.config, &wanted);
+        check_gain_changes(request, &session.config, &wanted);
     if (moves)
         find_base(request, &session, base);
     if (count) {
@@ -232,7 +232,7 @@ static int set(const struct request *request)
         if (!request->cli->json)
             show_changes(changes);
         fflush(stdout);
-        enum mr_status status = change(&session, &wanted, &error);
+        enum mr_status status = send_configuration(&session, &wanted, &error);
         if (status == MR_TIMEOUT && moves && !request->serial)
             cli_note(request->cli, "the board may be at its new base already: %s", at_base);
         if (status != MR_OK)
@@ -254,7 +254,7 @@ static int set(const struct request *request)
     return exit_code;
 }
 
-static int check(const struct request *request)
+static int run_check(const struct request *request)
 {
     static struct mr_config config;
     static uint8_t image[MR_CONFIG_IMAGE];
@@ -295,7 +295,7 @@ static int config_command(int argc, char **argv, const struct cli *cli)
                   verb);
     if (is_check && (request.can || request.serial))
         error_set(fatal, MR_USAGE, "config check needs no board: leave out --can and --serial");
-    return is_get ? get(&request) : is_set ? set(&request) : check(&request);
+    return is_get ? run_get(&request) : is_set ? run_set(&request) : run_check(&request);
 }
 
 #define VALUES struct request

@@ -27,7 +27,7 @@
 #include "host/survey/survey.h"
 
 /* key and description of each step */
-#define DAY_STEPS_EACH(X)                                                    \
+#define DAY_STEP_TABLE(X)                                                    \
     X(LOOK, look, "inspect the mat after the landing and note observations") \
     X(SERIES, series, "name the series of landings")                         \
     X(CALIBRATE, calibrate, "calibrate the channels that are due")           \
@@ -39,7 +39,7 @@
 
 enum day_step {
 #define DAY_STEP(NAME, key, text) DAY_##NAME,
-    DAY_STEPS_EACH(DAY_STEP)
+    DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
         DAY_STEPS
 };
@@ -52,12 +52,12 @@ struct day_facts {
     char series[80];            /* name of the newest series; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
-    int state;     /* enum mr_landing_state */
-    bool noted;    /* the landing has a note */
-    int64_t today; /* landings armed since midnight, local time */
+    int state;      /* enum mr_landing_state */
+    bool has_notes; /* the landing has a note */
+    int64_t today;  /* landings armed since midnight, local time */
     /* the newest survey; 0: none */
     int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
-    size_t survey_read, survey_of;
+    size_t survey_read, survey_items;
     char edges[16];
     int64_t loaded_us; /* when the survey was loaded into a board; 0: never */
     /* the newest advice since the newest landing; 0: none */
@@ -65,7 +65,7 @@ struct day_facts {
     char advice[8];
     /* the newest check by `matrig ready` in the last 12 h; 0: none */
     int64_t ready_us;
-    bool go, calibration_due;
+    bool is_go, calibration_due;
     char no_go[200]; /* reason of the first no-go; a due calibration takes precedence */
     /* a log is running, since logging_since_us */
     bool logging;
@@ -83,7 +83,7 @@ struct day_plan {
 
 /* ---- facts ---- */
 
-static int64_t midnight_us(int64_t now_us)
+static int64_t local_midnight_us(int64_t now_us)
 {
     time_t s = (time_t)(now_us / 1000000);
     struct tm day;
@@ -115,14 +115,14 @@ static void read_landings(struct store *store, struct day_facts *f)
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT];
     store_day_newest(store, &f->run, fatal);
-    store_day_count(store, midnight_us(f->now_us), &f->today, fatal);
+    store_day_count(store, local_midnight_us(f->now_us), &f->today, fatal);
     if (!f->run)
         return;
     store_landing_get(store, f->run, &landing, fatal);
     store_change_get(store, f->run, "note", note, NULL, fatal);
     f->armed_us = landing.armed_us;
     f->state = (int)landing.state;
-    f->noted = note[0] != '\0';
+    f->has_notes = note[0] != '\0';
 }
 
 static void read_series(struct store *store, struct day_facts *f)
@@ -149,7 +149,7 @@ static void read_survey(struct store *store, struct day_facts *f)
         memcpy(f->edges, row->edges, sizeof f->edges);
         survey_get(store, row->id, survey, fatal);
         f->survey_read = survey_desk_count_read(&survey->desk);
-        f->survey_of = survey->desk.plan.count;
+        f->survey_items = survey->desk.plan.count;
         store_gage_loaded(store, row->id, &f->loaded_us, fatal);
         free(survey);
     }
@@ -201,8 +201,8 @@ static void read_ready(struct store *store, struct day_facts *f)
     if (!found)
         return;
     f->ready_us = row.made_us;
-    f->go = strcmp(row.verdict, "go") == 0;
-    if (!f->go)
+    f->is_go = strcmp(row.verdict, "go") == 0;
+    if (!f->is_go)
         read_checks(row.checks, f);
     free(row.checks);
 }
@@ -235,7 +235,7 @@ static const struct {
     const char *key, *text;
 } step_words[DAY_STEPS] = {
 #define DAY_STEP(NAME, key, text) [DAY_##NAME] = {#key, text},
-    DAY_STEPS_EACH(DAY_STEP)
+    DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
 };
 
@@ -251,9 +251,9 @@ static const char *state_text(enum day_state state)
 
 /* Writes the reason of a step and returns its state. Earlier steps are considered later, in the
  * plan. */
-static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
+static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-static enum day_state because(char reason[240], enum day_state state, const char *format, ...)
+static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -271,7 +271,7 @@ static const char *clock_text(int64_t us, char out[9])
     return out;
 }
 
-static bool is_going_on(const struct day_facts *f)
+static bool is_landing_in_progress(const struct day_facts *f)
 {
     return f->run && (f->state == MR_LANDING_ARMED || f->state == MR_LANDING_LANDING ||
                       f->state == MR_LANDING_SETTLING);
@@ -280,32 +280,33 @@ static bool is_going_on(const struct day_facts *f)
 static enum day_state look_state(const struct day_facts *f, char reason[240])
 {
     if (!f->run)
-        return because(reason, DAY_NOT_NEEDED, "no landing yet");
-    if (f->noted)
-        return because(reason, DAY_DONE, "RUN %lld has a note", (long long)f->run);
-    if (f->logging && is_going_on(f))
-        return because(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
-    if (is_going_on(f))
-        return because(reason, DAY_NEXT,
-                       "RUN %lld was cut off while it was %s: matrig board list shows whether the "
-                       "board has the rest",
-                       (long long)f->run, mr_landing_state_text((uint8_t)f->state));
-    return because(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
+        return set_reason(reason, DAY_NOT_NEEDED, "no landing yet");
+    if (f->has_notes)
+        return set_reason(reason, DAY_DONE, "RUN %lld has a note", (long long)f->run);
+    if (f->logging && is_landing_in_progress(f))
+        return set_reason(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
+    if (is_landing_in_progress(f))
+        return set_reason(
+            reason, DAY_NEXT,
+            "RUN %lld was cut off while it was %s: matrig board list shows whether the "
+            "board has the rest",
+            (long long)f->run, mr_landing_state_text((uint8_t)f->state));
+    return set_reason(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
 
 static enum day_state series_state(const struct day_facts *f, char reason[240])
 {
-    return f->series[0] ? because(reason, DAY_DONE, "%.80s", f->series)
-                        : because(reason, DAY_NEXT, "the campaign has no series");
+    return f->series[0] ? set_reason(reason, DAY_DONE, "%.80s", f->series)
+                        : set_reason(reason, DAY_NEXT, "the campaign has no series");
 }
 
 static enum day_state calibrate_state(const struct day_facts *f, char reason[240])
 {
     if (f->calibration_due && f->calibrated_us < f->ready_us)
-        return because(reason, DAY_NEXT, "%.200s", f->no_go);
+        return set_reason(reason, DAY_NEXT, "%.200s", f->no_go);
     return f->calibrated_us
-             ? because(reason, DAY_DONE, "calibrated since the last check")
-             : because(reason, DAY_NOT_NEEDED, "matrig ready reports when a calibration is due");
+             ? set_reason(reason, DAY_DONE, "calibrated since the last check")
+             : set_reason(reason, DAY_NOT_NEEDED, "matrig ready reports when a calibration is due");
 }
 
 static bool is_surveyed(const struct day_facts *f)
@@ -317,34 +318,34 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     if (f->survey && f->survey_ended_us == STORE_NONE)
-        return because(reason, DAY_NEXT, "survey %lld is not finished: %zu of %zu points read",
-                       (long long)f->survey, f->survey_read, f->survey_of);
+        return set_reason(reason, DAY_NEXT, "survey %lld is not finished: %zu of %zu points read",
+                          (long long)f->survey, f->survey_read, f->survey_items);
     if (is_surveyed(f))
-        return because(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
-                       clock_text(f->survey_ended_us, at));
-    return f->run ? because(reason, DAY_NEXT, "the mat has not been surveyed since RUN %lld",
-                            (long long)f->run)
-                  : because(reason, DAY_NEXT, "the mat has not been surveyed yet");
+        return set_reason(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
+                          clock_text(f->survey_ended_us, at));
+    return f->run ? set_reason(reason, DAY_NEXT, "the mat has not been surveyed since RUN %lld",
+                               (long long)f->run)
+                  : set_reason(reason, DAY_NEXT, "the mat has not been surveyed yet");
 }
 
 static enum day_state load_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     if (!is_surveyed(f) && f->skipped[DAY_SURVEY])
-        return because(reason, DAY_NOT_NEEDED, "no survey to load");
+        return set_reason(reason, DAY_NOT_NEEDED, "no survey to load");
     if (is_surveyed(f) && f->loaded_us)
-        return because(reason, DAY_DONE, "the board has survey %lld, since %s",
-                       (long long)f->survey, clock_text(f->loaded_us, at));
-    return because(reason, DAY_NEXT, "the survey is not loaded into the board");
+        return set_reason(reason, DAY_DONE, "the board has survey %lld, since %s",
+                          (long long)f->survey, clock_text(f->loaded_us, at));
+    return set_reason(reason, DAY_NEXT, "the survey is not loaded into the board");
 }
 
 static enum day_state advise_state(const struct day_facts *f, char reason[240])
 {
     if (!f->run)
-        return because(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
+        return set_reason(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
     if (f->advised_us && (!is_surveyed(f) || f->advised_us > f->survey_ended_us))
-        return because(reason, DAY_DONE, "%s", f->advice);
-    return because(reason, DAY_NEXT, "no advice on how hard to brake yet");
+        return set_reason(reason, DAY_DONE, "%s", f->advice);
+    return set_reason(reason, DAY_NEXT, "no advice on how hard to brake yet");
 }
 
 static enum day_state ready_state(const struct day_facts *f, char reason[240])
@@ -353,37 +354,37 @@ static enum day_state ready_state(const struct day_facts *f, char reason[240])
     bool old = f->ready_us < f->armed_us || f->ready_us < f->calibrated_us ||
                (is_surveyed(f) && f->ready_us < f->loaded_us);
     if (!f->ready_us)
-        return because(reason, DAY_NEXT, "board and sensors have not been checked yet");
+        return set_reason(reason, DAY_NEXT, "board and sensors have not been checked yet");
     clock_text(f->ready_us, at);
     if (old)
-        return because(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
-                       f->ready_us < f->armed_us        ? "the last landing"
-                       : f->ready_us < f->calibrated_us ? "the calibration"
-                                                        : "the loaded survey");
-    return f->go ? because(reason, DAY_DONE, "go, at %s", at)
-                 : because(reason, DAY_NEXT, "no-go at %s: %.180s", at, f->no_go);
+        return set_reason(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
+                          f->ready_us < f->armed_us        ? "the last landing"
+                          : f->ready_us < f->calibrated_us ? "the calibration"
+                                                           : "the loaded survey");
+    return f->is_go ? set_reason(reason, DAY_DONE, "go, at %s", at)
+                    : set_reason(reason, DAY_NEXT, "no-go at %s: %.180s", at, f->no_go);
 }
 
 static enum day_state land_state(const struct day_facts *f, char reason[240])
 {
     long long run = (long long)f->run;
     if (!f->logging)
-        return because(reason, DAY_NEXT, "start the log in another terminal");
-    if (is_going_on(f))
-        return because(reason, DAY_NEXT, "RUN %lld: %s", run,
-                       mr_landing_state_text((uint8_t)f->state));
+        return set_reason(reason, DAY_NEXT, "start the log in another terminal");
+    if (is_landing_in_progress(f))
+        return set_reason(reason, DAY_NEXT, "RUN %lld: %s", run,
+                          mr_landing_state_text((uint8_t)f->state));
     if (f->run && f->armed_us >= f->logging_since_us)
-        return because(reason, DAY_NEXT,
-                       "RUN %lld is recorded: end the log (Ctrl-C in its terminal)", run);
-    return because(reason, DAY_NEXT,
-                   "the log is running, but nothing is armed: type arm in its terminal");
+        return set_reason(reason, DAY_NEXT,
+                          "RUN %lld is recorded: end the log (Ctrl-C in its terminal)", run);
+    return set_reason(reason, DAY_NEXT,
+                      "the log is running, but nothing is armed: type arm in its terminal");
 }
 
 static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
 {
     static enum day_state (*const of[DAY_STEPS])(const struct day_facts *, char[240]) = {
 #define DAY_STEP(NAME, key, text) [DAY_##NAME] = key##_state,
-        DAY_STEPS_EACH(DAY_STEP)
+        DAY_STEP_TABLE(DAY_STEP)
 #undef DAY_STEP
     };
     bool found = false;
@@ -402,7 +403,7 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
         else
             plan->next = step;
         if (found && step == DAY_LAND)
-            because(plan->reason[step], DAY_LATER, "after all steps above");
+            set_reason(plan->reason[step], DAY_LATER, "after all steps above");
         found = true;
     }
 }
@@ -428,7 +429,7 @@ struct day {
 };
 
 /* A command line of matrig. The caller owns the texts. */
-struct line {
+struct command_line {
     const char *words[WORDS]; /* [0]: the program */
     size_t count;
 };
@@ -443,7 +444,7 @@ static void read_all_facts(struct day *day)
 
 /* Reads a line without surrounding blanks. False: end of input. stdin is unbuffered, so a
  * command that the day starts can read the rest of the input. */
-static bool ask(const char *question, char *line, size_t size)
+static bool ask_user(const char *question, char *line, size_t size)
 {
     bool whole;
     do {
@@ -474,30 +475,30 @@ static void print_error(struct day *day)
 
 /* ---- commands ---- */
 
-static void add(struct line *line, const char *word)
+static void add_word(struct command_line *line, const char *word)
 {
     if (line->count + 1 < WORDS)
         line->words[line->count++] = word;
 }
 
 /* Adds "--serial X"; adds nothing for an empty value. */
-static void add_option(struct line *line, const char *option, const char *value)
+static void add_option(struct command_line *line, const char *option, const char *value)
 {
     if (value && value[0]) {
-        add(line, option);
-        add(line, value);
+        add_word(line, option);
+        add_word(line, value);
     }
 }
 
-static struct line line_of(const char *command, const char *word)
+static struct command_line make_line(const char *command, const char *word)
 {
     static char program[4096];
     data_dir_program_path(program, sizeof program);
-    return (struct line){.words = {program, command, word}, .count = word ? 3 : 2};
+    return (struct command_line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 
 /* The command line as a person would type it; the caller frees the text. */
-static char *line_text(const struct line *line)
+static char *line_text(const struct command_line *line)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                 "0123456789_@%+=:,./-";
@@ -524,7 +525,7 @@ static void ignore_signal(int number)
 
 /* Runs a command at this terminal until it ends. Ctrl-C ends the command, not the day. True:
  * success. */
-static bool run(struct day *day, const struct line *line)
+static bool run_line(struct day *day, const struct command_line *line)
 {
     static const int streams[3] = {-1, -1, -1};
     /* A handler, because a command would inherit SIG_IGN. */
@@ -550,7 +551,7 @@ static bool run(struct day *day, const struct line *line)
 }
 
 /* The command line of a step. False: the step asks questions first, or runs several commands. */
-static bool line_of_step(const struct day *day, enum day_step step, struct line *line)
+static bool make_step_line(const struct day *day, enum day_step step, struct command_line *line)
 {
     static char landing[24], page[4200];
     const struct day_facts *f = &day->facts;
@@ -558,31 +559,31 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
     switch (step) {
     case DAY_LOOK:
         snprintf(landing, sizeof landing, "%lld", (long long)f->run);
-        *line = line_of("show", db);
-        add(line, landing);
+        *line = make_line("show", db);
+        add_word(line, landing);
         return true;
     case DAY_SURVEY: /* with the edges of the last survey */
-        *line = line_of("survey", db);
+        *line = make_line("survey", db);
         add_option(line, "--edges", f->edges);
         return true;
     case DAY_LOAD:
-        *line = line_of("survey", db);
+        *line = make_line("survey", db);
         add_option(line, "--load", f->serial);
         return true;
     case DAY_ADVISE:
-        *line = line_of("advise", db);
-        add(line, "--keep");
-        add(line, "--load");
+        *line = make_line("advise", db);
+        add_word(line, "--keep");
+        add_word(line, "--load");
         add_option(line, "--serial", f->serial);
         return true;
     case DAY_READY:
-        *line = line_of("ready", db);
+        *line = make_line("ready", db);
         add_option(line, "--serial", f->serial);
         add_option(line, "--can", can);
         return true;
     case DAY_LAND:
         snprintf(page, sizeof page, "%s-landing.html", db);
-        *line = line_of("log", NULL);
+        *line = make_line("log", NULL);
         add_option(line, "--serial", f->serial);
         add_option(line, "--can", can);
         add_option(line, "--db", db);
@@ -595,7 +596,7 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
 /* ---- steps ---- */
 
 /* Checks and copies a complete LINK. False: not valid. */
-static bool take_link(struct day *day, const char *given, enum link_kind kind, char into[200])
+static bool ask_link(struct day *day, const char *given, enum link_kind kind, char into[200])
 {
     bool none = strcmp(given, NO_CAN) == 0 && kind == LINK_CAN;
     if (!none && link_check(given, &day->error) != MR_OK)
@@ -609,21 +610,21 @@ static bool take_link(struct day *day, const char *given, enum link_kind kind, c
     return true;
 }
 
-static bool have_links(struct day *day)
+static bool ask_missing_links(struct day *day)
 {
     struct day_facts *f = &day->facts;
     char text[200];
     if (!f->serial[0] &&
-        (!ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
-         !text[0] || !take_link(day, text, LINK_SERIAL, f->serial)))
+        (!ask_user("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
+         !text[0] || !ask_link(day, text, LINK_SERIAL, f->serial)))
         return false;
     return f->can[0] ||
-           (ask("the board's CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
-            take_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
+           (ask_user("the board's CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
+            ask_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
 /* Asks for the operator once a day. Commands that the day starts read the name from USER. */
-static bool find_operator(struct day *day)
+static bool ask_operator(struct day *day)
 {
     char question[140], name[64];
     struct store_series *rows = NULL;
@@ -631,13 +632,13 @@ static bool find_operator(struct day *day)
     if (day->operator_known)
         return true;
     store_series_all(day->store, &rows, &count, fatal);
-    if (count && rows[count - 1].made_us >= midnight_us(day->facts.now_us))
+    if (count && rows[count - 1].made_us >= local_midnight_us(day->facts.now_us))
         snprintf(name, sizeof name, "%.63s", rows[count - 1].who);
     else
         name[0] = '\0';
     free(rows);
-    snprintf(question, sizeof question, "operator (Enter: %.60s): ", annotation_who(NULL));
-    if (!name[0] && !ask(question, name, sizeof name))
+    snprintf(question, sizeof question, "operator (Enter: %.60s): ", annotation_author(NULL));
+    if (!name[0] && !ask_user(question, name, sizeof name))
         return false;
     if (name[0])
         setenv("USER", name, 1);
@@ -646,7 +647,7 @@ static bool find_operator(struct day *day)
 }
 
 /* Takes the weight from an earlier landing of the day; otherwise asks for the weight once. */
-static bool find_weight(struct day *day)
+static bool ask_weight(struct day *day)
 {
     struct store_landing landing;
     char weight[STORE_JOURNAL_TEXT] = "", run_text[24], correction[STORE_JOURNAL_TEXT + 20];
@@ -657,49 +658,49 @@ static bool find_weight(struct day *day)
     while (!weight[0] && --run_number > 0) {
         struct error none = {0};
         if (store_landing_get(day->store, run_number, &landing, &none) != MR_OK ||
-            landing.armed_us < midnight_us(day->facts.now_us))
+            landing.armed_us < local_midnight_us(day->facts.now_us))
             break;
         store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     }
     if (!weight[0] && !day->weight_asked &&
-        !ask("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ", weight,
-             40))
+        !ask_user("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ",
+                  weight, 40))
         return false;
     day->weight_asked = true;
     if (!weight[0])
         return true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     snprintf(correction, sizeof correction, "weight_lb=%s", weight);
-    struct line line = line_of("landing", day->r.db);
-    add(&line, run_text);
+    struct command_line line = make_line("landing", day->r.db);
+    add_word(&line, run_text);
     add_option(&line, "--correct", correction);
     add_option(&line, "--reason", "weight of the day");
-    run(day, &line);
+    run_line(day, &line);
     return true;
 }
 
 /* Asks for the station and the number of panels of each wave: the report needs both as ground
  * truth. */
-static bool note_waves(struct day *day)
+static bool ask_waves(struct day *day)
 {
     char run_text[24], station[40], panels[40];
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     for (;;) {
-        if (!ask("station of a wave in the mat, ft (Enter: none, or no more): ", station,
-                 sizeof station))
+        if (!ask_user("station of a wave in the mat, ft (Enter: none, or no more): ", station,
+                      sizeof station))
             return false;
         if (!station[0])
             return true;
-        if (!ask("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
-                 "counted): ",
-                 panels, sizeof panels))
+        if (!ask_user("number of panels in the wave (2: a wave that the gear can cross; Enter: not "
+                      "counted): ",
+                      panels, sizeof panels))
             return false;
-        struct line line = line_of("landing", day->r.db);
-        add(&line, run_text);
+        struct command_line line = make_line("landing", day->r.db);
+        add_word(&line, run_text);
         add_option(&line, "--observe", "wave");
         add_option(&line, "--station", station);
         add_option(&line, "--panels", panels);
-        run(day, &line);
+        run_line(day, &line);
     }
 }
 
@@ -710,12 +711,12 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
 {
     static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
-    struct line line = line_of("record", day->r.db);
+    struct command_line line = make_line("record", day->r.db);
     json_t *values = json_object();
     bool goes_on = true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
-    add(&line, kind->name);
-    add(&line, run_text);
+    add_word(&line, kind->name);
+    add_word(&line, run_text);
     for (size_t f = 0; f < kind->fields && goes_on; f++) {
         const struct inspection_field *field = &kind->field[f];
         const char *unit = inspection_unit(field, false);
@@ -730,22 +731,22 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
                                           : "none");
         do {
             print_error(day);
-            goes_on = ask(question, value, sizeof value);
+            goes_on = ask_user(question, value, sizeof value);
             snprintf(word[f], sizeof word[f], "%s=%s", field->name, value[0] ? value : was);
         } while (goes_on && inspection_read(kind, word[f], values, &day->error) != MR_OK);
         free(question);
         goes_on &= !(ends && !value[0]);
         if (value[0] || was[0])
-            add(&line, word[f]);
+            add_word(&line, word[f]);
     }
     json_decref(values);
     if (goes_on)
-        run(day, &line);
+        run_line(day, &line);
     return goes_on;
 }
 
 /* Of the kinds that the campaign has records of. */
-static void note_records(struct day *day)
+static void ask_records(struct day *day)
 {
     struct inspections all;
     inspection_load(day->store, &all, fatal);
@@ -761,84 +762,85 @@ static void note_records(struct day *day)
     inspection_free(&all);
 }
 
-static void look(struct day *day)
+static void run_note_step(struct day *day)
 {
-    struct line line;
+    struct command_line line;
     struct store_change note = {.run = day->facts.run, .field = "note"};
     if (!day->facts.run)
         return;
-    line_of_step(day, DAY_LOOK, &line);
-    run(day, &line);
-    if (!find_operator(day) || !find_weight(day) || !note_waves(day))
+    make_step_line(day, DAY_LOOK, &line);
+    run_line(day, &line);
+    if (!ask_operator(day) || !ask_weight(day) || !ask_waves(day))
         return;
-    note_records(day);
-    if (!ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
+    ask_records(day);
+    if (!ask_user("other observations (Enter: no note): ", note.value, sizeof note.value) ||
         !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();
-    annotation_copy(note.who, sizeof note.who, annotation_who(NULL));
+    annotation_copy(note.who, sizeof note.who, annotation_author(NULL));
     store_change_add(day->store, &note, &day->error);
 }
 
-static void series(struct day *day)
+static void run_series_step(struct day *day)
 {
     struct store_series row = {.made_us = (int64_t)link_now_us()};
-    if (!ask("name for the series of landings (what is tested): ", row.name, sizeof row.name) ||
+    if (!ask_user("name for the series of landings (what is tested): ", row.name,
+                  sizeof row.name) ||
         !row.name[0] ||
-        !ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
-             sizeof row.runway) ||
-        !ask("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
-        !find_operator(day))
+        !ask_user("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
+                  sizeof row.runway) ||
+        !ask_user("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
+        !ask_operator(day))
         return;
-    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
+    annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     if (store_series_add(day->store, &row, &day->error) == MR_OK)
         printf("landings recorded from now on belong to the series\n");
 }
 
-static void calibrate(struct day *day)
+static void run_calibrate_step(struct day *day)
 {
     char channel[16], file[4200];
     if (day->facts.calibration_due)
         printf("%s\n", day->facts.no_go);
     snprintf(file, sizeof file, "%s-calibrated.cfg", day->r.db);
-    while (ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
-               sizeof channel) &&
+    while (ask_user("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
+                    sizeof channel) &&
            channel[0]) {
-        struct line line = line_of("calibrate", channel);
+        struct command_line line = make_line("calibrate", channel);
         remove(file);
         add_option(&line, "--serial", day->facts.serial);
         add_option(&line, "-o", file);
-        if (!run(day, &line))
+        if (!run_line(day, &line))
             continue;
-        line = line_of("board", NULL);
+        line = make_line("board", NULL);
         add_option(&line, "--serial", day->facts.serial);
-        add(&line, "config");
+        add_word(&line, "config");
         add_option(&line, "set", file);
         add_option(&line, "--db", day->r.db);
-        if (run(day, &line))
+        if (run_line(day, &line))
             day->facts.calibrated_us = (int64_t)link_now_us();
     }
 }
 
-static void advise(struct day *day)
+static void run_advise_step(struct day *day)
 {
-    struct line line;
+    struct command_line line;
     char speed[40], deceleration[40];
-    line_of_step(day, DAY_ADVISE, &line);
-    if (!ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
-             sizeof speed) ||
-        !ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
-             sizeof deceleration))
+    make_step_line(day, DAY_ADVISE, &line);
+    if (!ask_user("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
+                  sizeof speed) ||
+        !ask_user("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
+                  sizeof deceleration))
         return;
     add_option(&line, "--speed", speed);
     add_option(&line, "--deceleration", deceleration);
-    run(day, &line);
+    run_line(day, &line);
 }
 
-static void land(struct day *day)
+static void run_land_step(struct day *day)
 {
-    struct line line;
-    line_of_step(day, DAY_LAND, &line);
+    struct command_line line;
+    make_step_line(day, DAY_LAND, &line);
     char *text = line_text(&line);
     if (day->facts.logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
@@ -849,30 +851,30 @@ static void land(struct day *day)
     free(text);
 }
 
-static void take_step(struct day *day, enum day_step step)
+static void run_step(struct day *day, enum day_step step)
 {
-    struct line line;
+    struct command_line line;
     bool needs_links = step == DAY_CALIBRATE || step == DAY_LOAD || step == DAY_ADVISE ||
                        step == DAY_READY || step == DAY_LAND;
-    if (needs_links && !have_links(day))
+    if (needs_links && !ask_missing_links(day))
         return;
     switch (step) {
-    case DAY_LOOK: look(day); return;
-    case DAY_SERIES: series(day); return;
-    case DAY_CALIBRATE: calibrate(day); return;
-    case DAY_ADVISE: advise(day); return;
-    case DAY_LAND: land(day); return;
-    default: line_of_step(day, step, &line); run(day, &line);
+    case DAY_LOOK: run_note_step(day); return;
+    case DAY_SERIES: run_series_step(day); return;
+    case DAY_CALIBRATE: run_calibrate_step(day); return;
+    case DAY_ADVISE: run_advise_step(day); return;
+    case DAY_LAND: run_land_step(day); return;
+    default: make_step_line(day, step, &line); run_line(day, &line);
     }
 }
 
-static void report(struct day *day)
+static void write_report(struct day *day)
 {
     char page[4200];
-    struct line line = line_of("report", day->r.db);
+    struct command_line line = make_line("report", day->r.db);
     snprintf(page, sizeof page, "%s-report.html", day->r.db);
     add_option(&line, "-o", page);
-    run(day, &line);
+    run_line(day, &line);
 }
 
 /* ---- the checklist ---- */
@@ -881,51 +883,51 @@ static void print_list(const struct day *day)
 {
     const struct day_facts *f = &day->facts;
     const struct day_plan *plan = &day->plan;
-    struct line line;
+    struct command_line line;
     printf("\n%s: %lld landing%s today%s%s\n", day->r.db, (long long)f->today,
            f->today == 1 ? "" : "s", f->series[0] ? ", series " : "", f->series);
     for (enum day_step step = 0; step < DAY_STEPS; step++)
         printf("%c %d %-10s %-11s %s\n", step == plan->next ? '>' : ' ', (int)step + 1,
                step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
     printf("Enter: %s: %s\n", step_words[plan->next].key, step_words[plan->next].text);
-    if (line_of_step(day, plan->next, &line)) {
+    if (make_step_line(day, plan->next, &line)) {
         char *text = line_text(&line);
         printf("       %s\n", text);
         free(text);
     }
 }
 
-static int guide(struct day *day)
+static int run_day(struct day *day)
 {
     char key[8];
     for (;; read_all_facts(day)) {
         print_list(day);
-        if (!ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
-                 sizeof key) ||
+        if (!ask_user("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
+                      sizeof key) ||
             key[0] == 'q')
             break;
         read_all_facts(day); /* the prompt may have waited for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
-            take_step(day, (enum day_step)(key[0] - '1'));
+            run_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
-            take_step(day, day->plan.next);
+            run_step(day, day->plan.next);
         else if (key[0] == 's')
             day->facts.skipped[day->plan.next] = day->plan.next != DAY_LAND;
         else if (key[0] == 'r')
-            report(day);
+            write_report(day);
         print_error(day);
     }
     return 0;
 }
 
-static int show(const struct day *day)
+static int show_day(const struct day *day)
 {
-    struct line line;
+    struct command_line line;
     struct answer *answer = answer_new(false);
     answer_words(answer, "db", NULL, "%s", day->r.db);
     answer_words(answer, "next", NULL, "%s", step_words[day->plan.next].key);
     answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
-    char *text = line_of_step(day, day->plan.next, &line) ? line_text(&line) : NULL;
+    char *text = make_step_line(day, day->plan.next, &line) ? line_text(&line) : NULL;
     answer_words_or_none(answer, "command", NULL, text, NULL);
     free(text);
     answer_flag(answer, "logging", NULL, day->facts.logging);
@@ -950,7 +952,7 @@ static bool confirm_new_campaign(const char *db)
     if (stat(db, &there) == 0)
         return true;
     printf("%s does not exist. ", db);
-    return ask("Begin a new campaign? y: ", key, sizeof key) && key[0] == 'y';
+    return ask_user("Begin a new campaign? y: ", key, sizeof key) && key[0] == 'y';
 }
 
 static int day_command(int argc, char **argv, const struct cli *cli)
@@ -961,15 +963,15 @@ static int day_command(int argc, char **argv, const struct cli *cli)
     setvbuf(stdin, NULL, _IONBF, 0);
     if (!cli->json && !confirm_new_campaign(day.r.db))
         error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", day.r.db);
-    day.store = program_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
+    day.store = program_open_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
     if (day.r.serial)
-        take_link(&day, day.r.serial, LINK_SERIAL, day.facts.serial);
+        ask_link(&day, day.r.serial, LINK_SERIAL, day.facts.serial);
     if (day.r.can)
-        take_link(&day, day.r.can, LINK_CAN, day.facts.can);
+        ask_link(&day, day.r.can, LINK_CAN, day.facts.can);
     if (day.error.status != MR_OK)
         return cli_fail(&day.error);
     read_all_facts(&day);
-    return cli->json ? show(&day) : guide(&day);
+    return cli->json ? show_day(&day) : run_day(&day);
 }
 
 #define VALUES struct request

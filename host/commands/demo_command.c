@@ -28,7 +28,7 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
     const char *words[20] = {"sh",   script, r.folder ? r.folder : "matrig-demo",
                              matrig, board,  r.elf ? r.elf : image,
                              runs};
-    program_options(words + 7, cli);
+    program_read_options(words + 7, cli);
     fflush(NULL);
     execv("/bin/sh", (char **)words);
     error_set(&error, MR_IO, "cannot start /bin/sh: %s", strerror(errno));

@@ -18,7 +18,7 @@
 
 /* ---- csv ---- */
 
-static void csv_provenance(const struct measured *measured, bool si, FILE *out)
+static void write_csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_SIZE];
     const struct store_landing *landing = &measured->landing;
@@ -56,8 +56,9 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 
 /* Standard error for each channel (common/channels.h): of one reading at the peak, and of the
  * peak. */
-static void csv_errors(const struct measured *measured, const struct measured_channel **channels,
-                       size_t count, bool si, FILE *out)
+static void write_csv_errors(const struct measured *measured,
+                             const struct measured_channel **channels, size_t count, bool si,
+                             FILE *out)
 {
     fputs("# standard error of one reading at the peak, and of the peak (noise averaged):", out);
     for (size_t c = 0; c < count; c++) {
@@ -72,7 +73,7 @@ static void csv_errors(const struct measured *measured, const struct measured_ch
     fputc('\n', out);
 }
 
-static void csv_cell(FILE *out, double value, int digits)
+static void write_csv_cell(FILE *out, double value, int digits)
 {
     if (isnan(value))
         fputc(',', out);
@@ -80,20 +81,20 @@ static void csv_cell(FILE *out, double value, int digits)
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
-static void csv_row(const struct measured *measured, const struct measured_channel **channels,
-                    size_t count, size_t sample, bool si, FILE *out)
+static void write_csv_row(const struct measured *measured, const struct measured_channel **channels,
+                          size_t count, size_t sample, bool si, FILE *out)
 {
     char validity[MR_CHANNELS + 1], source[MR_CHANNELS + 1];
     double t_s = measured_time_s(measured, sample);
     double error_ft_s;
     double speed_ft_s = measured_speed_ft_s(measured, t_s, &error_ft_s);
     fprintf(out, "%.7f,%lld", t_s, (long long)(measured->first_block + (int64_t)sample));
-    csv_cell(out, measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor, 4);
-    csv_cell(out, speed_ft_s * unit_of(UNIT_SPEED, si)->factor, 4);
+    write_csv_cell(out, measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor, 4);
+    write_csv_cell(out, speed_ft_s * unit_of(UNIT_SPEED, si)->factor, 4);
     for (size_t c = 0; c < count; c++) {
         bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
         const struct unit *unit = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
-        csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
+        write_csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
         uint8_t v = channels[c]->validity[sample];
         validity[c] = (char)(v == MEASURED_LOST ? 'L' : v == MEASURED_NOT_VALID ? 'n' : '0' + v);
         source[c] = measured_source_letter((enum measured_source)channels[c]->source[sample]);
@@ -114,8 +115,8 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
                   "reading; export a different landing",
                   (long long)run, store_path(store));
     size_t count = measured_list_channels(&measured, channels);
-    csv_provenance(&measured, cli->si, out);
-    csv_errors(&measured, channels, count, cli->si, out);
+    write_csv_provenance(&measured, cli->si, out);
+    write_csv_errors(&measured, channels, count, cli->si, out);
     fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
             unit_of(UNIT_SPEED, cli->si)->suffix);
     for (size_t c = 0; c < count; c++) {
@@ -125,7 +126,7 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
     }
     fputs(",validity,source\n", out);
     for (size_t i = 0; i < measured.samples; i++)
-        csv_row(&measured, channels, count, i, cli->si, out);
+        write_csv_row(&measured, channels, count, i, cli->si, out);
     *rows = (long)measured.samples;
     measured_free(&measured);
 }
@@ -153,10 +154,10 @@ static void export_film(const struct measured *measured, const struct film *film
         const struct film_frame *frame = &film->frame[i];
         fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse,
                 frame->board_us / 1e6, frame->t_s);
-        csv_cell(out, frame->station_ft.value * station->factor, 5);
-        csv_cell(out, frame->station_ft.error * station->factor, 5);
-        csv_cell(out, frame->speed_ft_s.value * speed->factor, 4);
-        csv_cell(out, frame->speed_ft_s.error * speed->factor, 4);
+        write_csv_cell(out, frame->station_ft.value * station->factor, 5);
+        write_csv_cell(out, frame->station_ft.error * station->factor, 5);
+        write_csv_cell(out, frame->speed_ft_s.value * speed->factor, 4);
+        write_csv_cell(out, frame->speed_ft_s.error * speed->factor, 4);
         fputc('\n', out);
     }
 }
@@ -187,8 +188,8 @@ struct request {
 
 /* Builds the export in memory first, so that a failed export leaves the old file unchanged.
  * `store` is NULL for the message catalogue, which belongs to no landing. */
-static void write_out(struct store *store, int64_t run, const struct request *r,
-                      const struct cli *cli, long *rows)
+static void write_export(struct store *store, int64_t run, const struct request *r,
+                         const struct cli *cli, long *rows)
 {
     char *text = NULL;
     size_t length = 0;
@@ -209,7 +210,7 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
 }
 
 /* Format by file extension; NULL: none. */
-static const char *format_of(const char *path)
+static const char *find_format_of_path(const char *path)
 {
     static const char *const endings[][2] = {
         {".csv", "csv"},
@@ -227,7 +228,7 @@ static const char *format_of(const char *path)
 /* --format, or the file extension; refused if the two differ. Film frames are CSV as well. */
 static void find_format(struct request *r)
 {
-    const char *ending = format_of(r->path);
+    const char *ending = find_format_of_path(r->path);
     bool table = ending && strcmp(ending, "csv") == 0;
     if (!r->format)
         r->format = ending;
@@ -280,11 +281,11 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     if (!dbc) {
         run_parse(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);
-        store = program_campaign(words[0], STORE_READ);
+        store = program_open_campaign(words[0], STORE_READ);
         store_run_find(store, &run, fatal);
         store_landing_get(store, run, &landing, fatal);
     }
-    write_out(store, run, &r, cli, &rows);
+    write_export(store, run, &r, cli, &rows);
     if (cli->json)
         return cli_print_json(json_pack("{sssssosI}", "file", r.path, "format", r.format, "run",
                                         dbc ? json_null() : json_integer(run), "rows",

@@ -19,18 +19,18 @@
 #include "host/link/link.h"
 #include "host/link/tty.h"
 
-#define BAUD_LEAST    9600.0
-#define BAUD_MOST     460800.0
-#define HELLO_S       2.5 /* the board sends a hello once a second */
-#define HELLO_ASKED_S 6.0
-#define ORDER_S       3.0
-#define BOARD_S       1.0    /* sent after the hello; 1 s later by older firmware */
-#define RESTART_MS    200    /* 50 ms until the board resets, plus the reset */
-#define ROM_BAUD      115200 /* the highest rate that AN3155 guarantees */
-#define CHIP_TRIES    3u
-#define SAID_MAX      2048u
-#define WORDS_MAX     16u
-#define NOT_FOUND     127 /* exit code: program not found */
+#define BAUD_MIN            9600.0
+#define BAUD_MAX            460800.0
+#define HELLO_S             2.5 /* the board sends a hello once a second */
+#define HELLO_AFTER_RESET_S 6.0
+#define COMMAND_S           3.0
+#define BOARD_S             1.0    /* sent after the hello; 1 s later by older firmware */
+#define RESTART_MS          200    /* 50 ms until the board resets, plus the reset */
+#define ROM_BAUD            115200 /* the highest rate that AN3155 guarantees */
+#define CHIP_TRIES          3u
+#define OUTPUT_SIZE         2048u
+#define WORDS_MAX           16u
+#define NOT_FOUND           127 /* exit code: program not found */
 
 struct session {
     const struct cli *cli;
@@ -42,7 +42,7 @@ struct session {
     struct imagefile image;
     unsigned chip; /* id of the chip that the image is for */
     struct dialogue *dialogue;
-    bool same, runs;
+    bool same_image, firmware_runs;
 };
 
 /* ---- stm32flash ---- */
@@ -59,21 +59,21 @@ struct session {
  * ROM with the stack pointer and entry from 0x1FFF0000 (AN2606), like firmware/f407/board.c.
  *
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
-static const uint8_t detour[24] = {
+static const uint8_t rom_instructions[24] = {
     0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
     0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
 };
 
 struct part {
     const char *name;
-    uint32_t at; /* offset from MR_FLASH */
+    uint32_t address; /* offset from MR_FLASH */
     const uint8_t *bytes;
     size_t count;
     bool start; /* then start the program */
 };
 
 /* Shows the newest percentage in the output of stm32flash, such as `(42.00%)`. */
-static void show(const struct session *to, const char *part, const char *said)
+static void show_output(const struct session *to, const char *part, const char *said)
 {
     const char *percent = strrchr(said, '(');
     char *end;
@@ -83,23 +83,23 @@ static void show(const struct session *to, const char *part, const char *said)
 }
 
 /* Reads the output of stm32flash until it ends; keeps the newest part if there is too much. */
-static void listen(const struct session *to, int fd, const char *part, char said[SAID_MAX])
+static void read_output(const struct session *to, int fd, const char *part, char said[OUTPUT_SIZE])
 {
     size_t length = 0;
     ssize_t count;
     for (;;) {
-        if (length == SAID_MAX - 1) {
-            memmove(said, said + SAID_MAX / 2, length -= SAID_MAX / 2);
+        if (length == OUTPUT_SIZE - 1) {
+            memmove(said, said + OUTPUT_SIZE / 2, length -= OUTPUT_SIZE / 2);
             said[length] = '\0';
         }
-        if ((count = read(fd, said + length, SAID_MAX - 1 - length)) <= 0)
+        if ((count = read(fd, said + length, OUTPUT_SIZE - 1 - length)) <= 0)
             return;
         said[length += (size_t)count] = '\0';
-        show(to, part, said);
+        show_output(to, part, said);
     }
 }
 
-static void last_line(char *said, char line[120])
+static void copy_last_line(char *said, char line[120])
 {
     size_t end = strlen(said);
     while (end > 0 && strchr("\r\n ", said[end - 1]))
@@ -112,8 +112,8 @@ static void last_line(char *said, char line[120])
 
 /* Runs stm32flash with these arguments. MR_LIMIT: stm32flash failed; `said` has its output and
  * `error` is not set. */
-static enum mr_status run(const struct session *to, const char *const words[], const char *part,
-                          char said[SAID_MAX], struct error *error)
+static enum mr_status run_program(const struct session *to, const char *const words[],
+                                  const char *part, char said[OUTPUT_SIZE], struct error *error)
 {
     char baud[12];
     const char *all[WORDS_MAX] = {"stm32flash", "-m", to->pts ? "8n1" : "8e1", "-b", baud};
@@ -129,7 +129,7 @@ static enum mr_status run(const struct session *to, const char *const words[], c
         return error_set(error, MR_IO, "cannot create a pipe to stm32flash; close other programs");
     if (process_start(all, (const int[]){-1, ends[1], ends[1]}, &child, error) == MR_OK) {
         close(ends[1]);
-        listen(to, ends[0], part, said);
+        read_output(to, ends[0], part, said);
         waitpid(child, &status, 0);
     } else {
         close(ends[1]);
@@ -147,17 +147,18 @@ static enum mr_status run(const struct session *to, const char *const words[], c
 /* Id of the chip whose boot ROM answers. MR_TIMEOUT: no answer; MR_IO: stm32flash is missing. */
 static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, struct error *error)
 {
-    char said[SAID_MAX], why[120];
+    char said[OUTPUT_SIZE], why[120];
     /* The firmware may still be sending while it restarts, which can spoil the first try. */
     for (unsigned try = 0; try < CHIP_TRIES; try++) {
-        enum mr_status status = run(to, (const char *const[]){NULL}, "boot ROM", said, error);
+        enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", said,
+                                            error);
         const char *id = strstr(said, "Device ID");
         if (status == MR_OK && id && sscanf(id, "Device ID : %x", chip) == 1)
             return MR_OK;
         if (error->status != MR_OK)
             return error->status;
     }
-    last_line(said, why);
+    copy_last_line(said, why);
     return error_set(error, MR_TIMEOUT,
                      "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, "
                      "on USART1; power-cycle the board if an earlier attempt was interrupted",
@@ -167,18 +168,18 @@ static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, 
 static enum mr_status write_part(const struct session *to, const char *folder,
                                  const struct part *part, struct error *error)
 {
-    char path[TEMPORARY_FOLDER + 40], at[12], said[SAID_MAX], why[120];
+    char path[TEMPORARY_FOLDER + 40], at[12], said[OUTPUT_SIZE], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->start ? "-g" : NULL, at, NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
-    snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_FLASH + part->at));
+    snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_FLASH + part->address));
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(part->bytes, 1, part->count, file) == part->count;
     if (!file || fclose(file) != 0 || !written)
         return error_set(error, MR_IO, "cannot write: %s; free disk space there, or set TMPDIR",
                          path);
-    if (run(to, words, part->name, said, error) != MR_LIMIT)
+    if (run_program(to, words, part->name, said, error) != MR_LIMIT)
         return error->status;
-    last_line(said, why);
+    copy_last_line(said, why);
     return error_set(
         error, MR_IO,
         "stm32flash failed at the %s, %s: %s (%s); power-cycle the board and run the command "
@@ -187,11 +188,12 @@ static enum mr_status write_part(const struct session *to, const char *folder,
 }
 
 /* Finds the bytes of the image from `from` to the last one before `to`. False: none. */
-static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, struct part *part)
+static bool find_extent(const struct imagefile *image, uint32_t from, uint32_t to,
+                        struct part *part)
 {
     while (to > from && !image->is_given[to - 1])
         to--;
-    part->at = from;
+    part->address = from;
     part->bytes = image->bytes + from;
     part->count = to - from;
     return to > from;
@@ -202,14 +204,16 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 {
     static const char *const files[] = {"part.bin"};
     const struct imagefile *image = &to->image;
-    struct part first = {"jump to the boot ROM", 0, detour, sizeof detour, false};
+    struct part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
+                         false};
     struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
     char folder[TEMPORARY_FOLDER];
     enum mr_status status = temporary_folder_create(folder, "flash", error);
-    if (status == MR_OK && extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
+    if (status == MR_OK &&
+        find_extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
         status = write_part(to, folder, &first, error) ?: write_part(to, folder, &program, error);
     }
-    if (status == MR_OK && extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
+    if (status == MR_OK && find_extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
         status = write_part(to, folder, &vectors, error);
     temporary_folder_remove(folder, files, 1);
     return status;
@@ -217,10 +221,10 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 
 /* ---- into the boot ROM ---- */
 
-static void order_into_rom(struct session *session)
+static void enter_rom(struct session *session)
 {
     struct mr_ack ack;
-    const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
+    const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM, .answer_s = COMMAND_S};
     if (dialogue_send_command(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
         dialogue_set_no_answer_error(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
@@ -255,7 +259,7 @@ static bool receive_firmware(struct session *session, double within_s)
     return heard;
 }
 
-static const char *name_of(unsigned board)
+static const char *board_name(unsigned board)
 {
     const struct mr_board *known = mr_board_by_number(board);
     return known ? known->name : "a board unknown to this matrig";
@@ -272,7 +276,8 @@ static void check_board(struct session *session)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
                   "--force",
-                  name_of(identity->board), name_of(session->image.header.board), session->spec);
+                  board_name(identity->board), board_name(session->image.header.board),
+                  session->spec);
 }
 
 /* Identifies the running firmware, if any, and restarts it into the boot ROM. */
@@ -285,35 +290,35 @@ static void identify_firmware(struct session *session)
         return;
     }
     check_board(session);
-    session->same = session->image.has_header &&
-                    identity_is_running(&session->dialogue->identity, &session->image.header, why,
-                                        sizeof why);
-    if (session->same && !session->force)
+    session->same_image = session->image.has_header &&
+                          identity_is_running(&session->dialogue->identity, &session->image.header,
+                                              why, sizeof why);
+    if (session->same_image && !session->force)
         return;
-    if (!session->same && session->image.has_header)
+    if (!session->same_image && session->image.has_header)
         cli_note(session->cli, "flash: %s", why);
-    order_into_rom(session);
+    enter_rom(session);
 }
 
 /* ---- back to the firmware ---- */
 
-static void compare(struct session *session)
+static void compare_images(struct session *session)
 {
     char why[200];
-    if (!receive_firmware(session, HELLO_ASKED_S))
+    if (!receive_firmware(session, HELLO_AFTER_RESET_S))
         error_set(fatal, MR_TIMEOUT,
                   "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
                   "and reset the board",
                   session->spec);
-    session->runs = identity_is_running(&session->dialogue->identity, &session->image.header, why,
-                                        sizeof why);
-    if (!session->runs)
+    session->firmware_runs = identity_is_running(&session->dialogue->identity,
+                                                 &session->image.header, why, sizeof why);
+    if (!session->firmware_runs)
         error_set(fatal, MR_LIMIT, "the board does not run the flashed image: %s; %s",
                   session->spec, why);
 }
 
 /* The port's path, which stm32flash opens itself. */
-static void take_port(const struct session *session, char path[TTY_PATH_SIZE])
+static void find_port(const struct session *session, char path[TTY_PATH_SIZE])
 {
     int baud;
     if (strncmp(session->spec, "serial:", 7) == 0) {
@@ -328,7 +333,7 @@ static void take_port(const struct session *session, char path[TTY_PATH_SIZE])
     snprintf(path, TTY_PATH_SIZE, "%s", session->spec + 4);
 }
 
-static enum mr_status program(struct session *session, const char *tty, struct error *error)
+static enum mr_status program_chip(struct session *session, const char *tty, struct error *error)
 {
     char real[PATH_MAX];
     session->tty = tty;
@@ -367,7 +372,7 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
                  header->patch);
     answer_words(answer, "commit", "commit", "%s", commit);
     answer_words(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
-    answer_words(answer, "for_board", "for board", "%s", name_of(header->board));
+    answer_words(answer, "for_board", "for board", "%s", board_name(header->board));
 }
 
 static void result_answer(const struct session *session, bool already, struct answer *answer)
@@ -377,30 +382,30 @@ static void result_answer(const struct session *session, bool already, struct an
                  already ? 0 : session->image.count)
         ->end = " bytes, identical to the file";
     answer_flag(answer, "already", NULL, already);
-    answer_flag(answer, "runs", NULL, session->runs || already);
+    answer_flag(answer, "runs", NULL, session->firmware_runs || already);
     answer_words(answer, NULL, "board", "%s",
-                 already         ? "already runs this image; --force flashes it again"
-                 : session->runs ? "runs it"
-                                 : "started");
+                 already                  ? "already runs this image; --force flashes it again"
+                 : session->firmware_runs ? "runs it"
+                                          : "started");
 }
 
 /* Closes the dialogue before stm32flash runs: only one program can use the port. */
-static int flash(struct session *session)
+static int run_flash(struct session *session)
 {
     char tty[TTY_PATH_SIZE];
     struct error error = {0};
-    take_port(session, tty);
+    find_port(session, tty);
     session->dialogue = dialogue_open_for_command(NULL, session->spec);
     session->dialogue->accepts_any_layout = true;
     identify_firmware(session);
     dialogue_close(session->dialogue);
-    bool already = session->same && !session->force;
-    if (!already && program(session, tty, &error) != MR_OK)
+    bool already = session->same_image && !session->force;
+    if (!already && program_chip(session, tty, &error) != MR_OK)
         return cli_fail(&error);
     if (!already && session->image.has_header) {
         session->dialogue = dialogue_open_for_command(NULL, session->spec);
         session->dialogue->accepts_any_layout = true;
-        compare(session);
+        compare_images(session);
         dialogue_close(session->dialogue);
     }
     struct answer *answer = answer_new(session->cli->si);
@@ -409,7 +414,7 @@ static int flash(struct session *session)
 }
 
 /* The chip that the image is for. */
-static unsigned chip_of(const struct imagefile *image)
+static unsigned find_chip(const struct imagefile *image)
 {
     const struct mr_board *board = mr_board_by_number(image->header.board);
     if (!board)
@@ -432,9 +437,9 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     if (!session.image.has_header && !session.force)
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
-    session.chip = session.image.has_header ? chip_of(&session.image)
+    session.chip = session.image.has_header ? find_chip(&session.image)
                                             : mr_board_by_number(MR_BOARD_ZG)->chip;
-    int exit_code = flash(&session);
+    int exit_code = run_flash(&session);
     imagefile_free(&session.image);
     return exit_code;
 }
@@ -444,7 +449,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
                       "baud rate in LINK is that of the firmware, not of the boot ROM"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
-    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
+    OPTION_WHOLE("--baud", "N", baud, BAUD_MIN, BAUD_MAX, ROM_BAUD,
                  "baud rate of the boot ROM, {low} to {high}; default: {standard}, the highest "
                  "rate guaranteed for the chip"),
     OPTION_FLAG("--force", force,

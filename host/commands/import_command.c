@@ -74,9 +74,9 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     return landings_answer(store, result, answer, error);
 }
 
-static enum mr_status refuse_twice(struct store *store, const struct store_import *row,
-                                   const struct import_request *request, bool again,
-                                   struct error *error)
+static enum mr_status refuse_repeated(struct store *store, const struct store_import *row,
+                                      const struct import_request *request, bool again,
+                                      struct error *error)
 {
     int64_t session = 0;
     enum mr_status status = store_import_find(store, row, request->base, &session, error);
@@ -90,9 +90,9 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
 
 /* Reads another instrument's readings completely before a campaign is opened. Only checks a
  * candump log. */
-static enum mr_status read_readings(const struct textfile *file,
-                                    const struct import_request *request, struct mapping *mapping,
-                                    struct import_result *result, struct error *error)
+static enum mr_status import_readings(const struct textfile *file,
+                                      const struct import_request *request, struct mapping *mapping,
+                                      struct import_result *result, struct error *error)
 {
     if (!mapping->text)
         return import_candump_check(file, request, result, error);
@@ -102,14 +102,14 @@ static enum mr_status read_readings(const struct textfile *file,
 }
 
 /* Imports the data and records its source. If a log breaks a rule, the part before is kept. */
-static enum mr_status import(struct store *store, const struct textfile *file,
-                             const struct import_request *request, struct mapping *mapping,
-                             struct store_import *row, bool again, struct import_result *result,
-                             struct error *error)
+static enum mr_status import_file(struct store *store, const struct textfile *file,
+                                  const struct import_request *request, struct mapping *mapping,
+                                  struct store_import *row, bool again,
+                                  struct import_result *result, struct error *error)
 {
     snprintf(row->bus, sizeof row->bus, "%s", result->bus);
     enum mr_status status = store_begin(store, error)
-                              ?: refuse_twice(store, row, request, again, error)
+                              ?: refuse_repeated(store, row, request, again, error)
                               ?: (mapping->text
                                       ? import_landing(store, mapping, request, result, error)
                                       : import_candump(store, file, request, result, error));
@@ -127,9 +127,10 @@ static enum mr_status import(struct store *store, const struct textfile *file,
 }
 
 /* Determines the kind of file, and records name, size and checksum. */
-static enum mr_status describe(const struct textfile *file, const struct import_request *request,
-                               const char *map, struct mapping *mapping, struct store_import *row,
-                               struct error *error)
+static enum mr_status describe_import(const struct textfile *file,
+                                      const struct import_request *request, const char *map,
+                                      struct mapping *mapping, struct store_import *row,
+                                      struct error *error)
 {
     snprintf(row->file, sizeof row->file, "%s", request->path);
     snprintf(row->sha256, sizeof row->sha256, "%s", file->sha256);
@@ -191,14 +192,14 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     (void)(error.status == MR_OK &&
            (!r.base || link_read_base(r.base, "--base", &request->base, &error) == MR_OK) &&
            textfile_open(request->path, &file, &error) == MR_OK &&
-           describe(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
-           read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
-           (is_new = program_new(words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
-               MR_OK &&
+           describe_import(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
+           import_readings(&file, request, &mapping, &result, &error) == MR_OK &&
+           (is_new = program_is_new_campaign(words[0]),
+            store_open(words[0], STORE_CREATE, &store, &error)) == MR_OK &&
            store_run_find(store, &request->template_run, &error) == MR_OK &&
-           import(store, &file, request, &mapping, &row, r.again, &result, &error));
+           import_file(store, &file, request, &mapping, &row, r.again, &result, &error));
     if (is_new && store)
-        program_note_new(cli, words[0]);
+        program_note_new_campaign(cli, words[0]);
     enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);

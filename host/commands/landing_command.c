@@ -88,7 +88,7 @@ static void begin_series(const struct request *r, struct store *store)
         error_set(fatal, MR_USAGE, "not a name: '%s'; give 1 to %zu characters", r->series,
                   sizeof series.name - 1);
     annotation_copy(series.name, sizeof series.name, r->series);
-    annotation_copy(series.who, sizeof series.who, annotation_who(r->who));
+    annotation_copy(series.who, sizeof series.who, annotation_author(r->who));
     annotation_copy(series.runway, sizeof series.runway, r->runway);
     annotation_copy(series.pattern, sizeof series.pattern, r->pattern);
     annotation_copy(series.modification, sizeof series.modification, r->modification);
@@ -121,7 +121,7 @@ static void withdraw_series(const struct request *r, struct store *store)
         error_set(fatal, MR_TOO_LONG, "text too long: the reason; give at most %d characters",
                   STORE_JOURNAL_TEXT - 1);
     annotation_copy(row.name, sizeof row.name, r->withdraw_series);
-    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.reason, sizeof row.reason, r->reason);
     store_withdraw(store, &row, fatal);
 }
@@ -148,14 +148,14 @@ static void list_withdrawn(struct store *store, struct answer *answer)
 
 /* ---- adding ---- */
 
-static void change(const struct request *r, struct store *store, const char *field,
-                   const char *value)
+static void store_change(const struct request *r, struct store *store, const char *field,
+                         const char *value)
 {
     struct store_change row = {.run = r->run, .made_us = (int64_t)link_now_us()};
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
         error_set(fatal, MR_TOO_LONG, "text too long: %s of RUN %lld; give at most %d characters",
                   field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
-    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.field, sizeof row.field, field);
     annotation_copy(row.value, sizeof row.value, value);
     annotation_copy(row.reason, sizeof row.reason, r->reason);
@@ -197,7 +197,7 @@ static void correct_number(const struct field *field, const char *text, char kep
     }
 }
 
-static void correct(const struct request *r, struct store *store)
+static void store_correction(const struct request *r, struct store *store)
 {
     char number[40] = "";
     const char *value = strchr(r->correct, '=');
@@ -225,7 +225,7 @@ static void correct(const struct request *r, struct store *store)
             error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
                       value + 1, r->words[0]);
     }
-    change(r, store, field->name, field->number ? number : value + 1);
+    store_change(r, store, field->name, field->number ? number : value + 1);
 }
 
 /* A wave later than the end of the record is a typing error (300 s for 3.00 s) or the wrong
@@ -246,7 +246,7 @@ static void check_time(const struct request *r, struct store *store)
                   r->at_s, (long long)r->run, end_s);
 }
 
-static void observe(const struct request *r, struct store *store)
+static void store_observation(const struct request *r, struct store *store)
 {
     struct store_observation row = {.run = r->run,
                                     .made_us = (int64_t)link_now_us(),
@@ -263,14 +263,14 @@ static void observe(const struct request *r, struct store *store)
                   (long long)r->run, STORE_JOURNAL_TEXT - 1);
     check_time(r, store);
     annotation_copy(row.kind, sizeof row.kind, r->observe);
-    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.side, sizeof row.side, r->side);
     annotation_copy(row.form, sizeof row.form, r->form);
     annotation_copy(row.note, sizeof row.note, r->note);
     store_observation_add(store, &row, fatal);
 }
 
-static void add(const struct request *r, struct store *store)
+static void add_observation(const struct request *r, struct store *store)
 {
     struct store_landing landing;
     bool is_void;
@@ -280,16 +280,16 @@ static void add(const struct request *r, struct store *store)
         if (is_void == r->make_void)
             error_set(fatal, MR_NOT_NOW, "RUN %lld is already %s: %s; nothing was changed",
                       (long long)r->run, is_void ? "void" : "not void", r->words[0]);
-        change(r, store, "void", r->make_void ? "yes" : "no");
+        store_change(r, store, "void", r->make_void ? "yes" : "no");
     } else if (r->correct)
-        correct(r, store);
+        store_correction(r, store);
     else if (r->observe)
-        observe(r, store);
+        store_observation(r, store);
     else if (r->withdraw)
         store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
-                                   annotation_who(r->who), r->reason ? r->reason : "", fatal);
+                                   annotation_author(r->who), r->reason ? r->reason : "", fatal);
     else
-        change(r, store, "note", r->note);
+        store_change(r, store, "note", r->note);
 }
 
 /* ---- showing ---- */
@@ -316,7 +316,7 @@ static void journal_answer(const struct store_landing *landing, const struct jou
     answer_close(answer);
 }
 
-static void show(const struct request *r, struct store *store, struct answer *answer)
+static void show_landing(const struct request *r, struct store *store, struct answer *answer)
 {
     struct store_landing *rows = NULL, landing;
     struct journal j;
@@ -337,7 +337,7 @@ static void show(const struct request *r, struct store *store, struct answer *an
     free(rows);
 }
 
-static void check(struct request *r)
+static void check_request(struct request *r)
 {
     int acts = r->make_void + r->unvoid + (r->correct != NULL) + (r->observe != NULL) +
                (r->withdraw != 0) + (r->note && !r->observe);
@@ -384,21 +384,21 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     struct answer *answer = answer_new(cli->si);
     command_parse(&command_landing, argc, argv, cli, &r, r.words, fatal);
-    check(&r);
+    check_request(&r);
     bool acts = r.note || r.correct || r.observe || r.withdraw || r.make_void || r.unvoid;
     struct store *store = r.series
-                            ? program_campaign_or_new(cli, r.words[0])
-                            : program_campaign(r.words[0],
-                                               acts || r.withdraw_series ? STORE_OPEN : STORE_READ);
+                            ? program_open_or_create_campaign(cli, r.words[0])
+                            : program_open_campaign(
+                                  r.words[0], acts || r.withdraw_series ? STORE_OPEN : STORE_READ);
     store_run_find(store, &r.run, fatal);
     if (r.series)
         begin_series(&r, store);
     else if (r.withdraw_series)
         withdraw_series(&r, store);
     else if (acts)
-        add(&r, store);
+        add_observation(&r, store);
     answer_list(answer, "landings", "");
-    show(&r, store, answer);
+    show_landing(&r, store, answer);
     answer_close(answer);
     if (!r.run)
         list_series(store, answer);

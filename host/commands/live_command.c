@@ -12,11 +12,11 @@
 #include "host/live/server.h"
 #include "host/store/store.h"
 
-#define LOOK_MS       25 /* between two polls of the database */
+#define POLL_MS         25 /* between two polls of the database */
 /* frames logged earlier that are shown at the start: ten seconds of a landing, minutes of idling */
-#define FIRST_FRAMES  30000
-#define FRAMES_A_TURN 2000
-#define SESSION_LINKS 200
+#define FRAMES_AT_START 30000
+#define FRAMES_PER_TURN 2000
+#define SESSION_LINKS   200
 
 struct watch {
     const struct cli *cli;
@@ -29,7 +29,7 @@ struct watch {
     struct live_server *server;
 };
 
-static void take_frame(void *context, const struct store_frame *frame)
+static void handle_frame(void *context, const struct store_frame *frame)
 {
     struct watch *watch = context;
     bool foreign = frame->link == LINK_CAN &&
@@ -44,7 +44,7 @@ static void take_frame(void *context, const struct store_frame *frame)
                                                                .board_us = frame->board_us});
 }
 
-static void take_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
+static void handle_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
 {
     struct watch *watch = context;
     struct mr_block block;
@@ -55,12 +55,14 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
 /* Reads new frames and records, and the links of a new session. */
 static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 {
-    const struct store_follower follower = {take_frame, take_record, watch};
+    const struct store_follower follower = {handle_frame, handle_record, watch};
     int64_t session = 0;
     bool more = true;
     enum mr_status status = MR_OK;
-    for (int turn = 0; more && turn < 1 + FIRST_FRAMES / FRAMES_A_TURN && status == MR_OK; turn++)
-        status = store_follow(watch->store, &watch->place, FRAMES_A_TURN, &follower, &more, error);
+    for (int turn = 0; more && turn < 1 + FRAMES_AT_START / FRAMES_PER_TURN && status == MR_OK;
+         turn++)
+        status = store_follow(watch->store, &watch->place, FRAMES_PER_TURN, &follower, &more,
+                              error);
     if (status == MR_OK)
         status = store_newest_session(watch->store, &session, error);
     if (status == MR_OK && session != watch->session) {
@@ -81,7 +83,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 }
 
 /* Runs until a signal. */
-static enum mr_status run(struct watch *watch, struct error *error)
+static enum mr_status run_watch(struct watch *watch, struct error *error)
 {
     sigset_t set;
     cli_fill_end_signals(&set);
@@ -91,7 +93,7 @@ static enum mr_status run(struct watch *watch, struct error *error)
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
         status = poll_campaign(watch, error);
-        if (status == MR_OK && poll(&signals, 1, LOOK_MS) > 0)
+        if (status == MR_OK && poll(&signals, 1, POLL_MS) > 0)
             break;
     }
     close(signals.fd);
@@ -100,13 +102,13 @@ static enum mr_status run(struct watch *watch, struct error *error)
 
 static void open_watch(struct watch *watch, const char *db, const char *port)
 {
-    watch->store = program_campaign(db, STORE_READ);
+    watch->store = program_open_campaign(db, STORE_READ);
     watch->source = (struct live_source){
         .db = db,
         .si = watch->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
-    store_follow_from(watch->store, FIRST_FRAMES, &watch->place, fatal);
+    store_follow_from(watch->store, FRAMES_AT_START, &watch->place, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)
         return;
@@ -140,7 +142,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     int exit_code = 0;
     if (cli->json)
         exit_code = print_snapshot(&watch, &error);
-    else if (run(&watch, &error) != MR_OK)
+    else if (run_watch(&watch, &error) != MR_OK)
         exit_code = cli_fail(&error);
     live_server_close(watch.server, "matrig live has ended");
     live_hub_close(watch.hub);

@@ -17,17 +17,17 @@
 #include "host/base/monotonic_clock.h"
 
 /* smallest jump that is reported, within a turn; slewing by NTP stays below 500 ppm */
-#define CLOCK_JUMP_US  50000
-#define TURN_US        250000u /* longest time between two checks for due work */
-#define TRANSACTION_US 40000u  /* longest turn while a commit is pending */
-#define LOCKED_MS      20      /* time between two attempts to begin the session */
+#define CLOCK_JUMP_US      50000
+#define TURN_MAX_US        250000u /* longest time between two checks for due work */
+#define TRANSACTION_MAX_US 40000u  /* longest turn while a commit is pending */
+#define LOCK_WAIT_MS       20      /* time between two attempts to begin the session */
 /* how long a device may be missing: a cable unplugged between landings must not end the log */
-#define AWAY_S         3600.0
-#define AWAY_LOOK_MS   250 /* time between two attempts to open a missing device */
+#define ABSENCE_MAX_S      3600.0
+#define ABSENCE_POLL_MS    250 /* time between two attempts to open a missing device */
 
 /* The user or NTP may set this computer's clock during logging. Deadlines use the monotonic
  * clock. Existing stamps stay as they are; the campaign records when the clock changed. */
-static void watch_clock(struct logger *logger)
+static void check_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)link_clock_ahead_us();
     int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
@@ -47,18 +47,18 @@ static void watch_clock(struct logger *logger)
 }
 
 /* True: the campaign is locked and accepts no data. */
-static bool is_held(const struct logger *logger)
+static bool is_campaign_locked(const struct logger *logger)
 {
     return monotonic_us() < logger->retry_us;
 }
 
 /* Time until something is due. */
-static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
+static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 {
-    uint64_t now_us = monotonic_us(), until_us = now_us + TURN_US;
-    if (logger->in_transaction && logger->begun_us + TRANSACTION_US < until_us)
-        until_us = logger->begun_us + TRANSACTION_US;
-    if (is_held(logger) && logger->retry_us < until_us)
+    uint64_t now_us = monotonic_us(), until_us = now_us + TURN_MAX_US;
+    if (logger->in_transaction && logger->begun_us + TRANSACTION_MAX_US < until_us)
+        until_us = logger->begun_us + TRANSACTION_MAX_US;
+    if (is_campaign_locked(logger) && logger->retry_us < until_us)
         until_us = logger->retry_us;
     if (deadline_us < until_us)
         until_us = deadline_us;
@@ -73,8 +73,8 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
 {
     enum { SIGNALS = LINK_KINDS, TYPED, NEWS, POLLED };
     struct pollfd polled[POLLED];
-    bool held = is_held(logger);
-    int wait_ms = quiet_ms(logger, deadline_us);
+    bool held = is_campaign_locked(logger);
+    int wait_ms = poll_timeout_ms(logger, deadline_us);
     uint64_t counted;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool takes = logger->open[link] && !held;
@@ -121,7 +121,7 @@ static enum mr_status process_turn(struct logger *logger, const bool ready[LINK_
     return status ?: logger_show_silent_landing(logger, error);
 }
 
-static bool any_open(const struct logger *logger)
+static bool is_any_link_open(const struct logger *logger)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
@@ -129,7 +129,8 @@ static bool any_open(const struct logger *logger)
     return any;
 }
 
-static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
+static enum mr_status collect_data(struct logger *logger, int signals, double for_s,
+                                   struct error *error)
 {
     uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : monotonic_us() + (uint64_t)(for_s * 1e6);
     while (!logger->ended_by) {
@@ -140,11 +141,12 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
                                   ?: logger_rescue_campaign(logger, error);
         if (status == MR_OK)
             logger_select_lagging_link(logger, ready);
-        if (status == MR_OK && !is_held(logger) && process_turn(logger, ready, error) != MR_OK)
+        if (status == MR_OK && !is_campaign_locked(logger) &&
+            process_turn(logger, ready, error) != MR_OK)
             status = logger_wait_for_store(logger, error);
         if (status != MR_OK)
             return status;
-        watch_clock(logger);
+        check_clock(logger);
         logger_ask_for_configuration(logger);
         logger_send_live_command(logger);
         logger_note_answers(logger);
@@ -157,7 +159,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_print_pending(logger);
         if (signalled)
             logger->ended_by = "signal";
-        else if (!any_open(logger))
+        else if (!is_any_link_open(logger))
             logger->ended_by = "end";
         else if (monotonic_us() >= deadline_us)
             logger->ended_by = "time";
@@ -191,7 +193,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
             return status;
         watch_note_refusal(&logger->watch, refused, error->text);
         struct pollfd asked = {.fd = signals, .events = POLLIN};
-        if (poll(&asked, 1, LOCKED_MS) > 0)
+        if (poll(&asked, 1, LOCK_WAIT_MS) > 0)
             return status;
         *error = (struct error){0};
     }
@@ -215,7 +217,8 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     return status ?: watch_begin(&logger->watch, logger->reader, store_path(logger->store), error);
 }
 
-static enum mr_status run(struct logger *logger, int signals, double for_s, struct error *error)
+static enum mr_status run_session(struct logger *logger, int signals, double for_s,
+                                  struct error *error)
 {
     enum mr_status status = open_readers(logger, error) ?: begin_session(logger, signals, error);
     if (status != MR_OK)
@@ -226,7 +229,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     status = logger_commit(logger, error);
     logger_set_nonblocking(logger, true);
     if (status == MR_OK)
-        status = collect(logger, signals, for_s, error);
+        status = collect_data(logger, signals, for_s, error);
     /* After an error, received data is still stored, and the session is closed if the database
      * accepts it. */
     struct error late = {0};
@@ -299,10 +302,11 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
             cli_note(logger->cli, "%s (waiting %.3g s for it)", error->text, logger->wait_s);
         told = true;
         error->status = MR_OK;
-        ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, AWAY_LOOK_MS) > 0;
+        ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, ABSENCE_POLL_MS) > 0;
     }
     if (status == MR_OK)
-        link_set_absence_limit(logger->link[link], isnan(logger->wait_s) ? AWAY_S : logger->wait_s);
+        link_set_absence_limit(logger->link[link],
+                               isnan(logger->wait_s) ? ABSENCE_MAX_S : logger->wait_s);
     logger->open[link] = status == MR_OK;
     return status;
 }
@@ -393,7 +397,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && logger.typed.enabled && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
-        status = run(&logger, signals, r.for_s, &error);
+        status = run_session(&logger, signals, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);

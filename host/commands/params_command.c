@@ -19,7 +19,7 @@
 #define RAD_PER_DEG    (M_PI / 180.0)
 #define PARAMETERS_MAX 16
 
-struct found {
+struct parameter {
     const char *key; /* scene key */
     const char *unit;
     char from[PUSH_REASON_SIZE];
@@ -40,7 +40,7 @@ struct reader {
     const char *path;
     const char *test; /* "inertia", with the name of its object */
     const json_t *readings;
-    struct found parameters[PARAMETERS_MAX];
+    struct parameter parameters[PARAMETERS_MAX];
     size_t count;
 };
 
@@ -51,11 +51,11 @@ struct push {
 };
 
 /* The callers add at most PARAMETERS_MAX. */
-static struct found *add(struct reader *r, const char *key, const char *unit, const char *from,
-                         struct estimate estimate)
+static struct parameter *add_parameter(struct reader *r, const char *key, const char *unit,
+                                       const char *from, struct estimate estimate)
 {
-    struct found *found = &r->parameters[r->count];
-    *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false, NULL};
+    struct parameter *found = &r->parameters[r->count];
+    *found = (struct parameter){key, unit, "", estimate, (double)NAN, (double)NAN, false, NULL};
     snprintf(found->from, sizeof found->from, "%s", from);
     for (size_t i = 0; i < r->count; i++)
         if (strcmp(r->parameters[i].key, key) == 0)
@@ -69,7 +69,7 @@ static struct found *add(struct reader *r, const char *key, const char *unit, co
     return found;
 }
 
-static const struct found *find(const struct reader *r, const char *key)
+static const struct parameter *find_parameter(const struct reader *r, const char *key)
 {
     for (size_t i = 0; i < r->count; i++) {
         if (strcmp(r->parameters[i].key, key) == 0)
@@ -80,19 +80,19 @@ static const struct found *find(const struct reader *r, const char *key)
 
 /* ---- push tests ---- */
 
-#define Z_95            1.96
+#define Z_95          1.96
 /* Limits of the scene keys; the unloading share must be above 0. */
-#define UNLOADING_LEAST 0.01
-#define AXLE_LAW_MOST   2.0
+#define UNLOADING_MIN 0.01
+#define AXLE_LAW_MAX  2.0
 
 /* Adds a value, with value and interval clamped to the limits of the scene key. */
-static void add_value(struct reader *r, const char *key, const char *unit,
-                      const struct push_parameter *told, double least, double most)
+static void add_push_parameter(struct reader *r, const char *key, const char *unit,
+                               const struct push_parameter *told, double least, double most)
 {
     const struct push_interval *of = &told->interval;
-    if (isnan(of->value) || find(r, key))
+    if (isnan(of->value) || find_parameter(r, key))
         return;
-    struct found *found = add(
+    struct parameter *found = add_parameter(
         r, key, unit, told->reason,
         (struct estimate){fmin(most, fmax(least, of->value)), (of->high - of->low) / (2.0 * Z_95)});
     found->low = fmin(most, fmax(least, of->low));
@@ -101,7 +101,7 @@ static void add_value(struct reader *r, const char *key, const char *unit,
 
 static void read_push(const struct params_request *request, struct reader *r, struct push *push)
 {
-    const struct found *weight = find(r, "W");
+    const struct parameter *weight = find_parameter(r, "W");
     const struct push_ground *ground = &push->ground;
     if (request->mats == 0)
         error_set(fatal, MR_USAGE,
@@ -116,15 +116,15 @@ static void read_push(const struct params_request *request, struct reader *r, st
         .axle_load_lb = request->axle_load_lb,
     };
     push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
-    add_value(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
+    add_push_parameter(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.interval.value))
         return; /* the other keys need an elastic law */
-    add_value(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
-    add_value(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
-    add_value(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);
-    add(r, "wheel_load", "lb",
-        request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
-        (struct estimate){ground->axle_load_lb, 0.0})
+    add_push_parameter(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
+    add_push_parameter(r, "gear_unloading", "1", &ground->unloading, UNLOADING_MIN, 1.0);
+    add_push_parameter(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MAX);
+    add_parameter(r, "wheel_load", "lb",
+                  request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
+                  (struct estimate){ground->axle_load_lb, 0.0})
         ->given = true;
 }
 
@@ -150,7 +150,7 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
                                           .count = known ? 3 : 2});
 }
 
-static void push_plot(const struct params_request *request, const struct push *push)
+static void plot_push(const struct params_request *request, const struct push *push)
 {
     const struct push_readings *readings = &push->readings;
     double law_in[PUSH_READINGS_MAX];
@@ -187,7 +187,7 @@ static void push_plot(const struct params_request *request, const struct push *p
 
 /* A bare number is in the unit at the end of the reading's name; a text has its own unit. NaN:
  * neither. */
-static double number_of(const char *name, const json_t *value)
+static double read_number(const char *name, const json_t *value)
 {
     double number;
     struct quantity_error wrong;
@@ -195,24 +195,24 @@ static double number_of(const char *name, const json_t *value)
                                                                               : (double)NAN;
 }
 
-static bool has(const struct reader *r, const char *name)
+static bool has_key(const struct reader *r, const char *name)
 {
     return json_object_get(r->readings, name) != NULL;
 }
 
 /* A reading: a number (exact), {"value", "error"}, or {"readings": [...], "error"}. */
-static struct estimate take(struct reader *r, const char *name)
+static struct estimate take_estimate(struct reader *r, const char *name)
 {
     const json_t *value = json_object_get(r->readings, name),
                  *list = json_object_get(value, "readings"),
                  *error = json_object_get(value, "error");
-    double each = error ? number_of(name, error) : 0.0, readings[READINGS_MAX];
+    double each = error ? read_number(name, error) : 0.0, readings[READINGS_MAX];
     size_t count = list ? json_array_size(list) : 1;
     bool good = count > 0 && count <= READINGS_MAX && each >= 0.0;
     for (size_t i = 0; i < count && good; i++) {
-        readings[i] = number_of(name, list                    ? json_array_get(list, i)
-                                      : json_is_object(value) ? json_object_get(value, "value")
-                                                              : value);
+        readings[i] = read_number(name, list                    ? json_array_get(list, i)
+                                        : json_is_object(value) ? json_object_get(value, "value")
+                                                                : value);
         good = readings[i] > 0.0;
     }
     if (good)
@@ -238,8 +238,8 @@ static size_t take_pairs(struct reader *r, const char *x_name, double factor, co
     size_t count = json_array_size(lists[0]);
     bool good = count <= READINGS_MAX && json_array_size(lists[1]) == count;
     for (size_t i = 0; i < count && good; i++) {
-        x[i] = factor * number_of(x_name, json_array_get(lists[0], i));
-        y[i] = number_of(y_name, json_array_get(lists[1], i));
+        x[i] = factor * read_number(x_name, json_array_get(lists[0], i));
+        y[i] = read_number(y_name, json_array_get(lists[1], i));
         good = !isnan(x[i]) && !isnan(y[i]);
     }
     if (!good || count == 0)
@@ -273,24 +273,26 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
 
 static void read_inertia(struct reader *r)
 {
-    struct estimate weight = take(r, "weight_lb"), spacing = take(r, "spacing_ft"),
-                    cord = take(r, "cord_ft"), period = take(r, "period_s");
-    add(r, "W", "lb", "weighing", weight);
-    add(r, "I", "slug ft2", "period on two cords", params_inertia(weight, spacing, cord, period));
+    struct estimate weight = take_estimate(r, "weight_lb"),
+                    spacing = take_estimate(r, "spacing_ft"), cord = take_estimate(r, "cord_ft"),
+                    period = take_estimate(r, "period_s");
+    add_parameter(r, "W", "lb", "weighing", weight);
+    add_parameter(r, "I", "slug ft2", "period on two cords",
+                  params_inertia(weight, spacing, cord, period));
 }
 
 /* Either the slope, or forces and stretches of a strip. */
 static void read_tension(struct reader *r)
 {
-    struct estimate joint = take(r, "joint_in"), slope;
-    if (has(r, "slope_lb_in_in")) {
-        slope = take(r, "slope_lb_in_in");
+    struct estimate joint = take_estimate(r, "joint_in"), slope;
+    if (has_key(r, "slope_lb_in_in")) {
+        slope = take_estimate(r, "slope_lb_in_in");
     } else {
-        struct estimate strip = take(r, "strip_in");
+        struct estimate strip = take_estimate(r, "strip_in");
         struct params_spring spring = take_spring(r, "stretch_in", 1.0, "force_lb", "lb");
         slope = params_friction(spring.k, strip); /* computes a quotient */
     }
-    add(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
+    add_parameter(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
 }
 
 static void read_hinge(struct reader *r)
@@ -300,14 +302,14 @@ static void read_hinge(struct reader *r)
     json_t *angle;
     json_array_foreach(json_object_get(r->readings, "angle_deg"), i, angle)
     {
-        if (number_of("angle_deg", angle) < 0.0)
+        if (read_number("angle_deg", angle) < 0.0)
             error_set(fatal, MR_MALFORMED,
                       "negative angle: %s: hinge: %g degrees; give each direction of rotation as a "
                       "separate test, from 0",
-                      r->path, number_of("angle_deg", angle));
+                      r->path, read_number("angle_deg", angle));
     }
-    if (has(r, "strip_in"))
-        wider = params_friction(take(r, "joint_in"), take(r, "strip_in"));
+    if (has_key(r, "strip_in"))
+        wider = params_friction(take_estimate(r, "joint_in"), take_estimate(r, "strip_in"));
     struct params_spring spring = take_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
     struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
@@ -316,23 +318,26 @@ static void read_hinge(struct reader *r)
                   "+- %.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
     tad.value = fmax(0.0, tad.value); /* can be negative by less than its error */
-    add(r, "KT", "ft lb/rad", "slope of moment against angle",
-        params_hinge_stiffness(spring.k, wider));
-    add(r, "TAD_deg", "deg", "angle without moment", tad);
+    add_parameter(r, "KT", "ft lb/rad", "slope of moment against angle",
+                  params_hinge_stiffness(spring.k, wider));
+    add_parameter(r, "TAD_deg", "deg", "angle without moment", tad);
 }
 
 static void read_pull(struct reader *r)
 {
-    add(r, "f", "1", "pulling", params_friction(take(r, "pull_lb"), take(r, "weight_lb")));
+    add_parameter(r, "f", "1", "pulling",
+                  params_friction(take_estimate(r, "pull_lb"), take_estimate(r, "weight_lb")));
 }
 
 static void read_deflection(struct reader *r)
 {
-    struct estimate load = take(r, "load_lb"), deflection = take(r, "deflection_in"),
-                    mats = has(r, "mats") ? take(r, "mats") : (struct estimate){1.0, 0.0};
+    struct estimate load = take_estimate(r, "load_lb"),
+                    deflection = take_estimate(r, "deflection_in"),
+                    mats = has_key(r, "mats") ? take_estimate(r, "mats")
+                                              : (struct estimate){1.0, 0.0};
     deflection.value /= IN_PER_FT;
     deflection.error /= IN_PER_FT;
-    add(r, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
+    add_parameter(r, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
 }
 
 static void read_plate(struct reader *r)
@@ -340,12 +345,13 @@ static void read_plate(struct reader *r)
     double settlement_ft[READINGS_MAX], load_lb[READINGS_MAX];
     size_t count = take_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
-    struct estimate plate = take(r, "plate_in"), kv = {1.0, 0.0};
+    struct estimate plate = take_estimate(r, "plate_in"), kv = {1.0, 0.0};
     plate.value /= IN_PER_FT;
     plate.error /= IN_PER_FT;
     params_plate(load_lb, settlement_ft, count, plate,
-                 params_area(take(r, "mat_length_ft"), take(r, "mat_width_ft")), &kv, fatal);
-    add(r, "KV", "lb/ft", "plate bearing test", kv);
+                 params_area(take_estimate(r, "mat_length_ft"), take_estimate(r, "mat_width_ft")),
+                 &kv, fatal);
+    add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
 /* Each node has the value of the nearest plate test of the acceptance records, of several the
@@ -354,14 +360,14 @@ static void read_subgrade(struct reader *r)
 {
     char path[PATH_MAX];
     const char *records = json_string_value(json_object_get(r->readings, "records"));
-    const struct estimate length_ft = take(r, "mat_length_ft"),
-                          mat_ft2 = params_area(length_ft, take(r, "mat_width_ft"));
-    const int mats = (int)take(r, "mats").value;
+    const struct estimate length_ft = take_estimate(r, "mat_length_ft"),
+                          mat_ft2 = params_area(length_ft, take_estimate(r, "mat_width_ft"));
+    const int mats = (int)take_estimate(r, "mats").value;
     struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
     struct inspections all;
     json_t *along = json_array();
     series_path_beside(r->path, records ? records : "", path);
-    inspection_load(program_campaign(path, STORE_READ), &all, fatal);
+    inspection_load(program_open_campaign(path, STORE_READ), &all, fatal);
     for (int node = 0; node <= mats; node++) {
         double nearest_ft = HUGE_VAL;
         for (size_t i = 0; i < all.count; i++) {
@@ -384,7 +390,8 @@ static void read_subgrade(struct reader *r)
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }
     inspection_free(&all);
-    add(r, "KV", "lb/ft", "plate tests by station: mean and largest error", mean)->along = along;
+    add_parameter(r, "KV", "lb/ft", "plate tests by station: mean and largest error", mean)->along =
+        along;
 }
 
 static const struct test {
@@ -453,11 +460,11 @@ static void read_file(struct reader *r)
 /* ---- results ---- */
 
 /* Scene keys; their errors are in comment keys. */
-static json_t *scene_of(const struct reader *r)
+static json_t *make_scene(const struct reader *r)
 {
     json_t *scene = json_object();
     for (size_t i = 0; i < r->count; i++) {
-        const struct found *p = &r->parameters[i];
+        const struct parameter *p = &r->parameters[i];
         char key[24], text[PUSH_REASON_SIZE + 80];
         snprintf(key, sizeof key, "_%s", p->key);
         if (p->given)
@@ -476,7 +483,7 @@ static json_t *scene_of(const struct reader *r)
     return scene;
 }
 
-static void add_found(struct answer *answer, const struct found *p)
+static void add_parameter_row(struct answer *answer, const struct parameter *p)
 {
     bool known = p->estimate.error > 0.0; /* 0: the error was not given */
     char error[32] = "error unknown", interval[60] = "";
@@ -498,12 +505,12 @@ static void add_found(struct answer *answer, const struct found *p)
     answer_json_value(answer, p->key, json);
 }
 
-static struct answer *answer_of(const struct reader *r, json_t *scene, const struct push *push)
+static struct answer *make_answer(const struct reader *r, json_t *scene, const struct push *push)
 {
     struct answer *answer = answer_new(false);
     answer_open(answer, "parameters", "");
     for (size_t i = 0; i < r->count; i++)
-        add_found(answer, &r->parameters[i]);
+        add_parameter_row(answer, &r->parameters[i]);
     answer_close(answer);
     answer_json_value(answer, "scene", json_incref(scene));
     if (push) {
@@ -543,12 +550,12 @@ static int params_command(int argc, char **argv, const struct cli *cli)
         read_file(&reader);
     if (r.push_path)
         read_push(&r, &reader, &push);
-    json_t *scene = scene_of(&reader);
+    json_t *scene = make_scene(&reader);
     if (r.output_path)
         output_write_json(r.output_path, scene, 17, fatal);
     if (r.plot_path)
-        push_plot(&r, &push);
-    struct answer *answer = answer_of(&reader, scene, r.push_path ? &push : NULL);
+        plot_push(&r, &push);
+    struct answer *answer = make_answer(&reader, scene, r.push_path ? &push : NULL);
     json_decref(scene);
     push_readings_free(&push.readings);
     push_ground_free(&push.ground);

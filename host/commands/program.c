@@ -30,14 +30,14 @@ static void close_campaign(void)
     store_close(campaign);
 }
 
-struct store *program_campaign(const char *db, enum store_mode mode)
+struct store *program_open_campaign(const char *db, enum store_mode mode)
 {
     store_open(db, mode, &campaign, fatal);
     atexit(close_campaign);
     return campaign;
 }
 
-bool program_new(const char *db)
+bool program_is_new_campaign(const char *db)
 {
     if (access(db, F_OK) == 0)
         return false;
@@ -46,21 +46,21 @@ bool program_new(const char *db)
     return true;
 }
 
-void program_note_new(const struct cli *cli, const char *db)
+void program_note_new_campaign(const struct cli *cli, const char *db)
 {
     cli_note(cli, "a new campaign: %s", db);
 }
 
-struct store *program_campaign_or_new(const struct cli *cli, const char *db)
+struct store *program_open_or_create_campaign(const struct cli *cli, const char *db)
 {
-    bool is_new = program_new(db);
-    struct store *store = program_campaign(db, STORE_CREATE);
+    bool is_new = program_is_new_campaign(db);
+    struct store *store = program_open_campaign(db, STORE_CREATE);
     if (is_new)
-        program_note_new(cli, db);
+        program_note_new_campaign(cli, db);
     return store;
 }
 
-size_t program_options(const char *words[], const struct cli *cli)
+size_t program_read_options(const char *words[], const struct cli *cli)
 {
     struct global_options before = {.cli = *cli};
     size_t count = 0;

@@ -17,20 +17,21 @@ int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int ar
 
 /* Opens the campaign of a command; a failure ends the program. The campaign is closed when the
  * program ends, and uncommitted changes are rolled back. */
-struct store *program_campaign(const char *db, enum store_mode mode);
+struct store *program_open_campaign(const char *db, enum store_mode mode);
 
-/* As program_campaign, but creates the campaign if it does not exist. A mistyped name must not
+/* As program_open_campaign, but creates the campaign if it does not exist. A mistyped name must not
  * create a campaign, so a person at the terminal is asked for confirmation; without a terminal, a
  * note is printed. */
-struct store *program_campaign_or_new(const struct cli *cli, const char *db);
-/* The two parts of program_campaign_or_new: program_new asks before a new campaign is opened and
- * returns whether it will be new; program_note_new prints the note. */
-bool program_new(const char *db);
-void program_note_new(const struct cli *cli, const char *db);
+struct store *program_open_or_create_campaign(const struct cli *cli, const char *db);
+/* The two parts of program_open_or_create_campaign: program_is_new_campaign asks before a new
+ * campaign is opened and returns whether it will be new; program_note_new_campaign prints the note.
+ * */
+bool program_is_new_campaign(const char *db);
+void program_note_new_campaign(const struct cli *cli, const char *db);
 
 /* Writes the given global options of matrig (--json, --quiet, --si) into `words`, which has room
  * for command_matrig.count, for a program that is started with them. Returns their number. The
  * options are the rows of command_matrig. */
-size_t program_options(const char *words[], const struct cli *cli);
+size_t program_read_options(const char *words[], const struct cli *cli);
 
 #endif

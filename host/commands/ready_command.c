@@ -19,13 +19,13 @@
 #include "host/base/xmalloc.h"
 
 /* time for campaign, links and dialogue; the last command and saving need the rest of 20 s */
-#define LIMIT_S   16.0
-#define CHECK_S   1.5 /* time for reading the campaign */
-#define BUSY_S    0.4 /* wait for another program that writes to the campaign */
-#define S_PER_DAY 86400
-#define LIVE_S    30 /* the board stops live readings after that time, even if the host is gone */
-#define RENEW_S   5.0
-#define WALK_S    600.0
+#define LIMIT_S      16.0
+#define CHECK_S      1.5 /* time for reading the campaign */
+#define LOCK_WAIT_S  0.4 /* wait for another program that writes to the campaign */
+#define S_PER_DAY    86400
+#define LIVE_S       30 /* the board stops live readings after that time, even without the host */
+#define LIVE_RENEW_S 5.0
+#define WALK_S       600.0
 
 struct request {
     const struct cli *cli;
@@ -40,8 +40,8 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     struct error wrong = {0};
     struct statvfs disk;
     int64_t bytes = 0, landings = 0;
-    struct store *store = program_campaign_or_new(request->cli, request->db);
-    store_wait(store, BUSY_S);
+    struct store *store = program_open_or_create_campaign(request->cli, request->db);
+    store_wait(store, LOCK_WAIT_S);
     if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database, sizeof f->database, "%.180s", wrong.text);
@@ -58,8 +58,8 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     return store;
 }
 
-static int show(const struct cli *cli, const char *kind, const struct ready_report *report,
-                const struct identity *identity, int64_t made_us, double took_s)
+static int show_report(const struct cli *cli, const char *kind, const struct ready_report *report,
+                       const struct identity *identity, int64_t made_us, double took_s)
 {
     int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
     char uid[IDENTITY_UID_SIZE];
@@ -77,7 +77,7 @@ static int show(const struct cli *cli, const char *kind, const struct ready_repo
 /* ---- ready ---- */
 
 /* The shunt spans stored by the last check of this board. */
-static void take_spans(const char *checks, float span_lb[MR_GAGES])
+static void read_spans(const char *checks, float span_lb[MR_GAGES])
 {
     json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
     for (unsigned i = 0; i < MR_GAGES; i++) {
@@ -111,15 +111,16 @@ static void check_recent(struct store *store, struct ready_facts *f)
     store_last_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
-        take_spans(last.checks, f->previous_span_lb);
+        read_spans(last.checks, f->previous_span_lb);
     free(last.checks);
     certificates_read(store, uid, &f->certificates, fatal);
 }
 
 /* Adds a row to table readiness: {"checks": [...], "spans_lb": [...]}. `kind`: "ready" or
  * "walk"; `shunts` is NULL for a walk. */
-static void save(struct store *store, const struct identity *identity, const char *kind,
-                 const struct ready_report *report, const struct shunts *shunts, int64_t made_us)
+static void save_report(struct store *store, const struct identity *identity, const char *kind,
+                        const struct ready_report *report, const struct shunts *shunts,
+                        int64_t made_us)
 {
     char uid[IDENTITY_UID_SIZE];
     json_t *spans = json_array();
@@ -142,7 +143,7 @@ static void save(struct store *store, const struct identity *identity, const cha
     free(row.checks);
 }
 
-static int ready(const struct request *request, struct ready_facts *f)
+static int run_checks(const struct request *request, struct ready_facts *f)
 {
     static struct ready_report report;
     int64_t made_us = (int64_t)link_now_us();
@@ -154,8 +155,9 @@ static int ready(const struct request *request, struct ready_facts *f)
     check_recent(store, f);
     ready_judge(f, &report);
     if (!f->database[0])
-        save(store, &f->identity, "ready", &report, &f->shunts, made_us);
-    return show(request->cli, "ready", &report, &f->identity, made_us, monotonic_s() - begun_s);
+        save_report(store, &f->identity, "ready", &report, &f->shunts, made_us);
+    return show_report(request->cli, "ready", &report, &f->identity, made_us,
+                       monotonic_s() - begun_s);
 }
 
 /* ---- the walk ---- */
@@ -168,14 +170,14 @@ static void note_signal(int number)
     interrupted = 1;
 }
 
-struct walking {
+struct walk_session {
     const struct request *request;
     struct walk walk;
     uint32_t newest_clock; /* clock of the board, ms */
 };
 
 /* One line for each switch or gage that responds. */
-static void print_answer(const struct walking *w, enum walk_kind kind)
+static void print_response(const struct walk_session *w, enum walk_kind kind)
 {
     const struct walk_response *a = &w->walk.response[kind][w->walk.count[kind] - 1];
     if (w->request->cli->quiet || w->request->cli->json)
@@ -191,10 +193,10 @@ static void print_answer(const struct walking *w, enum walk_kind kind)
     fflush(stdout);
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message,
-                           struct error *error)
+static enum mr_status handle_message(void *context, const struct dialogue_message *message,
+                                     struct error *error)
 {
-    struct walking *w = context;
+    struct walk_session *w = context;
     const uint8_t *bytes = message->payload;
     size_t length = message->length;
     struct mr_edge edge;
@@ -207,18 +209,19 @@ static enum mr_status take(void *context, const struct dialogue_message *message
         return MR_OK;
     if (message->id == MR_ID_EDGE && mr_edge_get(&edge, bytes, length) == MR_OK &&
         walk_add_edge(&w->walk, &edge))
-        print_answer(w, WALK_SWITCH);
+        print_response(w, WALK_SWITCH);
     if (message->id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, bytes, length) == MR_OK)
         walk_add_event(&w->walk, &event);
     if (message->id == MR_ID_BLOCK && mr_block_get(&block, bytes, length) == MR_OK &&
         walk_add_reading(&w->walk, &block, &kind))
-        print_answer(w, kind);
+        print_response(w, kind);
     if (message->id == MR_ID_CLOCK && mr_clock_get(&clock, bytes, length) == MR_OK)
         w->newest_clock = clock.block;
     return MR_OK;
 }
 
-static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, struct error *error)
+static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w,
+                               struct error *error)
 {
     double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
     /* Board time: an emulated board can run faster than real time. */
@@ -227,8 +230,8 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
     while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
             status = config_client_set_live(dialogue, LIVE_S, error);
-            renew_s = monotonic_s() + RENEW_S;
-            renew_ms = w->newest_clock + (uint32_t)(1000.0 * RENEW_S);
+            renew_s = monotonic_s() + LIVE_RENEW_S;
+            renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEW_S);
         }
         if (status == MR_OK)
             status = dialogue_receive(dialogue, DIALOGUE_TURN_S, error);
@@ -242,36 +245,36 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
 
 static int run_walk_test(const struct request *request, struct ready_facts *f)
 {
-    static struct walking walking;
+    static struct walk_session walking;
     static struct config_client talk;
     static struct ready_report report;
     struct error error = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    struct store *store = program_campaign_or_new(request->cli, request->db);
+    struct store *store = program_open_or_create_campaign(request->cli, request->db);
     struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
     config_client_begin_idle(&talk, dialogue, &f->config, &f->config_crc, fatal);
     walking.request = request;
     walk_start(&walking.walk, &f->config);
-    dialogue_subscribe(dialogue, take, &walking);
+    dialogue_subscribe(dialogue, handle_message, &walking);
     cli_note(request->cli,
              "walk along the rig; the test ends when all sensors have responded, after %.0f s, or "
              "with Ctrl-C",
              WALK_S);
     signal(SIGINT, note_signal);
-    if (go_along(dialogue, &walking, &error) != MR_OK)
+    if (run_walk(dialogue, &walking, &error) != MR_OK)
         return cli_fail(&error);
     walk_judge(&walking.walk, &report);
-    save(store, &dialogue->identity, "walk", &report, NULL, made_us);
-    return show(request->cli, "walk", &report, &dialogue->identity, made_us,
-                monotonic_s() - begun_s);
+    save_report(store, &dialogue->identity, "walk", &report, NULL, made_us);
+    return show_report(request->cli, "walk", &report, &dialogue->identity, made_us,
+                       monotonic_s() - begun_s);
 }
 
 /* ---- the command line ---- */
 
 /* Parses a CRC of eight hexadecimal digits, or loads a file written by `matrig board config
  * get`. */
-static void expected(const char *text, struct ready_facts *facts)
+static void read_expected(const char *text, struct ready_facts *facts)
 {
     static struct mr_config config;
     char *end;
@@ -302,7 +305,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_ready, argc, argv, cli, &request, &request.db, fatal);
     check_request(&request);
     if (request.expected)
-        expected(request.expected, facts);
+        read_expected(request.expected, facts);
     if (request.image)
         imagefile_read(request.image, &image, fatal);
     if (request.image && !image.has_header)
@@ -316,7 +319,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->now_s = (int64_t)time(NULL);
     facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = request.walk ? run_walk_test(&request, facts) : ready(&request, facts);
+    int exit_code = request.walk ? run_walk_test(&request, facts) : run_checks(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);

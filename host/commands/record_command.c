@@ -126,9 +126,9 @@ static const struct inspection *find_valid(const struct request *r, const struct
     return NULL;
 }
 
-static enum mr_status add_one(const struct request *r, struct store *store,
-                              const struct inspections *all, struct answer *answer,
-                              struct error *error)
+static enum mr_status add_record(const struct request *r, struct store *store,
+                                 const struct inspections *all, struct answer *answer,
+                                 struct error *error)
 {
     struct store_record row = store_blank_record;
     const struct inspection_kind *kind = r->kind;
@@ -149,7 +149,7 @@ static enum mr_status add_one(const struct request *r, struct store *store,
         copy_kept_fields(all, kind, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
-    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.reason, sizeof row.reason, r->reason);
     if (error->status == MR_OK)
         inspection_add(store, &row, r->withdraw ? NULL : values, error);
@@ -224,7 +224,7 @@ static void read_csv(const struct request *r, struct store *store, const struct 
             }
         }
         if (error.status == MR_OK)
-            add_one(&one, store, all, answer, &error);
+            add_record(&one, store, all, answer, &error);
     }
     if (error.status != MR_OK)
         error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
@@ -275,7 +275,7 @@ static void write_marks_page(const struct request *r, const struct inspections *
 
 /* ---- the command ---- */
 
-static void sort_words(struct request *r)
+static void parse_words(struct request *r)
 {
     for (size_t i = 1; i < WORDS_MAX && r->words[i]; i++) {
         const char *word = r->words[i];
@@ -294,14 +294,14 @@ static void sort_words(struct request *r)
     }
 }
 
-static void check(struct request *r)
+static void check_request(struct request *r)
 {
     int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
                (r->path || r->measure);
     if (!r->words[0])
         error_set(fatal, MR_USAGE,
                   "argument missing: matrig record needs DB; see matrig record --help");
-    sort_words(r);
+    parse_words(r);
     if (acts > 1 || (r->fields && acts && !r->correct))
         error_set(fatal, MR_USAGE,
                   "more than one action: give fields, --correct, --withdraw, --measure, "
@@ -327,8 +327,8 @@ static void check(struct request *r)
                   (long long)r->correct);
 }
 
-static void show(const struct cli *cli, const struct request *r, const struct inspections *all,
-                 int64_t run, struct answer *answer)
+static void show_records(const struct cli *cli, const struct request *r,
+                         const struct inspections *all, int64_t run, struct answer *answer)
 {
     if (all->count == 0)
         cli_note(cli, "no records yet: %s; matrig record --kinds lists the kinds", r->words[0]);
@@ -356,13 +356,13 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_record, argc, argv, cli, &r, r.words, fatal);
     if (r.kinds)
         return list_kinds(cli);
-    check(&r);
+    check_request(&r);
     const bool adds = r.fields || r.withdraw || r.csv, begins = adds && !r.correct && !r.withdraw;
     struct answer *answer = answer_new(cli->si);
     /* mats are accepted before the first landing */
     struct store *store = begins && r.kind->place != INSPECTION_LANDING
-                            ? program_campaign_or_new(cli, r.words[0])
-                            : program_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
+                            ? program_open_or_create_campaign(cli, r.words[0])
+                            : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
         run_parse(r.place, &run, fatal);
     store_run_find(store, &run, fatal);
@@ -374,13 +374,13 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     if (r.csv)
         read_csv(&r, store, &all, answer);
     else if (adds)
-        add_one(&r, store, &all, answer, fatal);
+        add_record(&r, store, &all, answer, fatal);
     else if (r.measure)
         write_marks_page(&r, &all);
     else if (r.path)
         write_csv(&r, &all, run);
     else if (!r.compare)
-        show(cli, &r, &all, run, answer);
+        show_records(cli, &r, &all, run, answer);
     else if (inspection_add_differences(store, &all, r.compare, run, answer, fatal) == 0)
         answer_sentence(answer, NULL, "The records of the two landings do not differ.");
     if (adds) {

@@ -48,7 +48,7 @@ static void remove_directory(const struct replay *replay)
     temporary_folder_remove(replay->directory, names, sizeof names / sizeof names[0]);
 }
 
-static enum mr_status find_losses(struct store *store, const struct replay *replay,
+static enum mr_status load_losses(struct store *store, const struct replay *replay,
                                   struct diff_options *options, struct error *error)
 {
     struct store_gap *gap;
@@ -142,7 +142,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
           replay_image_check(replay->board.elf, &replay->recorded, error) == MR_OK &&
           write_input(replay, store, error) == MR_OK &&
           write_configuration(replay, store, error) == MR_OK &&
-          find_losses(store, replay, &options, error) == MR_OK &&
+          load_losses(store, replay, &options, error) == MR_OK &&
           run_board(replay, cli, error) == MR_OK))
         return error->status;
     replay->same_image = replay->recorded.landing.image_crc == replay->replayed.landing.image_crc;
@@ -196,8 +196,8 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     diff_answer(&replay->diff, answer);
 }
 
-static enum mr_status parse(struct replay *replay, int argc, char **argv, const struct cli *cli,
-                            struct error *error)
+static enum mr_status parse_request(struct replay *replay, int argc, char **argv,
+                                    const struct cli *cli, struct error *error)
 {
     const char *words[2];
     enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
@@ -214,7 +214,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct replay *replay = xcalloc(1, sizeof *replay);
     struct error error = {0};
     struct store *store = NULL;
-    enum mr_status status = parse(replay, argc, argv, cli, &error);
+    enum mr_status status = parse_request(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)
         status = store_open(replay->db, STORE_READ, &store, &error)

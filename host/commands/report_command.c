@@ -38,7 +38,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
         r.path = made_path;
     }
     output_check(r.path, words[0], fatal);
-    report.store = program_campaign(words[0], STORE_READ);
+    report.store = program_open_campaign(words[0], STORE_READ);
     store_run_find(report.store, &report.run, fatal);
     if (report.run)
         store_refuse_void(report.store, report.run, r.voided, fatal);

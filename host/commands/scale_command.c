@@ -44,7 +44,7 @@ static int half_powers(const struct request *request, const char *unit)
 }
 
 /* The factor for a value in this unit. */
-static double factor_of(const struct request *request, const char *unit)
+static double find_factor(const struct request *request, const char *unit)
 {
     double ratio = pow(request->n, 0.5 * half_powers(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
@@ -178,7 +178,7 @@ static int scale_values(const struct request *request, const struct cli *cli)
                 error_set(fatal, MR_USAGE, "given twice: %s; leave one out",
                           values[i].quantity->name);
         }
-        values[i].to = values[i].from * factor_of(request, values[i].quantity->unit);
+        values[i].to = values[i].from * find_factor(request, values[i].quantity->unit);
     }
     struct answer *answer = scale_answer(request);
     answer_open(answer, "values", "");
@@ -200,37 +200,37 @@ static int scale_values(const struct request *request, const struct cli *cli)
 
 /* Scales a number in `unit`, a text with its own unit, or a list of these. Other values are
  * copied, so that the loader refuses them. */
-static json_t *scaled(const struct request *request, const json_t *value, const char *unit)
+static json_t *scale_value(const struct request *request, const json_t *value, const char *unit)
 {
     double number;
     struct quantity_error wrong;
     if (!quantity_kind_of(unit)) /* a plain number, a mat number or a name has no unit */
         return json_deep_copy(value);
     if (quantity_json(value, unit, &number, &wrong))
-        return json_real(number * factor_of(request, unit));
+        return json_real(number * find_factor(request, unit));
     if (!json_is_array(value))
         return json_deep_copy(value);
     json_t *list = json_array();
     for (size_t i = 0; i < json_array_size(value); i++) {
         json_t *entry = json_array_get(value, i), *last = json_array_get(entry, 2);
-        json_t *other = last ? json_deep_copy(entry) : scaled(request, entry, unit);
+        json_t *other = last ? json_deep_copy(entry) : scale_value(request, entry, unit);
         if (last) /* a row [first, last, value] of values along the runway */
-            json_array_set_new(other, 2, scaled(request, last, unit));
+            json_array_set_new(other, 2, scale_value(request, last, unit));
         json_array_append_new(list, other);
     }
     return list;
 }
 
 /* Scales rows whose columns have these units. */
-static json_t *scaled_rows(const struct request *request, const json_t *rows,
-                           const char *const *units)
+static json_t *scale_rows(const struct request *request, const json_t *rows,
+                          const char *const *units)
 {
     json_t *result = json_array();
     for (size_t i = 0; i < json_array_size(rows); i++) {
         json_t *row = json_array();
         for (size_t c = 0; units[c]; c++)
             json_array_append_new(
-                row, scaled(request, json_array_get(json_array_get(rows, i), c), units[c]));
+                row, scale_value(request, json_array_get(json_array_get(rows, i), c), units[c]));
         json_array_append_new(result, row);
     }
     return result;
@@ -238,7 +238,7 @@ static json_t *scaled_rows(const struct request *request, const json_t *rows,
 
 /* Scales every key by its unit: the scene key's, or the unit at the end of its name. Includes
  * nested objects and landings. */
-static json_t *scaled_object(const struct request *request, const json_t *object)
+static json_t *scale_object(const struct request *request, const json_t *object)
 {
     static const char *const path[] = {"s", "ft", "lb", NULL}, *const profile[] = {"ft", "ft/s2",
                                                                                    NULL};
@@ -252,29 +252,29 @@ static json_t *scaled_object(const struct request *request, const json_t *object
         if (strcmp(key, "landings") == 0) {
             other = json_array();
             json_array_foreach(value, i, entry)
-                json_array_append_new(other, scaled_object(request, entry));
+                json_array_append_new(other, scale_object(request, entry));
         } else if (json_is_object(value))
-            other = scaled_object(request, value);
+            other = scale_object(request, value);
         else if (known && known->kind == SIM_KEY_PATH)
-            other = scaled_rows(request, value, path);
+            other = scale_rows(request, value, path);
         else if (strcmp(key, "profile") == 0 && json_is_array(value))
-            other = scaled_rows(request, value, profile);
+            other = scale_rows(request, value, profile);
         else if (key[0] == '_')
             other = json_deep_copy(value);
         else
-            other = scaled(request, value, known ? known->unit : quantity_unit_of_name(key));
+            other = scale_value(request, value, known ? known->unit : quantity_unit_of_name(key));
         json_object_set_new(result, key, other);
     }
     return result;
 }
 
 /* The default of a key that changes with scale; 0: none. */
-static double default_of(const struct request *request, const struct sim_key *key)
+static double find_default(const struct request *request, const struct sim_key *key)
 {
     struct sim_scene plain;
     double value;
     sim_scene_defaults(&plain);
-    if (key->kind != SIM_KEY_REAL || factor_of(request, key->unit) == 1.0)
+    if (key->kind != SIM_KEY_REAL || find_factor(request, key->unit) == 1.0)
         return 0.0;
     memcpy(&value, (const char *)&plain + key->offset, sizeof value);
     return isfinite(value) && value > 0.0 ? value : 0.0;
@@ -291,7 +291,7 @@ static void complete_result(const struct request *request, const json_t *scene, 
     const struct sim_key *key;
     bool follows_path = json_object_get(scene, "path") != NULL;
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
-        double value = default_of(request, key);
+        double value = find_default(request, key);
         bool wanted = whole && !(follows_path &&
                                  (strcmp(key->name, "F") == 0 || strcmp(key->name, "Vac") == 0));
         for (size_t g = 0; g < sizeof gates / sizeof gates[0]; g++) {
@@ -313,8 +313,8 @@ static void set_default(json_t *object, const char *key, json_t *value)
 
 /* The study with every key of scene, runway, aircraft and engine written out: the defaults are
  * for the model. */
-static json_t *whole_study(const struct request *request, const json_t *source,
-                           const struct landing_series *c, struct error *error)
+static json_t *complete_study(const struct request *request, const json_t *source,
+                              const struct landing_series *c, struct error *error)
 {
     const char *path = request->words[0];
     json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held),
@@ -344,7 +344,7 @@ static json_t *whole_study(const struct request *request, const json_t *source,
 
 /* The scaled file. Loads the source first, so that an invalid file is refused as in `sim` or
  * `study`. */
-static json_t *scaled_file(const struct request *request, const json_t *source, bool is_study)
+static json_t *scale_json(const struct request *request, const json_t *source, bool is_study)
 {
     const char *path = request->words[0];
     struct sim_scene scene;
@@ -352,7 +352,7 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
     json_t *whole;
     if (is_study) {
         series_load(&series, path, fatal);
-        whole = whole_study(request, source, &series, fatal);
+        whole = complete_study(request, source, &series, fatal);
         series_free(&series);
     } else {
         sim_scene_load(&scene, path, fatal);
@@ -360,7 +360,7 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
         complete_result(request, source, true, whole);
         sim_scene_free(&scene);
     }
-    json_t *other = scaled_object(request, whole);
+    json_t *other = scale_object(request, whole);
     if (is_study)
         json_object_set_new(
             other, "_scaled",
@@ -379,7 +379,7 @@ static int scale_file(const struct request *request, const struct cli *cli)
     output_check_not_input(request->output_path, request->words[0], fatal);
     json_t *source = json_load_file(request->words[0], 0, NULL);
     bool is_study = json_object_get(source, "landings") != NULL;
-    json_t *other = scaled_file(request, source, is_study);
+    json_t *other = scale_json(request, source, is_study);
     int code = 0;
     if (request->output_path || !cli->json)
         output_write_json(request->output_path, other, 17, fatal);

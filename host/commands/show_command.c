@@ -16,7 +16,7 @@
 
 /* ---- all landings ---- */
 
-#define NOTE_SHOWN 60 /* characters of a note, for people */
+#define NOTE_SHOWN_MAX 60 /* characters of a note, for people */
 
 /* A row of the list of landings, with the numbers of the landing's summary. Samples are loaded
  * only if the stop of the gear is in doubt, so that thousands of landings list without delay. */
@@ -25,10 +25,10 @@ struct preview {
     struct zones zones;
     struct summary_link link[LINK_KINDS]; /* lost, dropped, silent */
     struct journal journal;
-    size_t seen; /* observed waves and breaks, without withdrawn ones */
+    size_t observations; /* observed waves and breaks, without withdrawn ones */
     bool imported;
-    uint16_t can_base; /* of the landing's board */
-    int64_t same;      /* the earlier RUN of the same landing; 0: none */
+    uint16_t can_base;    /* of the landing's board */
+    int64_t repeated_run; /* the earlier RUN of the same landing; 0: none */
 };
 
 static void load_links(struct store *store, int64_t run, struct preview *preview)
@@ -50,10 +50,10 @@ static void preview_load(struct store *store, int64_t run, struct preview *previ
     load_links(store, run, preview);
     journal_load(store, landing, &preview->journal, fatal);
     for (size_t i = 0; i < preview->journal.observations; i++)
-        preview->seen += !preview->journal.observation[i].withdrawn;
+        preview->observations += !preview->journal.observation[i].withdrawn;
     store_frames_base(store, run, &preview->can_base, fatal);
     store_import_get(store, landing->session, &import, &preview->imported, fatal);
-    store_find_twin(store, run, &preview->same, fatal);
+    store_find_twin(store, run, &preview->repeated_run, fatal);
 }
 
 static void preview_free(struct preview *preview)
@@ -133,7 +133,7 @@ static void lost_answer(const struct preview *preview, struct answer *answer)
     answer_flag(answer, "silent", NULL, can->silent || serial->silent);
 }
 
-static void add(char *out, size_t size, const char *text)
+static void append_text(char *out, size_t size, const char *text)
 {
     size_t used = strlen(out);
     snprintf(out + used, size - used, "%s%s", used ? "; " : "", text);
@@ -142,7 +142,7 @@ static void add(char *out, size_t size, const char *text)
 /* The newest note, the number of notes, observations, and warnings. */
 static void notes_answer(const struct preview *preview, struct answer *answer)
 {
-    char text[NOTE_SHOWN + 140] = "", part[NOTE_SHOWN + 40];
+    char text[NOTE_SHOWN_MAX + 140] = "", part[NOTE_SHOWN_MAX + 40];
     const char *newest = NULL;
     size_t notes = 0;
     for (size_t i = 0; i < preview->journal.changes; i++) {
@@ -152,25 +152,28 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
         notes++;
     }
     if (!preview->measured.dates_known)
-        add(text, sizeof text, "calibration unknown");
-    if (preview->same) {
-        snprintf(part, sizeof part, "the same landing as RUN %lld", (long long)preview->same);
-        add(text, sizeof text, part);
+        append_text(text, sizeof text, "calibration unknown");
+    if (preview->repeated_run) {
+        snprintf(part, sizeof part, "the same landing as RUN %lld",
+                 (long long)preview->repeated_run);
+        append_text(text, sizeof text, part);
     }
     if (newest) {
-        size_t length = strlen(newest), shown = length > NOTE_SHOWN ? NOTE_SHOWN - 3 : length;
-        while (length > NOTE_SHOWN && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
+        size_t length = strlen(newest),
+               shown = length > NOTE_SHOWN_MAX ? NOTE_SHOWN_MAX - 3 : length;
+        while (length > NOTE_SHOWN_MAX && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
             shown--; /* never cut within a multi-byte character */
-        snprintf(part, sizeof part, "%.*s%s", (int)shown, newest, length > NOTE_SHOWN ? "..." : "");
-        add(text, sizeof text, part);
+        snprintf(part, sizeof part, "%.*s%s", (int)shown, newest,
+                 length > NOTE_SHOWN_MAX ? "..." : "");
+        append_text(text, sizeof text, part);
     }
     if (notes > 1) {
         snprintf(part, sizeof part, "%zu notes", notes);
-        add(text, sizeof text, part);
+        append_text(text, sizeof text, part);
     }
-    if (preview->seen) {
-        snprintf(part, sizeof part, "%zu seen", preview->seen);
-        add(text, sizeof text, part);
+    if (preview->observations) {
+        snprintf(part, sizeof part, "%zu seen", preview->observations);
+        append_text(text, sizeof text, part);
     }
     answer_words(answer, NULL, "notes", "%s", text);
     answer_list(answer, "notes", NULL);
@@ -179,8 +182,9 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
             answer_words(answer, NULL, NULL, "%s", preview->journal.change[i].value);
     }
     answer_close(answer);
-    answer_count(answer, "seen", NULL, (int64_t)preview->seen);
-    answer_count(answer, "same_as", NULL, preview->same ? preview->same : ANSWER_UNKNOWN);
+    answer_count(answer, "seen", NULL, (int64_t)preview->observations);
+    answer_count(answer, "same_as", NULL,
+                 preview->repeated_run ? preview->repeated_run : ANSWER_UNKNOWN);
 }
 
 /* `bases`: also print the CAN base of the board. */
@@ -231,8 +235,8 @@ static void landings_answer(struct store *store, const struct store_landing *row
 }
 
 /* Prints the counts of series and surveys, and the next step if something is missing. */
-static void holds_answer(const char *db, size_t landings, size_t series, size_t surveys,
-                         struct answer *answer)
+static void contents_answer(const char *db, size_t landings, size_t series, size_t surveys,
+                            struct answer *answer)
 {
     answer_words(answer, "db", NULL, "%s", db);
     answer_count(answer, "series", NULL, (int64_t)series);
@@ -254,19 +258,19 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
 
 /* The record of warnings and advice needs all readings of each landing. Larger campaigns: only
  * in the report. */
-#define RECORD_MOST 30
+#define RECORDS_MAX 30
 
 static void result_answer(struct store *store, size_t landings, struct answer *answer)
 {
     struct record record;
     if (landings == 0)
         return;
-    if (landings > RECORD_MOST) {
+    if (landings > RECORDS_MAX) {
         answer_none(answer, "record", NULL, NULL);
         answer_sentence(
             answer, NULL,
             "more than %d landings: see matrig report for the outcomes of their warnings",
-            RECORD_MOST);
+            RECORDS_MAX);
         return;
     }
     record_load(store, &record, fatal);
@@ -274,7 +278,7 @@ static void result_answer(struct store *store, size_t landings, struct answer *a
     record_free(&record);
 }
 
-static void list(struct store *store, const char *db, struct answer *answer)
+static void list_landings(struct store *store, const char *db, struct answer *answer)
 {
     struct store_landing *row = NULL;
     struct store_series *series = NULL;
@@ -284,7 +288,7 @@ static void list(struct store *store, const char *db, struct answer *answer)
     store_series_all(store, &series, &series_count, fatal);
     store_gage_surveys(store, &survey, &surveys, fatal);
     landings_answer(store, row, count, answer);
-    holds_answer(db, count, series_count, surveys, answer);
+    contents_answer(db, count, series_count, surveys, answer);
     result_answer(store, count, answer);
     free(row);
     free(series);
@@ -307,7 +311,7 @@ static void reported_answer(struct store *store, const struct store_landing *lan
     journal_free(&journal);
 }
 
-static void show(struct store *store, int64_t run, struct answer *answer)
+static void show_landing(struct store *store, int64_t run, struct answer *answer)
 {
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
@@ -324,12 +328,12 @@ static int show_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_show, argc, argv, cli, NULL, words, fatal);
     if (words[1])
         run_parse(words[1], &run, fatal);
-    struct store *store = program_campaign(words[0], STORE_READ);
+    struct store *store = program_open_campaign(words[0], STORE_READ);
     store_run_find(store, &run, fatal);
     if (run)
-        show(store, run, answer);
+        show_landing(store, run, answer);
     else
-        list(store, words[0], answer);
+        list_landings(store, words[0], answer);
     return answer_show(cli, answer, 0);
 }
 

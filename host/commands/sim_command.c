@@ -37,7 +37,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
 
 static volatile sig_atomic_t interrupted;
 
-static void on_interrupt(int number)
+static void handle_interrupt(int number)
 {
     (void)number;
     interrupted = 1;
@@ -56,7 +56,8 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     struct progress progress;
     progress_begin(&progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
                    cli->quiet);
-    struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
+    struct sigaction action = {.sa_handler = handle_interrupt, .sa_flags = (int)SA_RESETHAND},
+                     before;
     request->options.in_parallel = true;
     request->options.may_continue = show_progress;
     request->options.may_continue_ctx = &progress;
@@ -98,7 +99,8 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
 }
 
 /* Samples the requested mats for --csv at their middles. */
-static void ask_history(struct request *request, const struct sim_scene *scene, double **stations)
+static void request_history(struct request *request, const struct sim_scene *scene,
+                            double **stations)
 {
     size_t count = sim_shown_count(scene);
     *stations = xcalloc(count, sizeof **stations);
@@ -136,7 +138,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
     if (request.csv_path)
-        ask_history(&request, &scene, &stations);
+        request_history(&request, &scene, &stations);
     run_scene(&request, &scene, cli, &result, &error);
     bool usable = error.status == MR_OK || result.status == SIM_INTERRUPTED ||
                   result.status == SIM_UNPREDICTABLE;

@@ -19,7 +19,8 @@
 
 #define NAME "matrig-study"
 
-static bool try(char *path, size_t size, const char *folder, size_t length, const char *below)
+static bool try_program(char *path, size_t size, const char *folder, size_t length,
+                        const char *below)
 {
     struct stat file;
     int need = snprintf(path, size, "%.*s%s" NAME, (int)length, folder, below);
@@ -34,19 +35,19 @@ static bool study_find(const char *matrig, const char *search, char *path, size_
 {
     const char *slash = strrchr(matrig, '/');
     size_t length = slash ? (size_t)(slash - matrig) : 0;
-    if (slash && (try(path, size, matrig, length, "/") ||
-                  try(path, size, matrig, length, "/../libexec/matrig/")))
+    if (slash && (try_program(path, size, matrig, length, "/") ||
+                  try_program(path, size, matrig, length, "/../libexec/matrig/")))
         return true;
     while (search && *search) {
         length = strcspn(search, ":");
-        if (length > 0 && try(path, size, search, length, "/"))
+        if (length > 0 && try_program(path, size, search, length, "/"))
             return true;
         search += length + (search[length] == ':');
     }
     return false;
 }
 
-static int fail(const char *command, const char *why)
+static int fail_start(const char *command, const char *why)
 {
     struct error error = {0};
     error_set(&error, MR_IO,
@@ -66,19 +67,19 @@ int study_exec(int argc, char **argv, const struct cli *cli)
         free(words);
         snprintf(why, sizeof why,
                  "not found next to %s, in ../libexec/matrig from there, or on PATH", matrig);
-        return fail(argv[0], why);
+        return fail_start(argv[0], why);
     }
     words[count++] = NAME;
     words[count++] = STUDY_STARTED_BY;
     words[count++] = (char *)VERSION_TEXT;
     words[count++] = matrig;
-    count += program_options((const char **)words + count, cli);
+    count += program_read_options((const char **)words + count, cli);
     memcpy(words + count, argv, (size_t)argc * sizeof *argv);
     fflush(NULL);
     execv(path, words);
     snprintf(why, sizeof why, "%s (%s)", path, strerror(errno));
     free(words);
-    return fail(argv[0], why);
+    return fail_start(argv[0], why);
 }
 
 /* ---- error ---- */
@@ -179,7 +180,7 @@ static const struct command_part fit_parts[] = {
                 "prior value and standard error (lb, in, lb/ft); default: values of the scene, "
                 "with errors of 50 % for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, "
                 "and 20 % for f; share: 1/12, error 15 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
+    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_MIN, 1e5, 300.0,
                  "simulated data sets per round, at least {low}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "seed of all random draws; default: {standard}"),

@@ -10,7 +10,7 @@
 #include "host/base/cli.h"
 
 #define FIT_RUNS_MAX    20
-#define FIT_LEAST_DRAWS 60
+#define FIT_DRAWS_MIN   60
 #define SWEEP_FILES_MAX 4000
 
 struct study_request {

@@ -21,7 +21,7 @@
 
 /* ---- results of a survey ---- */
 
-static void put_head(const struct survey *survey, struct answer *answer)
+static void add_head(const struct survey *survey, struct answer *answer)
 {
     const struct store_gage_survey *row = &survey->row;
     bool ended = row->ended_us != STORE_NONE;
@@ -46,8 +46,8 @@ static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "li
                                                          "line 5", "line 6", "line 7"};
 
 /* Printed table; the JSON has all places, read or not (see matrices). */
-static void spans(const struct survey *survey, const struct survey_found *found,
-                  struct answer *answer)
+static void add_spans(const struct survey *survey, const struct survey_found *found,
+                      struct answer *answer)
 {
     bool changed = found->previous != 0;
     answer_table(answer, NULL,
@@ -79,7 +79,7 @@ static void spans(const struct survey *survey, const struct survey_found *found,
 }
 
 /* Changes across the runway and along the diagonals; tables without readings are left out. */
-static void across_and_diagonals(const struct survey_readings *change, struct answer *answer)
+static void add_across_and_diagonals(const struct survey_readings *change, struct answer *answer)
 {
     const struct {
         const char *title;
@@ -113,7 +113,7 @@ static void across_and_diagonals(const struct survey_readings *change, struct an
 }
 
 /* Movement every 10 ft, at the nearest gage point. */
-static void movement(const struct survey_found *found, struct answer *answer)
+static void add_movement(const struct survey_found *found, struct answer *answer)
 {
     answer_table(answer, NULL,
                  "movement downfield since the previous survey, and bow since the first survey");
@@ -133,7 +133,7 @@ static void movement(const struct survey_found *found, struct answer *answer)
     answer_close(answer);
 }
 
-static json_t *estimates(const struct survey_estimate *e, size_t count, double factor)
+static json_t *estimates_json(const struct survey_estimate *e, size_t count, double factor)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -142,7 +142,7 @@ static json_t *estimates(const struct survey_estimate *e, size_t count, double f
     return list;
 }
 
-static json_t *numbers(const double *value, size_t count, double factor)
+static json_t *numbers_json(const double *value, size_t count, double factor)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -155,13 +155,13 @@ static json_t *readings_json(const struct survey_readings *r, double factor)
     json_t *gaps = json_array(), *stations = json_array(), *across = json_array(),
            *diagonals = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
-        json_array_append_new(gaps, numbers(r->gap_in[line], SURVEY_SPANS, factor));
-        json_array_append_new(stations, numbers(r->station_in[line], SURVEY_STATIONS, factor));
-        json_array_append_new(across, numbers(r->across_in[line], SURVEY_STATIONS, factor));
+        json_array_append_new(gaps, numbers_json(r->gap_in[line], SURVEY_SPANS, factor));
+        json_array_append_new(stations, numbers_json(r->station_in[line], SURVEY_STATIONS, factor));
+        json_array_append_new(across, numbers_json(r->across_in[line], SURVEY_STATIONS, factor));
     }
     for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
         json_array_append_new(diagonals,
-                              numbers(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
+                              numbers_json(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
     return json_pack("{sososososo}", "gap", gaps, "station", stations, "across", across, "diagonal",
                      diagonals, "error", cli_json_number(r->error_in * factor, 4));
 }
@@ -170,7 +170,7 @@ static json_t *moved_json(const struct survey_change *change, double factor)
 {
     json_t *lines = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++)
-        json_array_append_new(lines, estimates(change->movement[line], SURVEY_POINTS, factor));
+        json_array_append_new(lines, estimates_json(change->movement[line], SURVEY_POINTS, factor));
     return lines;
 }
 
@@ -206,32 +206,32 @@ static void worst_bow_answer(const struct survey_found *found, struct answer *an
 }
 
 /* All places, read or not; only in the JSON. */
-static void matrices(const struct survey *survey, const struct survey_found *found,
-                     struct answer *answer, double factor)
+static void add_matrices(const struct survey *survey, const struct survey_found *found,
+                         struct answer *answer, double factor)
 {
     answer_json_value(answer, "readings", readings_json(&survey->readings, factor));
-    answer_json_value(answer, "slack", estimates(found->slack.segment, SURVEY_SPANS, factor));
+    answer_json_value(answer, "slack", estimates_json(found->slack.segment, SURVEY_SPANS, factor));
     if (!found->previous)
         return;
     answer_json_value(answer, "change", readings_json(&found->since_previous.change, factor));
     answer_json_value(answer, "moved", moved_json(&found->since_previous, factor));
-    answer_json_value(answer, "bow", estimates(found->since_first.bow, SURVEY_POINTS, factor));
+    answer_json_value(answer, "bow", estimates_json(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
 static void survey_answer(const struct survey *survey, const struct survey_found *found,
                           struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
-    put_head(survey, answer);
+    add_head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous)
         answer_count(answer, "since", "compared with survey", found->previous);
-    spans(survey, found, answer);
+    add_spans(survey, found, answer);
     if (found->previous) {
-        movement(found, answer);
-        across_and_diagonals(&found->since_previous.change, answer);
+        add_movement(found, answer);
+        add_across_and_diagonals(&found->since_previous.change, answer);
     }
-    matrices(survey, found, answer, length->factor);
+    add_matrices(survey, found, answer, length->factor);
     worst_bow_answer(found, answer);
 }
 
@@ -240,7 +240,7 @@ static void survey_answer(const struct survey *survey, const struct survey_found
 struct request {
     const struct cli *cli;
     const char *db, *edges_text, *note, *from, *sheet, *load, *reason;
-    bool begin_new, end, show, can, doubtful, force;
+    bool begins_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
     int64_t number, withdraw; /* number 0: newest; withdraw 0: none */
@@ -248,7 +248,7 @@ struct request {
 
 /* ---- typed readings ---- */
 
-struct typist {
+struct entry_session {
     const struct request *request;
     struct store *store;
     struct survey *survey;
@@ -256,12 +256,12 @@ struct typist {
     bool quit;
 };
 
-static double shown(const struct request *request, double value_in)
+static double display_value(const struct request *request, double value_in)
 {
     return value_in * unit_of(UNIT_DISPLACEMENT, request->cli->si)->factor;
 }
 
-static void prompt(const struct typist *typist)
+static void print_prompt(const struct entry_session *typist)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     bool si = typist->request->cli->si;
@@ -272,14 +272,15 @@ static void prompt(const struct typist *typist)
     fprintf(stderr, "%zu/%zu  %s", survey_desk_count_read(desk), desk->plan.count, text);
     if (!isnan(desk->value_in[desk->current]))
         fprintf(stderr, ", read: %.*f", si ? 2 : 3,
-                shown(typist->request, desk->value_in[desk->current]));
+                display_value(typist->request, desk->value_in[desk->current]));
     if (!isnan(desk->previous_in[desk->current]))
         fprintf(stderr, ", last %.*f", si ? 2 : 3,
-                shown(typist->request, desk->previous_in[desk->current]));
+                display_value(typist->request, desk->previous_in[desk->current]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
-static void keep(struct typist *typist, size_t item, enum survey_outcome outcome, const char *note)
+static void store_reading(struct entry_session *typist, size_t item, enum survey_outcome outcome,
+                          const char *note)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct survey_item *place = &desk->plan.item[item];
@@ -295,8 +296,8 @@ static void keep(struct typist *typist, size_t item, enum survey_outcome outcome
     store_gage_reading_add(typist->store, typist->survey->row.id, &reading, fatal);
 }
 
-static void report(const struct typist *typist, enum survey_outcome outcome, size_t item,
-                   const struct survey_entry *entry)
+static void report_outcome(const struct entry_session *typist, enum survey_outcome outcome,
+                           size_t item, const struct survey_entry *entry)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct request *r = typist->request;
@@ -308,10 +309,10 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
-                cli_can_draw() ? "\a" : "", shown(r, entry->value_in), unit->text,
-                shown(r, away_in),
+                cli_can_draw() ? "\a" : "", display_value(r, entry->value_in), unit->text,
+                display_value(r, away_in),
                 isnan(desk->previous_in[item]) ? "the design distance" : "the last reading",
-                shown(r, survey_item_limit_in(&desk->plan.item[item])));
+                display_value(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         const char *bell = cli_can_draw() ? "\a" : "";
         if (entry->error.what[0])
@@ -334,7 +335,7 @@ static void report(const struct typist *typist, enum survey_outcome outcome, siz
 }
 
 /* Handles one typed line. */
-static void take_line(struct typist *typist, const char *line)
+static void handle_line(struct entry_session *typist, const char *line)
 {
     struct survey_entry entry;
     size_t item = 0;
@@ -352,8 +353,8 @@ static void take_line(struct typist *typist, const char *line)
     enum survey_outcome outcome = survey_desk_apply(&typist->survey->desk, &entry, &item);
     if (outcome == SURVEY_STORED || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
-        keep(typist, item, outcome, entry.note);
-    report(typist, outcome, item, &entry);
+        store_reading(typist, item, outcome, entry.note);
+    report_outcome(typist, outcome, item, &entry);
 }
 
 /* Collects bytes until Enter; a line that is too long is dropped. */
@@ -363,7 +364,8 @@ struct line {
     bool too_long;
 };
 
-static void take_bytes(struct typist *typist, struct line *line, const char *bytes, size_t count)
+static void handle_bytes(struct entry_session *typist, struct line *line, const char *bytes,
+                         size_t count)
 {
     for (size_t i = 0; i < count && !typist->quit; i++) {
         bool end = bytes[i] == '\n' || bytes[i] == '\r';
@@ -375,31 +377,31 @@ static void take_bytes(struct typist *typist, struct line *line, const char *byt
         if (!end)
             continue;
         line->text[line->length] = '\0';
-        take_line(typist, line->too_long ? "too long" : line->text);
+        handle_line(typist, line->too_long ? "too long" : line->text);
         bool empty = line->length == 0;
         line->length = 0;
         line->too_long = false;
         if (typist->survey->desk.current == typist->survey->desk.plan.count)
             typist->quit = true;
         if (!typist->quit && !empty)
-            prompt(typist);
+            print_prompt(typist);
     }
 }
 
 /* Reads lines until all readings are entered, q, or end of input. */
-static void enter_readings(struct typist *typist)
+static void enter_readings(struct entry_session *typist)
 {
     struct line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
     typist->quit = typist->survey->desk.current == typist->survey->desk.plan.count;
     if (!typist->quit)
-        prompt(typist);
+        print_prompt(typist);
     while (!typist->quit && count > 0) {
         count = read(STDIN_FILENO, bytes, sizeof bytes);
         if (count < 0 && errno == EINTR)
             continue;
-        take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
+        handle_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
     }
     if (!typist->request->cli->quiet)
         fputc('\n', stderr);
@@ -408,7 +410,7 @@ static void enter_readings(struct typist *typist)
 /* ---- a sheet ---- */
 
 /* Readings that would need confirmation at the keyboard are refused without --doubtful. */
-static void take_sheet(struct typist *typist)
+static void read_sheet(struct entry_session *typist)
 {
     static struct survey_sheet sheet;
     struct survey_desk *desk = &typist->survey->desk;
@@ -429,14 +431,14 @@ static void take_sheet(struct typist *typist)
             char text[120];
             survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
             cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
-                     shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
+                     display_value(request, entry.value_in - survey_desk_expected_in(desk, i)),
                      unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
                      isnan(desk->previous_in[i]) ? "the design distance" : "the last reading",
                      text);
             doubted++;
             continue;
         }
-        keep(typist, i, outcome, sheet.note[i]);
+        store_reading(typist, i, outcome, sheet.note[i]);
     }
     store_commit(typist->store, fatal);
     survey_desk_move_to_next(desk, 0);
@@ -449,8 +451,8 @@ static void take_sheet(struct typist *typist)
 
 /* ---- one run of the command ---- */
 
-#define SAME_IN       1e-6 /* a caliper resolves 0.0005 in */
-#define SAME_READINGS 10u  /* that a crew does not repeat to the last digit */
+#define SAME_READING_TOLERANCE_IN 1e-6 /* a caliper resolves 0.0005 in */
+#define SAME_READINGS_MIN         10u  /* that a crew does not repeat to the last digit */
 
 /* The sheet of the newest survey given again would show a runway on which nothing has moved. */
 static void refuse_same(const struct request *request, struct store *store,
@@ -464,9 +466,10 @@ static void refuse_same(const struct request *request, struct store *store,
         return;
     for (size_t i = 0; i < newest.desk.plan.count; i++) {
         read += isnan(sheet->value_in[i]) ? 0u : 1u;
-        same += fabs(sheet->value_in[i] - newest.desk.value_in[i]) < SAME_IN ? 1u : 0u;
+        same += fabs(sheet->value_in[i] - newest.desk.value_in[i]) < SAME_READING_TOLERANCE_IN ? 1u
+                                                                                               : 0u;
     }
-    if (same == read && read >= SAME_READINGS)
+    if (same == read && read >= SAME_READINGS_MIN)
         error_set(fatal, MR_LIMIT,
                   "all %zu readings equal those of survey %lld: %s; give the sheet of the new "
                   "survey, or accept all readings with --doubtful",
@@ -487,10 +490,10 @@ static void check_sheet(const struct request *request, struct store *store)
         refuse_same(request, store, &sheet);
 }
 
-static void begin(const struct request *request, struct store *store, struct survey *survey)
+static void begin_survey(const struct request *request, struct store *store, struct survey *survey)
 {
     bool found = false;
-    if (!request->begin_new)
+    if (!request->begins_new)
         survey_get_open(store, survey, &found, fatal);
     if (found) {
         cli_note(request->cli,
@@ -504,14 +507,14 @@ static void begin(const struct request *request, struct store *store, struct sur
                                     .error_in = request->error_in,
                                     .closed_in = request->closed_in};
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text[request->edges]);
-    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
+    annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
     store_gage_survey_add(store, &row, fatal);
     survey_get(store, row.id, survey, fatal);
 }
 
 /* The readings stay in the campaign, but all commands ignore the survey. */
-static int withdraw(const struct request *request, struct store *store)
+static int withdraw_survey(const struct request *request, struct store *store)
 {
     static struct survey survey;
     struct store_withdrawal row = {
@@ -519,7 +522,7 @@ static int withdraw(const struct request *request, struct store *store)
     int64_t loaded_us = 0;
     survey_get(store, row.item, &survey, fatal);
     snprintf(row.name, sizeof row.name, "%lld", (long long)row.item);
-    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
+    annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     annotation_copy(row.reason, sizeof row.reason, request->reason);
     store_withdraw(store, &row, fatal);
     store_gage_loaded(store, row.item, &loaded_us, fatal);
@@ -533,7 +536,8 @@ static int withdraw(const struct request *request, struct store *store)
 }
 
 /* Refuses an empty survey: it would hide the previous survey. */
-static void check_end(const struct request *request, struct store *store, struct survey *survey)
+static void check_before_end(const struct request *request, struct store *store,
+                             struct survey *survey)
 {
     bool found = false;
     survey_get_open(store, survey, &found, fatal);
@@ -547,20 +551,20 @@ static void check_end(const struct request *request, struct store *store, struct
                   (long long)survey->row.id, request->db, (long long)survey->row.id);
 }
 
-static void take(const struct request *request, struct store *store, struct survey *survey)
+static void run_survey(const struct request *request, struct store *store, struct survey *survey)
 {
-    struct typist typist = {.request = request,
-                            .store = store,
-                            .survey = survey,
-                            .source = request->from ? request->from : "keyboard"};
+    struct entry_session typist = {.request = request,
+                                   .store = store,
+                                   .survey = survey,
+                                   .source = request->from ? request->from : "keyboard"};
     store_durable(store, fatal);
     if (request->end)
-        check_end(request, store, survey);
+        check_before_end(request, store, survey);
     else
-        begin(request, store, survey);
+        begin_survey(request, store, survey);
     int64_t id = survey->row.id;
     if (request->from)
-        take_sheet(&typist);
+        read_sheet(&typist);
     else if (!request->end)
         enter_readings(&typist);
     if (request->end || survey->desk.current == survey->desk.plan.count)
@@ -570,7 +574,7 @@ static void take(const struct request *request, struct store *store, struct surv
 
 /* ---- loading ---- */
 
-struct loaded {
+struct load_result {
     unsigned sent;      /* number of segments */
     unsigned different; /* number of sent segments for which the board reports another value */
     unsigned older;     /* number of segments that the board has from an earlier survey only */
@@ -582,13 +586,13 @@ struct loaded {
 
 struct loading {
     struct dialogue *dialogue;
-    bool told[SURVEY_SPANS];
-    unsigned tolds;
+    bool received[SURVEY_SPANS];
+    unsigned received_count;
     double slack_in[SURVEY_SPANS];
 };
 
-static enum mr_status take_slack(void *context, const struct dialogue_message *message,
-                                 struct error *error)
+static enum mr_status handle_slack(void *context, const struct dialogue_message *message,
+                                   struct error *error)
 {
     struct loading *l = context;
     struct mr_slack slack;
@@ -596,8 +600,8 @@ static enum mr_status take_slack(void *context, const struct dialogue_message *m
     if (message->id == MR_ID_SLACK &&
         mr_slack_get(&slack, message->payload, message->length) == MR_OK &&
         slack.segment < SURVEY_SPANS) {
-        l->tolds += !l->told[slack.segment];
-        l->told[slack.segment] = true;
+        l->received_count += !l->received[slack.segment];
+        l->received[slack.segment] = true;
         l->slack_in[slack.segment] = (double)slack.slack_in;
     }
     return MR_OK;
@@ -605,10 +609,10 @@ static enum mr_status take_slack(void *context, const struct dialogue_message *m
 
 static bool is_every_reading_stored(const void *context)
 {
-    return ((const struct loading *)context)->tolds == SURVEY_SPANS;
+    return ((const struct loading *)context)->received_count == SURVEY_SPANS;
 }
 
-static void order(struct loading *l, unsigned code, unsigned segment, int32_t argument)
+static void send_command(struct loading *l, unsigned code, unsigned segment, int32_t argument)
 {
     dialogue_execute(l->dialogue,
                      &(struct dialogue_command){.code = (uint8_t)code,
@@ -621,20 +625,20 @@ static void order(struct loading *l, unsigned code, unsigned segment, int32_t ar
 
 static void read_back(struct loading *l)
 {
-    memset(l->told, 0, sizeof l->told);
-    l->tolds = 0;
+    memset(l->received, 0, sizeof l->received);
+    l->received_count = 0;
     for (int tries = 0; tries < TRIES; tries++) {
-        order(l, MR_COMMAND_STATE, 0, 0);
+        send_command(l, MR_COMMAND_STATE, 0, 0);
         if (dialogue_wait_until(l->dialogue, is_every_reading_stored, l, ANSWER_S, fatal) == MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
               "the board reported only %u of %u segments of its runway: %s; load the survey again",
-              l->tolds, SURVEY_SPANS, dialogue_spec(l->dialogue));
+              l->received_count, SURVEY_SPANS, dialogue_spec(l->dialogue));
 }
 
-static void compare(const struct loading *l, const struct survey_slack *slack,
-                    struct loaded *loaded)
+static void compare_slacks(const struct loading *l, const struct survey_slack *slack,
+                           struct load_result *loaded)
 {
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double wanted_in = slack->segment[k].value_in;
@@ -647,36 +651,37 @@ static void compare(const struct loading *l, const struct survey_slack *slack,
 
 /* Loads the joint openings of a survey into a board (command `survey`, common/command.h), and
  * reads the board's values back. */
-static void load(const struct request *request, struct store *store, const struct survey *survey,
-                 const struct survey_found *found, struct loaded *loaded)
+static void load_board(const struct request *request, struct store *store,
+                       const struct survey *survey, const struct survey_found *found,
+                       struct load_result *loaded)
 {
-    struct loading loading = {.told = {false}};
+    struct loading loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
-    *loaded = (struct loaded){.sent = 0};
+    *loaded = (struct load_result){.sent = 0};
     if (found->slack.surveyed == 0)
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
                   (long long)survey->row.id, request->db);
     loading.dialogue = dialogue_open_for_command(can ? request->load : NULL,
                                                  can ? NULL : request->load);
-    dialogue_subscribe(loading.dialogue, take_slack, &loading);
+    dialogue_subscribe(loading.dialogue, handle_slack, &loading);
     dialogue_wait_for_hello(loading.dialogue, NULL, NULL, fatal);
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double slack_in = found->slack.segment[k].value_in;
         if (isnan(slack_in))
             continue;
-        order(&loading, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN));
+        send_command(&loading, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN));
         loaded->sent++;
     }
     read_back(&loading);
-    compare(&loading, &found->slack, loaded);
+    compare_slacks(&loading, &found->slack, loaded);
     dialogue_close(loading.dialogue);
     store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent,
                         fatal);
 }
 
 static int report_load(const struct request *request, const struct survey *survey,
-                       const struct loaded *loaded)
+                       const struct load_result *loaded)
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
@@ -726,15 +731,16 @@ static int run(const struct request *request)
 {
     static struct survey survey;
     static struct survey_found found;
-    struct loaded loaded = {.sent = 0};
+    struct load_result loaded = {.sent = 0};
     /* a first --sheet may create the campaign */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
     bool begins = !reading && !request->load && !request->end && !request->withdraw;
-    struct store *store = begins ? program_campaign_or_new(request->cli, request->db)
-                                 : program_campaign(request->db, reading ? STORE_READ : STORE_OPEN);
+    struct store *store = begins
+                            ? program_open_or_create_campaign(request->cli, request->db)
+                            : program_open_campaign(request->db, reading ? STORE_READ : STORE_OPEN);
     if (request->withdraw)
-        return withdraw(request, store);
+        return withdraw_survey(request, store);
     if (request->sheet) {
         size_t places = write_sheet(request, store, &survey);
         return request->cli->json
@@ -745,10 +751,10 @@ static int run(const struct request *request)
     if (request->show || request->load)
         survey_get(store, request->number, &survey, fatal);
     else
-        take(request, store, &survey);
+        run_survey(request, store, &survey);
     survey_evaluate(store, &survey, &found, fatal);
     if (request->load) {
-        load(request, store, &survey, &found, &loaded);
+        load_board(request, store, &survey, &found, &loaded);
         return report_load(request, &survey, &loaded);
     }
     struct answer *answer = answer_new(request->cli->si);
@@ -756,7 +762,7 @@ static int run(const struct request *request)
     return answer_show(request->cli, answer, 0);
 }
 
-static void check(struct request *r)
+static void check_request(struct request *r)
 {
     if (r->edges_text)
         (void)survey_edges_parse(r->edges_text, &r->edges);
@@ -789,7 +795,7 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
     command_parse(&command_survey, argc, argv, cli, &r, &r.db, fatal);
-    check(&r);
+    check_request(&r);
     if (access(r.db, F_OK) != 0)
         check_sheet(&r, NULL);
     return run(&r);
@@ -805,7 +811,7 @@ static const struct command_part parts[] = {
                   "edges at which stations are read; default: left. diagonal is for mats laid at "
                   "45 degrees: you read stations and transverse distances on all four lines along "
                   "the runway, and distances along seven lines at 45 degrees"),
-    OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
+    OPTION_FLAG("--new", begins_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_POINT_SPACING_IN,
                      "distance between gage points with all ten joints closed; a reading exceeds "
                      "it by the opening of the\n"

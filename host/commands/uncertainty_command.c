@@ -38,7 +38,7 @@ struct subject {
 };
 
 /* Budget of one channel. */
-struct one {
+struct channel_budget {
     unsigned index;
     struct mr_channel_config channel;
     double value; /* in or lb */
@@ -46,7 +46,7 @@ struct one {
     const struct store_certificate *certificate; /* NULL: none */
 };
 
-static enum unit_kind kind_of(const struct one *one)
+static enum unit_kind find_unit_kind(const struct channel_budget *one)
 {
     return one->index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
@@ -78,9 +78,9 @@ static void load_landing(struct store *store, const struct request *r, struct su
     free(text);
 }
 
-static void load(const struct request *r, struct subject *s)
+static void load_subject(const struct request *r, struct subject *s)
 {
-    struct store *store = program_campaign(r->words[0], STORE_READ);
+    struct store *store = program_open_campaign(r->words[0], STORE_READ);
     char uid[25] = "";
     s->config_known = r->config != NULL;
     if (r->config)
@@ -94,7 +94,8 @@ static void load(const struct request *r, struct subject *s)
 /* ---- one channel ---- */
 
 /* A reading of the landing: its peak as in the summary, or `at_value`. */
-static struct mr_error_case landing_case(const struct subject *s, double at_value, struct one *one)
+static struct mr_error_case make_landing_case(const struct subject *s, double at_value,
+                                              struct channel_budget *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];
     one->channel = channel->config;
@@ -105,8 +106,8 @@ static struct mr_error_case landing_case(const struct subject *s, double at_valu
 }
 
 /* A reading of a board with this configuration. */
-static struct mr_error_case plain_case(const struct request *r, const struct subject *s,
-                                       struct one *one)
+static struct mr_error_case make_plain_case(const struct request *r, const struct subject *s,
+                                            struct channel_budget *one)
 {
     one->channel = s->config.channel[one->index];
     bool movement = one->channel.kind == MR_KIND_DISPLACEMENT;
@@ -120,14 +121,14 @@ static struct mr_error_case plain_case(const struct request *r, const struct sub
         .reference_error = s->config.channel[MR_REFERENCE].gain_error};
 }
 
-static bool make_one(const struct request *r, const struct subject *s, unsigned index,
-                     struct one *one)
+static bool make_budget(const struct request *r, const struct subject *s, unsigned index,
+                        struct channel_budget *one)
 {
-    *one = (struct one){.index = index};
+    *one = (struct channel_budget){.index = index};
     if (r->channel >= 0 && r->channel != (int)index)
         return false;
     struct budget_case of = {.half_range_k = r->kelvin, .certificate_expanded = (double)NAN};
-    of.reading = s->run ? landing_case(s, r->at_value, one) : plain_case(r, s, one);
+    of.reading = s->run ? make_landing_case(s, r->at_value, one) : make_plain_case(r, s, one);
     if (!mr_channel_is_sensor(&one->channel))
         return false;
     of.channel = &one->channel;
@@ -148,7 +149,7 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
 
 /* ---- output ---- */
 
-static void certificate_answer(struct answer *answer, const struct one *one)
+static void certificate_answer(struct answer *answer, const struct channel_budget *one)
 {
     char text[CERTIFICATES_TEXT_SIZE] = "none: its uncertainty is not included";
     enum certificate_state state = CERTIFICATE_VALID;
@@ -162,9 +163,9 @@ static void certificate_answer(struct answer *answer, const struct one *one)
                          one->certificate ? one->certificate->number : "", NULL);
 }
 
-static void sums_answer(struct answer *answer, const struct one *one)
+static void sums_answer(struct answer *answer, const struct channel_budget *one)
 {
-    enum unit_kind kind = kind_of(one);
+    enum unit_kind kind = find_unit_kind(one);
     const struct budget *b = &one->budget;
     answer_value(answer, "stated", "stated error", kind, b->stated, -3);
     answer_value(answer, "combined", "combined", kind, b->combined, -3);
@@ -173,7 +174,7 @@ static void sums_answer(struct answer *answer, const struct one *one)
     certificate_answer(answer, one);
 }
 
-static void rows_answer(struct answer *answer, const struct one *one)
+static void rows_answer(struct answer *answer, const struct channel_budget *one)
 {
     const struct budget *b = &one->budget;
     bool transducer = one->index < MR_TRANSDUCERS;
@@ -192,25 +193,25 @@ static void rows_answer(struct answer *answer, const struct one *one)
         answer_value(answer, "divisor", "divisor", UNIT_NUMBER, row->divisor, 3);
         answer_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard, -3);
         answer_value(answer, "sensitivity", "c", UNIT_NUMBER, row->sensitivity, -3);
-        answer_value(answer, "contribution", "c u(x)", kind_of(one), row->contribution, -3);
+        answer_value(answer, "contribution", "c u(x)", find_unit_kind(one), row->contribution, -3);
         answer_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);
     }
     answer_close(answer);
 }
 
-static void head_answer(struct answer *answer, const struct one *one)
+static void head_answer(struct answer *answer, const struct channel_budget *one)
 {
     char channel[8];
     jump_channel_name(one->index, channel);
     answer_words(answer, "channel", "channel", "%s", channel);
     answer_words_or_none(answer, "sensor", "sensor",
                          one->channel.serial[0] ? one->channel.serial : "", "-");
-    answer_value(answer, "reading", "reading", kind_of(one), one->value,
-                 kind_of(one) == UNIT_DISPLACEMENT ? 4 : 2);
+    answer_value(answer, "reading", "reading", find_unit_kind(one), one->value,
+                 find_unit_kind(one) == UNIT_DISPLACEMENT ? 4 : 2);
 }
 
 /* All results of one channel. */
-static void one_answer(struct answer *answer, const struct one *one)
+static void budget_answer(struct answer *answer, const struct channel_budget *one)
 {
     head_answer(answer, one);
     rows_answer(answer, one);
@@ -230,10 +231,10 @@ static void legend_answer(struct answer *answer)
 static void table_answer(const struct request *r, const struct subject *s, const char *name,
                          unsigned from, unsigned to, struct answer *answer)
 {
-    struct one one;
+    struct channel_budget one;
     answer_table(answer, name, "");
     for (unsigned i = from; i < to; i++) {
-        if (!make_one(r, s, i, &one))
+        if (!make_budget(r, s, i, &one))
             continue;
         struct answer *rows = answer_new(false);
         rows_answer(rows, &one);
@@ -255,7 +256,7 @@ static void tables_answer(const struct request *r, const struct subject *s, stru
 
 /* ---- the command line ---- */
 
-static void check(struct request *r)
+static void check_request(struct request *r)
 {
     unsigned index = 0;
     r->channel = -1;
@@ -282,17 +283,17 @@ static void check(struct request *r)
                   unit);
 }
 
-static void report(const struct request *r, const struct subject *s, struct answer *answer)
+static void report_budgets(const struct request *r, const struct subject *s, struct answer *answer)
 {
-    struct one one;
-    if (r->channel >= 0 && !make_one(r, s, (unsigned)r->channel, &one))
+    struct channel_budget one;
+    if (r->channel >= 0 && !make_budget(r, s, (unsigned)r->channel, &one))
         error_set(fatal, MR_UNKNOWN, "%s is not fitted: %s; see matrig show", r->words[1],
                   r->config ? r->config : r->words[0]);
     if (s->run)
         answer_count(answer, "run", "RUN", s->run);
     answer_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
     if (r->channel >= 0)
-        one_answer(answer, &one);
+        budget_answer(answer, &one);
     else
         tables_answer(r, s, answer);
     legend_answer(answer);
@@ -304,9 +305,9 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     struct answer *answer = answer_new(cli->si);
     command_parse(&command_uncertainty, argc, argv, cli, &r, r.words, fatal);
-    check(&r);
-    load(&r, &s);
-    report(&r, &s, answer);
+    check_request(&r);
+    load_subject(&r, &s);
+    report_budgets(&r, &s, answer);
     measured_free(&s.measured);
     return answer_show(cli, answer, 0);
 }

@@ -17,7 +17,7 @@
 #include "host/base/xmalloc.h"
 #include "host/study/fit/landings.h"
 
-_Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_MIN, "the option and the fit agree");
+_Static_assert(FIT_DRAWS_MIN == FIT_DRAWS_MIN, "the option and the fit agree");
 
 static void read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request)
 {
@@ -150,7 +150,7 @@ static void load(const struct fit_request *request, const struct cli *cli,
                  struct fit_landings *list)
 {
     struct sim_scene scene;
-    struct store *store = program_campaign(request->words[0], STORE_OPEN);
+    struct store *store = program_open_campaign(request->words[0], STORE_OPEN);
     sim_scene_load(&scene, request->scene, fatal);
     fit_landings_begin(list, &scene);
     sim_scene_free(&scene);
