@@ -66,7 +66,7 @@ static void check_readiness(struct store *store, int64_t now_us, int64_t armed_u
     struct store_readiness row = {0};
     bool found = false;
     char uid[25] = "", at[40];
-    if (store_board_newest(store, uid, &ignored) == MR_OK && uid[0])
+    if (store_newest_board(store, uid, &ignored) == MR_OK && uid[0])
         (void)store_readiness_get(store, uid, "ready", now_us, false, &row, &found, &ignored);
     if (!found)
         return;
@@ -74,7 +74,7 @@ static void check_readiness(struct store *store, int64_t now_us, int64_t armed_u
     if (strcmp(row.verdict, "go") != 0)
         append_line(out, "the result of matrig ready at %s was no-go\n", at);
     else if (row.made_us < armed_us || row.made_us < loaded_us ||
-             now_us - row.made_us > STORE_READINESS_US)
+             now_us - row.made_us > STORE_READINESS_VALID_US)
         append_line(out, "the result of matrig ready was go at %s, %s\n", at,
                     row.made_us < armed_us    ? "before the last landing"
                     : row.made_us < loaded_us ? "before the survey was loaded"

@@ -142,7 +142,7 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
     for (size_t i = count; i-- > 0;) {
         struct mr_predictor_config config;
         size_t items = 0;
-        enum mr_status status = store_predict_config(store, row[i].id, &config, &items, error);
+        enum mr_status status = store_predict_config_get(store, row[i].id, &config, &items, error);
         if (status != MR_OK)
             return status;
         if (items != (size_t)MR_PREDICT_ITEMS)
@@ -168,7 +168,7 @@ static enum mr_status select_landings(struct store *store, int64_t before,
                                       struct history *history, int64_t *end_us, struct error *error)
 {
     size_t all = 0, kept = 0;
-    char reason[STORE_JOURNAL_TEXT];
+    char reason[STORE_JOURNAL_TEXT_SIZE];
     bool found = before == 0;
     enum mr_status status = store_landings(store, rows, &all, error);
     for (size_t i = 0; status == MR_OK && i < all; i++) {
@@ -211,7 +211,7 @@ static enum mr_status load_series(struct store *store, const struct store_landin
     free(all);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         series.id = 0;
-        status = store_series_of(store, &row[i], &series, error);
+        status = store_landing_series_get(store, &row[i], &series, error);
         history->landing[i].is_relaid = i > 0 && series.id != last;
         last = series.id;
     }

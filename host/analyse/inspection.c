@@ -536,11 +536,11 @@ static void add_difference(struct difference *d, const char *kind, const char *f
 static void add_journal_differences(struct store *store, struct difference *d, struct error *error)
 {
     struct store_series series[2];
-    char weight[2][STORE_JOURNAL_TEXT];
+    char weight[2][STORE_JOURNAL_TEXT_SIZE];
     for (int i = 0; i < 2; i++) {
         struct store_landing landing;
         if (store_landing_get(store, d->run[i], &landing, error) != MR_OK ||
-            store_series_of(store, &landing, &series[i], error) != MR_OK ||
+            store_landing_series_get(store, &landing, &series[i], error) != MR_OK ||
             store_change_get(store, d->run[i], "weight_lb", weight[i], NULL, error) != MR_OK)
             return;
     }

@@ -63,7 +63,7 @@ enum mr_status journal_load(struct store *store, const struct store_landing *lan
                             struct journal *j, struct error *error)
 {
     memset(j, 0, sizeof *j);
-    return store_series_of(store, landing, &j->series, error) ?:
+    return store_landing_series_get(store, landing, &j->series, error) ?:
            store_changes(store, landing->id, &j->change, &j->changes, error) ?:
            store_observations(store, landing->id, &j->observation, &j->observations, error) ?:
            store_is_void(store, landing->id, &j->is_void, j->void_reason, error);

@@ -17,7 +17,7 @@ struct journal {
     struct store_observation *observation;
     size_t observations;
     bool is_void;
-    char void_reason[STORE_JOURNAL_TEXT];
+    char void_reason[STORE_JOURNAL_TEXT_SIZE];
 };
 /* The caller releases the journal with journal_free, also after an error. */
 enum mr_status journal_load(struct store *store, const struct store_landing *landing,

@@ -450,9 +450,10 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
                                            struct error *error)
 {
     struct measured *measured = record->measured;
-    struct store_imported *rows = NULL;
+    struct store_imported_channel *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
+    enum mr_status status = store_imported_channels(store, measured->landing.id, &rows, &count,
+                                                    error);
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
             rows[r].first_block >= BLOCK_MAX)
@@ -466,7 +467,7 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
         measured->source = MEASURED_IMPORT;
     }
     for (size_t r = 0; r < count && status == MR_OK; r++) {
-        const struct store_imported *row = &rows[r];
+        const struct store_imported_channel *row = &rows[r];
         struct measured_channel *channel = &measured->channel[row->count ? row->index : 0];
         if (row->count)
             channel->stride = row->stride >= 1 && row->stride <= STRIDE_MAX ? (size_t)row->stride
@@ -479,7 +480,7 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
                 channel->validity[at] = MR_VALID;
         }
     }
-    store_imported_free(rows, count);
+    store_imported_channels_free(rows, count);
     return status;
 }
 
@@ -557,7 +558,8 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     char *text = NULL;
     struct error ignored = {0};
     int64_t crc = measured->landing.config_crc;
-    enum mr_status status = store_recalibrated(store, run, &measured->recalibrated_channels, error);
+    enum mr_status status = store_recalibrated_channels(store, run,
+                                                        &measured->recalibrated_channels, error);
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
     measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
@@ -576,7 +578,7 @@ static enum mr_status find_thrust(struct store *store, int64_t run, struct measu
 {
     struct mr_predictor_config predictor;
     size_t items = 0;
-    enum mr_status status = store_predict_config(store, run, &predictor, &items, error);
+    enum mr_status status = store_predict_config_get(store, run, &predictor, &items, error);
     measured->thrust_lb_per_g = status == MR_OK && items == (size_t)MR_PREDICT_ITEMS
                                   ? (double)predictor.thrust_lb_per_g
                                   : (double)NAN;

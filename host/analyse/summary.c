@@ -23,9 +23,9 @@ const char *summary_link_name(int link)
 static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
                                     struct summary_link *link, struct error *error)
 {
-    struct store_trouble *rows = NULL;
+    struct store_link_error *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
+    enum mr_status status = store_link_errors(store, run, kind, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
             link->trouble[rows[i].code] = rows[i].count;
@@ -186,14 +186,14 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
         const char *unit = info->unit;
         while ((unsigned char)*unit >= 0x80) /* skip the degree sign */
             unit++;
-        if (!m->readings && m->told)
+        if (!m->readings && m->messages)
             answer_words(answer, NULL, info->name, "none of %lld readings received; %s",
-                         (long long)m->told, info->missing_reason);
+                         (long long)m->messages, info->missing_reason);
         if (!m->readings)
             continue;
         answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
         answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
-                      (long long)m->told);
+                      (long long)m->messages);
         answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
         if (!isnan(m->error))
             answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
@@ -490,7 +490,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            load_mean(store, run, summary->mean, error) ?:
            load_ready(store, &summary->measured.landing, summary->ready, error) ?:
-           store_find_twin(store, run, &summary->duplicate_run, error);
+           store_find_duplicate(store, run, &summary->duplicate_run, error);
 }
 
 void summary_free(struct summary *summary)

@@ -111,7 +111,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
                                     .run = side->pending_run,
                                     .board_us = side->pending_us,
                                     .host_us = (int64_t)link_now_us(),
-                                    .kind = store_trouble_kind((int)side->kind),
+                                    .kind = store_link_error_kind((int)side->kind),
                                     .code = i,
                                     .detail = (int64_t)side->pending[i],
                                     .value = (int64_t)side->counted_troubles[i],

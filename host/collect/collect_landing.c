@@ -116,12 +116,12 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
     }
     bool ended = slot->left[LINK_SERIAL] && !slot->interrupted;
     if (status == MR_OK && slot->entered[LINK_SERIAL])
-        status = store_frames_place(collector->store, collector->session, slot->row.id,
-                                    slot->begin_mark,
-                                    ended                    ? STORE_NONE
-                                    : slot->interrupted_mark ? slot->interrupted_mark
-                                                             : INT64_MAX,
-                                    error);
+        status = store_frames_assign(collector->store, collector->session, slot->row.id,
+                                     slot->begin_mark,
+                                     ended                    ? STORE_NONE
+                                     : slot->interrupted_mark ? slot->interrupted_mark
+                                                              : INT64_MAX,
+                                     error);
     if (status == MR_OK)
         status = fill_gaps(collector, slot, error);
     if (collector->finished_count < SLOTS)

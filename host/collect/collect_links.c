@@ -34,7 +34,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
             continue;
         slot->interrupted = true;
         if (side->kind == LINK_CAN)
-            status = store_frames_mark(collector->store, &slot->interrupted_mark, error);
+            status = store_newest_frame(collector->store, &slot->interrupted_mark, error);
     }
     if (status != MR_OK)
         return status;
@@ -182,7 +182,7 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
         return MR_OK;
     can->mark_block = block;
     can->mark[0] = can->mark[1];
-    return store_frames_mark(collector->store, &can->mark[1], error);
+    return store_newest_frame(collector->store, &can->mark[1], error);
 }
 
 /* True: the board sends the same message on both links. */

@@ -218,7 +218,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
     bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER &&
                    isnan(message->late_ms);
     return side->current && refused
-             ? store_edge_refuse(collector->store, side->current->row.id, message->count, error)
+             ? store_edge_reject(collector->store, side->current->row.id, message->count, error)
              : MR_OK;
 }
 

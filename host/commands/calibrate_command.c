@@ -384,7 +384,7 @@ static void enter_certificate(const struct request *r)
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
     certificates_parse(r->certificate, &row, fatal);
     struct store *store = program_open_campaign(r->db, STORE_OPEN);
-    store_board_newest(store, row.board_uid, fatal);
+    store_newest_board(store, row.board_uid, fatal);
     if (!row.board_uid[0])
         error_set(fatal, MR_UNKNOWN, "the campaign has no board yet: %s; run matrig ready DB first",
                   r->db);
@@ -443,7 +443,7 @@ static int recompute_landings(struct request *r)
     store_landings(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         struct store_series series;
-        store_series_of(store, &rows[i], &series, fatal);
+        store_landing_series_get(store, &rows[i], &series, fatal);
         if ((r->run && rows[i].id != r->run) || (r->series && strcmp(series.name, r->series) != 0))
             continue;
         unsigned values = recompute_landing(r, store, &rows[i], &config, &how);

@@ -113,9 +113,9 @@ static void read_links(struct store *store, struct day_facts *f)
 static void read_landings(struct store *store, struct day_facts *f)
 {
     struct store_landing landing;
-    char note[STORE_JOURNAL_TEXT];
+    char note[STORE_JOURNAL_TEXT_SIZE];
     store_day_newest(store, &f->run, fatal);
-    store_day_count(store, local_midnight_us(f->now_us), &f->today, fatal);
+    store_count_landings_since(store, local_midnight_us(f->now_us), &f->today, fatal);
     if (!f->run)
         return;
     store_landing_get(store, f->run, &landing, fatal);
@@ -195,7 +195,7 @@ static void read_ready(struct store *store, struct day_facts *f)
     char uid[25];
     struct store_readiness row = {0};
     bool found = false;
-    store_board_newest(store, uid, fatal);
+    store_newest_board(store, uid, fatal);
     if (uid[0])
         store_readiness_get(store, uid, "ready", f->now_us, true, &row, &found, fatal);
     if (!found)
@@ -650,7 +650,8 @@ static bool ask_operator(struct day *day)
 static bool ask_weight(struct day *day)
 {
     struct store_landing landing;
-    char weight[STORE_JOURNAL_TEXT] = "", run_text[24], correction[STORE_JOURNAL_TEXT + 20];
+    char weight[STORE_JOURNAL_TEXT_SIZE] = "", run_text[24],
+         correction[STORE_JOURNAL_TEXT_SIZE + 20];
     int64_t run_number = day->facts.run;
     store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     if (weight[0])

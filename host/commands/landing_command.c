@@ -59,7 +59,7 @@ static void list_series(struct store *store, struct answer *answer)
         int64_t its = 0;
         for (size_t k = 0; k < landed; k++) {
             struct store_series of;
-            store_series_of(store, &landings[k], &of, fatal);
+            store_landing_series_get(store, &landings[k], &of, fatal);
             its += of.id == rows[i].id;
         }
         survey_time_text(rows[i].made_us, when, sizeof when);
@@ -119,7 +119,7 @@ static void withdraw_series(const struct request *r, struct store *store)
                   r->withdraw_series, r->words[0]);
     if (strlen(r->reason) >= sizeof row.reason)
         error_set(fatal, MR_TOO_LONG, "text too long: the reason; give at most %d characters",
-                  STORE_JOURNAL_TEXT - 1);
+                  STORE_JOURNAL_TEXT_SIZE - 1);
     annotation_copy(row.name, sizeof row.name, r->withdraw_series);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.reason, sizeof row.reason, r->reason);
@@ -154,7 +154,7 @@ static void store_change(const struct request *r, struct store *store, const cha
     struct store_change row = {.run = r->run, .made_us = (int64_t)link_now_us()};
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
         error_set(fatal, MR_TOO_LONG, "text too long: %s of RUN %lld; give at most %d characters",
-                  field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
+                  field, (long long)r->run, STORE_JOURNAL_TEXT_SIZE - 1);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.field, sizeof row.field, field);
     annotation_copy(row.value, sizeof row.value, value);
@@ -260,7 +260,7 @@ static void store_observation(const struct request *r, struct store *store)
     if (r->note && strlen(r->note) >= sizeof row.note)
         error_set(fatal, MR_TOO_LONG,
                   "text too long: the note of RUN %lld; give at most %d characters",
-                  (long long)r->run, STORE_JOURNAL_TEXT - 1);
+                  (long long)r->run, STORE_JOURNAL_TEXT_SIZE - 1);
     check_time(r, store);
     annotation_copy(row.kind, sizeof row.kind, r->observe);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
@@ -297,7 +297,7 @@ static void add_observation(const struct request *r, struct store *store)
 static void journal_answer(const struct store_landing *landing, const struct journal *j,
                            struct answer *answer)
 {
-    char heading[6 * STORE_JOURNAL_TEXT];
+    char heading[6 * STORE_JOURNAL_TEXT_SIZE];
     snprintf(heading, sizeof heading,
              "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s",
              (long long)landing->id, (long long)landing->board_landing,

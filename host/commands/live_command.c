@@ -21,7 +21,7 @@
 struct watch {
     const struct cli *cli;
     struct store *store;
-    struct store_follow_place place;
+    struct store_follow_position place;
     int64_t session;
     struct store_session_row links; /* links of the session */
     struct live_source source;
@@ -108,7 +108,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
         .si = watch->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
-    store_follow_from(watch->store, FRAMES_AT_START, &watch->place, fatal);
+    store_follow_begin(watch->store, FRAMES_AT_START, &watch->place, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)
         return;

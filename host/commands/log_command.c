@@ -187,7 +187,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
                                   ?: open_collector(logger, error);
         if (status == MR_OK)
             return MR_OK;
-        enum store_refusal refused = store_take_refusal(logger->store);
+        enum store_refusal refused = store_refusal_pop(logger->store);
         /* only a lock is worth waiting for: the user is still present and can correct the rest */
         if (refused != STORE_LOCKED)
             return status;

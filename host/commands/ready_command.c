@@ -41,13 +41,13 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     struct statvfs disk;
     int64_t bytes = 0, landings = 0;
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
-    store_wait(store, LOCK_WAIT_S);
+    store_set_wait_s(store, LOCK_WAIT_S);
     if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database, sizeof f->database, "%.180s", wrong.text);
     wrong = (struct error){0};
     f->landing_bytes = READY_LANDING_BYTES;
-    if (store_size(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
+    if (store_size_get(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
         (double)bytes / (double)landings > f->landing_bytes)
         f->landing_bytes = (double)bytes / (double)landings;
     if (statvfs(request->db, &disk) != 0)
@@ -108,7 +108,7 @@ static void check_recent(struct store *store, struct ready_facts *f)
         f->previous_config_crc = rows[i].config_crc;
     }
     free(rows);
-    store_last_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
+    store_newest_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
         read_spans(last.checks, f->previous_span_lb);

@@ -310,11 +310,11 @@ static void check_request(struct request *r)
         error_set(fatal, MR_USAGE, "no file for the page: give --measure %lld -o F.html",
                   (long long)r->measure);
     if ((r->correct || r->withdraw) &&
-        (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT))
+        (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT_SIZE))
         error_set(fatal, MR_USAGE,
                   "no reason: matrig record needs --reason TEXT, of at most %d characters, for a "
                   "correction or withdrawal",
-                  STORE_JOURNAL_TEXT - 1);
+                  STORE_JOURNAL_TEXT_SIZE - 1);
     if (!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path))
         error_set(fatal, MR_USAGE,
                   "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds");

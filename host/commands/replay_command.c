@@ -113,8 +113,8 @@ static enum mr_status find_image(struct replay *replay, struct store *store, str
     bool bundled = false;
     snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf",
              replay->directory);
-    enum mr_status status = store_bundle_open(store, replay->run, replay->elf_unpacked, &bundled,
-                                              error);
+    enum mr_status status = store_bundle_extract(store, replay->run, replay->elf_unpacked, &bundled,
+                                                 error);
     if (replay->board.elf != replay->elf)
         return status;
     if (bundled)

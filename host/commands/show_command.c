@@ -51,9 +51,9 @@ static void preview_load(struct store *store, int64_t run, struct preview *previ
     journal_load(store, landing, &preview->journal, fatal);
     for (size_t i = 0; i < preview->journal.observations; i++)
         preview->observations += !preview->journal.observation[i].withdrawn;
-    store_frames_base(store, run, &preview->can_base, fatal);
+    store_can_base_get(store, run, &preview->can_base, fatal);
     store_import_get(store, landing->session, &import, &preview->imported, fatal);
-    store_find_twin(store, run, &preview->repeated_run, fatal);
+    store_find_duplicate(store, run, &preview->repeated_run, fatal);
 }
 
 static void preview_free(struct preview *preview)
@@ -223,7 +223,7 @@ static void landings_answer(struct store *store, const struct store_landing *row
     static struct preview preview; /* static: some ten kilobytes */
     uint16_t base = 0;
     for (size_t i = 0; i < count && !base; i++)
-        store_frames_base(store, row[i].id, &base, fatal);
+        store_can_base_get(store, row[i].id, &base, fatal);
     answer_table(answer, "landings", "");
     for (size_t i = 0; i < count; i++) {
         preview_load(store, row[i].id, &preview);

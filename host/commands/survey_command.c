@@ -557,7 +557,7 @@ static void run_survey(const struct request *request, struct store *store, struc
                                    .store = store,
                                    .survey = survey,
                                    .source = request->from ? request->from : "keyboard"};
-    store_durable(store, fatal);
+    store_set_durable(store, fatal);
     if (request->end)
         check_before_end(request, store, survey);
     else
@@ -780,11 +780,11 @@ static void check_request(struct request *r)
         error_set(fatal, MR_USAGE,
                   "--survey needs --show, --sheet or --load; see matrig survey --help");
     if ((r->withdraw != 0) != (r->reason && r->reason[0]) ||
-        (r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT))
+        (r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT_SIZE))
         error_set(fatal, MR_USAGE,
                   "--withdraw N and --reason T only work together, with a reason of at most %d "
                   "characters; see matrig survey --help",
-                  STORE_JOURNAL_TEXT - 1);
+                  STORE_JOURNAL_TEXT_SIZE - 1);
     if (r->doubtful && !r->from)
         error_set(fatal, MR_USAGE, "--doubtful needs --from; see matrig survey --help");
     if (r->can && !r->load)

@@ -87,7 +87,7 @@ static void load_subject(const struct request *r, struct subject *s)
         config_text_load(r->config, &s->config, fatal);
     else
         load_landing(store, r, s);
-    store_board_newest(store, uid, fatal);
+    store_newest_board(store, uid, fatal);
     certificates_read(store, s->run ? s->measured.landing.board_uid : uid, &s->certificates, fatal);
 }
 

@@ -597,7 +597,7 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
         struct store_series series = {0};
         bool is_void = false;
         if (store_is_void(store, rows[i].id, &is_void, NULL, error) == MR_OK && name)
-            store_series_of(store, &rows[i], &series, error);
+            store_landing_series_get(store, &rows[i], &series, error);
         if (!is_void && (!name || strcmp(series.name, name) == 0))
             (*runs)[(*count)++] = rows[i].id;
     }

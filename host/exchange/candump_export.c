@@ -79,7 +79,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
             "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
             (long long)run, store_path(store));
     if (status == MR_OK)
-        status = store_frames_base(store, run, &export.base, error);
+        status = store_can_base_get(store, run, &export.base, error);
     if (status == MR_OK)
         status = summary_load_clock(store, run, &export.clock, &known, error);
     export.dated = known && export.clock.refusal == TIMEMAP_OK;

@@ -272,13 +272,14 @@ static enum mr_status put_channel(struct import_work *w, const struct mapping_ch
         import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks,
                         reading);
     int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
-    struct store_imported row = {.index = index,
-                                 .first_block = w->first,
-                                 .stride = stride,
-                                 .count = w->blocks,
-                                 .reading = reading};
+    struct store_imported_channel row = {.index = index,
+                                         .first_block = w->first,
+                                         .stride = stride,
+                                         .count = w->blocks,
+                                         .reading = reading};
     return put_configuration(w, channel, index, error) ?:
-           store_imported_put(w->store, w->run, &row, error) ?: put_gap(w, channel, reading, error);
+           store_imported_channel_put(w->store, w->run, &row, error) ?:
+           put_gap(w, channel, reading, error);
 }
 
 static enum mr_status put_channels(struct import_work *w, struct error *error)

@@ -638,7 +638,7 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const st
     struct export_context place = {.summary = &summary, .file = &file};
     enum mr_status status = summary_load(store, run, &summary, error) ?:
                             store_frames_count(store, run, LINK_CAN, &frames, error) ?:
-                            store_frames_base(store, run, &place.base, error) ?:
+                            store_can_base_get(store, run, &place.base, error) ?:
                             find_zero(store, run, &summary.measured, &place.zero_us, error);
     if (status == MR_OK && place.zero_us == STORE_NONE)
         status = error_set(

@@ -109,7 +109,7 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
 {
     struct error why = {0};
     int64_t twin = 0;
-    if (store_find_twin(logger->store, run, &twin, &why) != MR_OK || twin == 0)
+    if (store_find_duplicate(logger->store, run, &twin, &why) != MR_OK || twin == 0)
         return;
     logger_clear_progress(logger);
     cli_note(logger->cli,

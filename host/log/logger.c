@@ -33,24 +33,25 @@
 #define RETRY_US             250000u
 
 /* Place of the campaign, and whether the file is still the logged one. */
-static enum store_place find_place(struct logger *logger)
+static enum store_file_state find_place(struct logger *logger)
 {
-    enum store_place place = watch_place(&logger->watch);
+    enum store_file_state place = watch_place(&logger->watch);
     if (logger->campaign_lost)
-        return STORE_EMPTIED;
-    return place == STORE_IN_PLACE && store_overwritten(logger->store) ? STORE_OVERWRITTEN : place;
+        return STORE_FILE_EMPTIED;
+    return place == STORE_FILE_SAME && store_is_overwritten(logger->store) ? STORE_FILE_OVERWRITTEN
+                                                                           : place;
 }
 
-static bool is_content_gone(enum store_place place)
+static bool is_content_gone(enum store_file_state place)
 {
-    return place == STORE_OVERWRITTEN || place == STORE_EMPTIED;
+    return place == STORE_FILE_OVERWRITTEN || place == STORE_FILE_EMPTIED;
 }
 
 /* Another program may have replaced the content of the campaign, as sqlite3's .restore does. */
 static enum mr_status find_session(struct logger *logger, struct error *error)
 {
     bool there = true;
-    enum mr_status status = store_session_there(logger->store, &there, error);
+    enum mr_status status = store_has_session_data(logger->store, &there, error);
     if (status != MR_OK || there)
         return status;
     logger->campaign_lost = true;
@@ -65,9 +66,9 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
         return MR_OK;
     watch_note_call(&logger->watch, true);
     /* do not block in SQLite: the main loop retries, and does all other work meanwhile */
-    store_patience(logger->store, 0);
+    store_set_wait_ms(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
-    store_patience(logger->store, READ_WAIT_MS);
+    store_set_wait_ms(logger->store, READ_WAIT_MS);
     watch_note_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->begun_us = monotonic_us();
@@ -84,8 +85,9 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         return MR_OK;
     enum mr_status status = collector_put_counts(logger->collector, error);
     if (status == MR_OK)
-        status = store_note_logged(logger->store, collector_session(logger->collector), error);
-    if (status == MR_OK && store_overwritten(logger->store)) /* write nothing more into that file */
+        status = store_record_progress(logger->store, collector_session(logger->collector), error);
+    if (status == MR_OK &&
+        store_is_overwritten(logger->store)) /* write nothing more into that file */
         status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
@@ -95,7 +97,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     status = store_commit(logger->store, error);
     watch_note_call(&logger->watch, false);
     if (status == MR_OK) {
-        store_logged_committed(logger->store);
+        store_confirm_progress(logger->store);
         watch_note_written(&logger->watch);
         logger->in_transaction = false;
         for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -138,17 +140,17 @@ static enum mr_status continue_in_next(struct logger *logger, const char *origin
 
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
-    enum store_refusal refused = store_take_refusal(logger->store);
+    enum store_refusal refused = store_refusal_pop(logger->store);
     /* checked even if the store reported no refusal */
     bool other = is_content_gone(find_place(logger));
-    if (error->status == MR_OK || (refused == STORE_TAKES && !other))
+    if (error->status == MR_OK || (refused == STORE_NO_RETRY && !other))
         return error->status;
     roll_back(logger);
     if (other) { /* logger_rescue_campaign continues in another file */
         *error = (struct error){0};
         return MR_OK;
     }
-    if (refused == STORE_GROWN && !store_make_room(logger->store) &&
+    if (refused == STORE_SIZE_LIMIT && !store_checkpoint(logger->store) &&
         continue_in_next(logger, store_path(logger->store)) == MR_OK) {
         *error = (struct error){0};
         return MR_OK;
@@ -457,24 +459,24 @@ static enum mr_status continue_in_copy(struct logger *logger, const char *path, 
         return status;
     store_watch_file(saved);
     collector_set_store(logger->collector, saved);
-    store_leave(logger->store, !shared);
+    store_close_detached(logger->store, !shared);
     switch_store(logger, saved, path);
     return MR_OK;
 }
 
-static void report_cause(struct logger *logger, enum store_place place, const char *original,
+static void report_cause(struct logger *logger, enum store_file_state place, const char *original,
                          const char *now)
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
     snprintf(logger->removal_text, sizeof logger->removal_text, "%s %s while it was logged",
              original,
-             place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
-             : place == STORE_NO_INDEX    ? "lost its journal's index (-shm)"
-             : place == STORE_REPLACED    ? "was replaced by a different file"
-             : place == STORE_OVERWRITTEN ? "was overwritten by another program"
-             : place == STORE_EMPTIED     ? "lost the logged data"
-                                          : where);
+             place == STORE_FILE_NO_JOURNAL    ? "lost its journal (-wal)"
+             : place == STORE_FILE_NO_INDEX    ? "lost its journal's index (-shm)"
+             : place == STORE_FILE_REPLACED    ? "was replaced by a different file"
+             : place == STORE_FILE_OVERWRITTEN ? "was overwritten by another program"
+             : place == STORE_FILE_EMPTIED     ? "lost the logged data"
+                                               : where);
 }
 
 /* ---- overwritten ---- */
@@ -525,15 +527,15 @@ static void release_campaign(struct store *store, const char *original, char kep
     char folder[PATH_SIZE];
     bool aside = find_free_name(find_folder(original, folder), original, "journal", ".wal", kept,
                                 PATH_SIZE);
-    store_leave(store, false);
-    if (!aside || !store_journal_set_aside(original, kept))
+    store_close_detached(store, false);
+    if (!aside || !store_journal_rename(original, kept))
         kept[0] = '\0';
 }
 
 bool logger_close_store(struct logger *logger)
 {
     char original[PATH_SIZE], kept[PATH_SIZE];
-    if (!logger->store || !store_overwritten(logger->store)) {
+    if (!logger->store || !store_is_overwritten(logger->store)) {
         store_close(logger->store);
         return true;
     }
@@ -553,7 +555,7 @@ static void discard_landings(struct logger *logger)
 
 /* Begin another campaign beside `original`, or else in the working folder. All data that the queues
  * keep goes into it. `again`: including data that was already written to the old campaign. */
-static enum mr_status continue_in_new(struct logger *logger, enum store_place place,
+static enum mr_status continue_in_new(struct logger *logger, enum store_file_state place,
                                       const char *original, bool again)
 {
     char folder[PATH_SIZE], kept[PATH_SIZE], saved[sizeof logger->saved_path], since[40];
@@ -587,7 +589,7 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_place pl
     logger->queues_rewound |= again;
     collector_close(logger->collector);
     logger->collector = collector;
-    if (place == STORE_OVERWRITTEN)
+    if (place == STORE_FILE_OVERWRITTEN)
         release_campaign(logger->store, original, kept);
     else
         store_close(logger->store); /* the file itself is intact: only SQLite wrote to it */
@@ -619,12 +621,12 @@ static enum mr_status continue_in_next(struct logger *logger, const char *origin
              "%s has reached the size limit for files (ulimit -f, or its file system); its data "
              "stays there",
              from);
-    return continue_in_new(logger, STORE_IN_PLACE, from, again);
+    return continue_in_new(logger, STORE_FILE_SAME, from, again);
 }
 
 /* ---- taken away ---- */
 
-static enum mr_status save_and_continue(struct logger *logger, enum store_place place,
+static enum mr_status save_and_continue(struct logger *logger, enum store_file_state place,
                                         const char *original, const char *now, struct error *error)
 {
     struct error why = {0};
@@ -635,7 +637,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
                   save_copy(logger, now, saved, sizeof saved, &why) ||
                   save_copy(logger, "./here", saved, sizeof saved, &why);
     watch_note_call(&logger->watch, false);
-    (void)store_take_refusal(logger->store);
+    (void)store_refusal_pop(logger->store);
     logger_clear_progress(logger);
     if (!copied) { /* the open file still accepts data */
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
@@ -643,7 +645,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
         return MR_OK;
     }
     const struct store_identity before = logger->watch.identity;
-    const bool shared = place == STORE_NO_INDEX;
+    const bool shared = place == STORE_FILE_NO_INDEX;
     enum mr_status status = continue_in_copy(logger, saved, shared, error);
     if (status == MR_OK) {
         if (!shared)
@@ -659,17 +661,17 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_place 
 
 enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error)
 {
-    enum store_place place = find_place(logger);
+    enum store_file_state place = find_place(logger);
     uint64_t now_us = monotonic_us();
-    if (place == STORE_IN_PLACE && !logger->saved_path[0])
+    if (place == STORE_FILE_SAME && !logger->saved_path[0])
         logger->removal_text[0] = '\0'; /* it came back before it could be saved */
-    if (place == STORE_IN_PLACE ||
+    if (place == STORE_FILE_SAME ||
         (logger->rescue_us && now_us - logger->rescue_us < SAVE_RETRY_US))
         return MR_OK;
     char original[sizeof logger->saved_path], now[sizeof logger->saved_path];
     logger->rescue_us = now_us;
     snprintf(original, sizeof original, "%s", store_path(logger->store));
-    store_whereabouts(logger->store, now, sizeof now);
+    store_find_current_path(logger->store, now, sizeof now);
     report_cause(logger, place, original, now);
     if (!is_content_gone(place))
         return save_and_continue(logger, place, original, now, error);
@@ -761,7 +763,7 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     snprintf(logger->removal_text, sizeof logger->removal_text, "%s accepted no more data (%.200s)",
              store_path(logger->store), reason);
     if (*beside ||
-        continue_in_new(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
+        continue_in_new(logger, STORE_FILE_SAME, store_path(logger->store), true) != MR_OK)
         return error_set(error, MR_IO,
                          "the newest data could not be written to the campaign, nor saved in the "
                          "same folder. Lost: %s; %.250s",

@@ -74,7 +74,7 @@ static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, ui
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
                                               WATCH_FAILING, WATCH_FULL_DISK};
-    if (watch->refused != STORE_TAKES) {
+    if (watch->refused != STORE_NO_RETRY) {
         *since_us = watch->refused_us;
         return causes[watch->refused];
     }
@@ -225,10 +225,10 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
     pthread_mutex_unlock(&watch->lock);
     if (!due)
         return;
-    enum store_place place = store_find(path, &identity);
+    enum store_file_state place = store_check_identity(path, &identity);
     pthread_mutex_lock(&watch->lock);
     watch->place_us = at_us;
-    if (strcmp(path, watch->path) == 0 && identity.file == watch->identity.file)
+    if (strcmp(path, watch->path) == 0 && identity.file_inode == watch->identity.file_inode)
         watch->place = place;
     pthread_mutex_unlock(&watch->lock);
 }
@@ -301,20 +301,20 @@ void watch_set_path(struct watch *watch, const char *path)
 {
     pthread_mutex_lock(&watch->lock);
     snprintf(watch->path, sizeof watch->path, "%s", path);
-    store_identify(path, &watch->identity);
-    watch->place = STORE_IN_PLACE;
+    store_identity_get(path, &watch->identity);
+    watch->place = STORE_FILE_SAME;
     pthread_mutex_unlock(&watch->lock);
 }
 
-enum store_place watch_place(struct watch *watch)
+enum store_file_state watch_place(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    enum store_place place = watch->place;
+    enum store_file_state place = watch->place;
     pthread_mutex_unlock(&watch->lock);
     return place;
 }
 
-enum store_place watch_check_place(struct watch *watch)
+enum store_file_state watch_check_place(struct watch *watch)
 {
     check_file(watch, monotonic_us(), true);
     return watch_place(watch);
@@ -337,7 +337,7 @@ void watch_note_refusal(struct watch *watch, enum store_refusal refused, const c
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
     if (watch->refused != refused) {
-        if (watch->refused == STORE_TAKES)
+        if (watch->refused == STORE_NO_RETRY)
             watch->refused_us = at_us;
         watch->refused = refused;
         snprintf(watch->reason, sizeof watch->reason, "%s", reason);
@@ -353,7 +353,7 @@ void watch_note_written(struct watch *watch)
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
     watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
-    if (watch->refused != STORE_TAKES) {
+    if (watch->refused != STORE_NO_RETRY) {
         cause = find_cause(watch, at_us, &since_us);
         held_us = at_us - watch->refused_us;
     } else if (watch->call_took_us > SLOW_CALL_US) {
@@ -366,7 +366,7 @@ void watch_note_written(struct watch *watch)
     }
     full = full > watch->max_since_written_permille ? full : watch->max_since_written_permille;
     watch->max_since_written_permille = 0;
-    watch->refused = STORE_TAKES;
+    watch->refused = STORE_NO_RETRY;
     if (watch->reported == cause && cause != WATCH_NONE) {
         char lost[200];
         lost_text(watch, lost, sizeof lost);
@@ -387,7 +387,7 @@ void watch_note_written(struct watch *watch)
 uint64_t watch_refusal_start_us(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    uint64_t since_us = watch->refused == STORE_TAKES ? 0 : watch->refused_us;
+    uint64_t since_us = watch->refused == STORE_NO_RETRY ? 0 : watch->refused_us;
     pthread_mutex_unlock(&watch->lock);
     return since_us;
 }

@@ -42,7 +42,7 @@ struct watch {
     uint64_t end_us;         /* time at which the end was requested; 0: not yet */
     char path[4096];
     struct store_identity identity;
-    enum store_place place;
+    enum store_file_state place;
     uint64_t place_us;
 
     enum watch_cause reported; /* cause that was last reported to the user */
@@ -61,9 +61,9 @@ void watch_close(struct watch *watch); /* waits for the thread */
 
 /* Sets the file of the campaign to watch. */
 void watch_set_path(struct watch *watch, const char *path);
-enum store_place watch_place(struct watch *watch);
+enum store_file_state watch_place(struct watch *watch);
 /* As watch_place, but checks the file now. */
-enum store_place watch_check_place(struct watch *watch);
+enum store_file_state watch_check_place(struct watch *watch);
 
 /* ---- for the thread that writes ---- */
 

@@ -363,8 +363,8 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
     struct mr_risk_plan plan;
     float lamp_limit;
     size_t items, block = CHART_BLOCK, words = 0;
-    enum mr_status status = store_risk_get(store, recorded->landing.id, &plan, &lamp_limit, &items,
-                                           error);
+    enum mr_status status = store_risk_plan_get(store, recorded->landing.id, &plan, &lamp_limit,
+                                                &items, error);
     if (status != MR_OK || isnan(plan.speed_ft_s))
         return status;
     for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {

@@ -736,7 +736,7 @@ static void write_journal(const struct report *report, FILE *out)
         if (report->run && landing[i].id != report->run)
             continue;
         journal_load(report->store, &landing[i], &said, report->error);
-        store_recalibrated(report->store, landing[i].id, &recalibrated, report->error);
+        store_recalibrated_channels(report->store, landing[i].id, &recalibrated, report->error);
         add_journal_row(&landing[i], &said, recalibrated != 0, tables[0]);
         for (size_t k = 0; k < said.observations; k++) {
             if (said.observation[k].withdrawn)

@@ -242,11 +242,11 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
 {
     return summary_load(store, row->id, &landing->summary, error) ?:
            zones_load_survey(store, row->id, &landing->survey, error) ?:
-           store_series_of(store, row, &landing->series, error) ?:
+           store_landing_series_get(store, row, &landing->series, error) ?:
            store_motions(store, row->id, &landing->motion, &landing->motions, error) ?:
            store_predictions(store, row->id, &landing->prediction, &landing->predictions, error) ?:
            store_simulations(store, row->id, &landing->simulation, &landing->simulations, error) ?:
-           store_simulation_head(store, row->id, &landing->head, error) ?:
+           store_simulation_head_get(store, row->id, &landing->head, error) ?:
            load_config(store, landing, error);
 }
 
@@ -274,7 +274,7 @@ static void compute_derived(struct report_landing *landing)
 static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
 {
-    char text[STORE_JOURNAL_TEXT];
+    char text[STORE_JOURNAL_TEXT_SIZE];
     enum mr_status status = store_change_get(store, run, "weight_lb", text, NULL, error);
     weight_lb->value = status == MR_OK && text[0] ? strtod(text, NULL) : (double)NAN;
     weight_lb->error = (double)NAN;

@@ -1,8 +1,7 @@
-/* The rows of a campaign's tables, one struct each: struct store_edge, store_event, ... tables.def
- * lists their fields, with units.
- *
- * An INTEGER is an int64_t, STORE_NONE for NULL; a REAL is a double, NaN for NULL; a TEXT is an
- * array of characters, empty for NULL. A put copies the data behind pointers. */
+/* Structs for the rows of a campaign's tables, generated from tables.def: struct store_edge is a
+ * row of the table `edges`. tables.def lists the fields with their units.  * An INTEGER is an
+ * int64_t, and NULL is STORE_NONE. A REAL is a double, and NULL is NaN. A TEXT is an array of
+ * characters, and NULL is an empty string. A put copies the data behind pointers. */
 #ifndef MATRIG_HOST_STORE_ROWS_H
 #define MATRIG_HOST_STORE_ROWS_H
 
@@ -13,10 +12,10 @@
 #include "common/block.h"
 #include "common/image.h"
 
-#define STORE_NONE         INT64_MIN
-#define STORE_TEXT         200
-#define STORE_JOURNAL_TEXT 400
-#define STORE_RECORD_TEXT  2000
+#define STORE_NONE              INT64_MIN
+#define STORE_TEXT_SIZE         200
+#define STORE_JOURNAL_TEXT_SIZE 400
+#define STORE_RECORD_TEXT_SIZE  2000
 
 struct store_bytes {
     const void *data;
@@ -31,7 +30,7 @@ struct store_bytes {
 /* clang-format on */
 #include "host/store/tables.def"
 
-/* store_blank_edge, ...: rows in which every field has its value for NULL. */
+/* Rows in which every field is missing, one for each struct: store_blank_edge is a store_edge. */
 #define NO_VIEWS
 #define TABLE(row, table) extern const struct store_##row store_blank_##row;
 #include "host/store/tables.def"

@@ -1,15 +1,15 @@
 /* The campaign database: one SQLite file (WAL) with the received data and the results computed from
  * it.
  *
- * Board time is in microseconds since the board's scans began; host time is Unix time in
- * microseconds. A landing is identified by RUN, its id in the database, from 1. It also has the
- * board's identity and the board's landing number, by which copies of a landing are recognised.
- * Missing values are NULL in the file, NaN or STORE_NONE in structs. Texts passed to a function are
- * copied; the caller frees arrays that a read returns.
+ * Board time is in microseconds since the board's scans began. Host time is Unix time in
+ * microseconds. RUN, in code `run`, is the id of a landing in the database, from 1. Copies of a
+ * landing are recognised by the board's unique number and the board's landing number. A missing
+ * value is NULL in the file, and NaN or STORE_NONE in a struct. A function copies the texts that it
+ * gets. The caller frees the arrays that it reads.
  *
- * Writing uses one transaction at a time: store_begin, any number of puts, store_commit. A commit
- * is on disk when it returns. Every function returns MR_OK or sets `error` and returns its
- * status. */
+ * There is one transaction at a time: store_begin, any number of puts, store_commit. The data is on
+ * disk when store_commit returns. Every function that returns a status returns MR_OK, or sets
+ * `error` and returns the error's status. */
 #ifndef MATRIG_HOST_STORE_STORE_H
 #define MATRIG_HOST_STORE_STORE_H
 
@@ -27,30 +27,29 @@
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
-#define STORE_VERSION      1          /* version of the tables: PRAGMA user_version */
-#define STORE_APPLICATION  0x4d545247 /* "MTRG": PRAGMA application_id */
-#define STORE_SWITCHES_MAX 64u
+#define STORE_VERSION        1          /* version of the tables: PRAGMA user_version */
+#define STORE_APPLICATION_ID 0x4d545247 /* "MTRG": PRAGMA application_id */
+#define STORE_SWITCHES_MAX   64u
 
 enum store_mode {
     STORE_OPEN,   /* the file must exist */
     STORE_CREATE, /* the file is created if missing */
-    /* as STORE_CREATE, for a log: no other log can open the campaign until it is closed */
+    /* as STORE_CREATE; no other log can open the campaign until this one closes it */
     STORE_LOG,
-    STORE_READ,   /* the file must exist and is not written; it may be on a read-only medium */
-    STORE_SOURCE, /* opened read-only, as STORE_READ, but attached databases are written */
+    STORE_READ, /* the file must exist and is not written; it may be on a read-only medium */
+    STORE_READ_FOR_BUNDLE, /* as STORE_READ, but an attached bundle is written */
 };
 
 struct store;
 
-/* Opens a campaign. MR_IO: it cannot be opened, or another log has it open. MR_MALFORMED: not a
- * campaign database. MR_VERSION: the campaign has another version. */
+/* Opens a campaign. Fails with MR_IO if the file cannot be opened or another log has it open, with
+ * MR_MALFORMED if it is not a campaign database, with MR_VERSION if it has another version. */
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error);
-/* True if a log has the campaign open. */
+/* True if a matrig log, in any process, has the campaign open. */
 bool store_is_logged(struct store *store);
-/* Checks that a campaign can be written at the path; MR_IO: it cannot, and `error` has the
- * reason. */
-enum mr_status store_place_to_write(const char *path, struct error *error);
+/* Checks that a campaign can be written at the path. Fails with MR_IO and the reason. */
+enum mr_status store_check_writable(const char *path, struct error *error);
 void store_close(struct store *store); /* rolls back uncommitted changes; NULL is allowed */
 const char *store_path(const struct store *store);
 
@@ -66,13 +65,13 @@ enum mr_status store_session_end(struct store *store, int64_t session, int64_t e
 enum mr_status store_session_get(struct store *store, int64_t session,
                                  struct store_session_row *row, struct error *error);
 
-/* Counts of a session on one of its links so far; `link` is an enum link_kind. */
+/* Counts of a session on one of its links until now; `link` is an enum link_kind. */
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
                               const struct store_link_counts *counts, struct error *error);
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error);
 
-/* Number of copies of a message that the session has missed on a link so far. */
+/* Stores how many messages of one name the session has lost on a link until now. */
 enum mr_status store_missing_put(struct store *store, int64_t session, int link,
                                  const char *message, int64_t missing, struct error *error);
 
@@ -82,19 +81,20 @@ enum mr_status store_landing_put(struct store *store, const struct store_landing
                                  struct error *error);
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error);
-/* *run below 0: is replaced by the RUN of the landing with the board's number -*run. MR_UNKNOWN:
- * there is no such landing, or more than one. */
+/* If *run is negative, -*run is a landing number of the board, and *run is set to the RUN of that
+ * landing. Fails with MR_UNKNOWN if there is no such landing, or more than one. */
 enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error);
 
-/* Rows of a landing in order, which the caller frees: store_edges(store, run, &rows, &count, error)
- * reads rows of struct store_edge.
+/* Functions that read all rows of one kind of a landing, in order. A function named by a plural
+ * reads an array: store_edges(store, run, &rows, &count, error) reads rows of struct store_edge,
+ * and the caller frees the array.
  *
- * Switch events: `code` is the reason (common/switches.h), `detail` the switch, 0 if not known,
+ * Switch events: `code` is the reason (common/switches.h), `detail` the switch (0: unknown),
  * `count` the number of times. Channel events: `code` is the validity (common/channels.h), `detail`
- * the channel, `board_us` the start. Restarts: the starts of the board that ended the landing;
- * `detail` has the bits of hello's reset_cause, 0: not received. Backlogs: blocks in which other
- * tasks waited for the predictor. Readings: those of a gage survey (`run`: its id), in the order of
- * writing. */
+ * the channel, `board_us` the start. Restarts are the board starts that ended the landing: `detail`
+ * has the bits of reset_cause in the message `hello` (0: not received). Backlogs are the blocks in
+ * which other tasks waited for the predictor. For gage readings, `run` is the id of the gage
+ * survey, and the rows are in the order of writing. */
 #define STORE_ROWS_OF_LANDING(X)                        \
     X(store_switches, switch, SWITCHES)                 \
     X(store_segments, segment, SEGMENTS)                \
@@ -121,13 +121,13 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
     X(store_changes, change, CHANGES)                   \
     X(store_observations, observation, OBSERVATIONS)    \
     X(store_gage_readings, gage_reading, GAGE_READINGS)
-#define STORE_ROWS_DECLARED(function, row, NAME)                                         \
+#define STORE_DECLARE_ROWS(function, row, NAME)                                          \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error);
-STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
+STORE_ROWS_OF_LANDING(STORE_DECLARE_ROWS)
 
-/* Rows of the campaign: store_landings(store, &rows, &count, error). Withdrawn series and surveys
- * are left out. */
+/* Functions that read all rows of one kind of the campaign: store_landings(store, &rows, &count,
+ * error). Withdrawn series and surveys are left out. */
 #define STORE_ROWS_OF_CAMPAIGN(X)                    \
     X(store_landings, landing, LANDINGS)             \
     X(store_series_all, series, SERIES)              \
@@ -135,16 +135,17 @@ STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
     X(store_gage_surveys, gage_survey, GAGE_SURVEYS) \
     X(store_withdrawals, withdrawal, WITHDRAWALS)    \
     X(store_records, record, RECORDS)
-#define STORE_ALL_ROWS_DECLARED(function, row, NAME)                                       \
+#define STORE_DECLARE_ALL_ROWS(function, row, NAME)                                        \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error);
-STORE_ROWS_OF_CAMPAIGN(STORE_ALL_ROWS_DECLARED)
+STORE_ROWS_OF_CAMPAIGN(STORE_DECLARE_ALL_ROWS)
 
-/* Puts a row into the campaign: store_event_put(store, &event, error). An existing row of the slow
- * log only gets its time if it had none. A time map relates the board's clock to this computer's
- * clock on one link. It belongs to a landing, or to all data from the board until it restarted or
- * the session ended (run STORE_NONE); host/link/timemap.h explains how it is computed. Advices are
- * the stored advice before landings. */
+/* Functions that write one row of the campaign: store_event_put(store, &event, error).
+ *
+ * If a row of the slow log exists, store_slow_put only adds the time that the row did not have. A
+ * time map relates the board's clock to this computer's clock on one link (host/link/timemap.h). It
+ * applies to a landing or, if `run` is STORE_NONE, to all data until the board restarted or the
+ * session ended. An advice is a result of `matrig advise --keep`. */
 #define STORE_PUT_OF_CAMPAIGN(X)    \
     X(store_event_put, event)       \
     X(store_time_map_put, time_map) \
@@ -153,36 +154,39 @@ STORE_ROWS_OF_CAMPAIGN(STORE_ALL_ROWS_DECLARED)
     X(store_advice_add, advice)     \
     X(store_withdraw, withdrawal)   \
     X(store_record_add, record)
-#define STORE_ADD_DECLARED(function, row)                                         \
+#define STORE_DECLARE_ADD(function, row)                                          \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error);
-STORE_PUT_OF_CAMPAIGN(STORE_ADD_DECLARED)
+STORE_PUT_OF_CAMPAIGN(STORE_DECLARE_ADD)
 
-/* store_day_newest(store, &run, error): the newest landing that was logged here, neither imported
- * nor disarmed before the gear arrived. store_day_session: the newest session that was logged here.
- * store_newest_session: the newest session. 0: none. */
+/* Functions that read one number of the campaign; 0: there is none. store_day_newest(store, &run,
+ * error) reads the newest RUN that was logged into this campaign, not imported, and not disarmed
+ * before the gear arrived. store_day_session reads the newest session that was not imported.
+ * store_newest_session reads the newest session of all. */
 #define STORE_NUMBERS_OF_CAMPAIGN(X)  \
     X(store_day_newest, DAY_NEWEST)   \
     X(store_day_session, DAY_SESSION) \
     X(store_newest_session, SESSION_NEWEST)
-#define STORE_NUMBER_DECLARED(function, NAME) \
+#define STORE_DECLARE_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t *value, struct error *error);
-STORE_NUMBERS_OF_CAMPAIGN(STORE_NUMBER_DECLARED)
+STORE_NUMBERS_OF_CAMPAIGN(STORE_DECLARE_NUMBER)
 
-/* store_blocks_count: number of blocks of a landing. store_block_first: its first block; -1: none.
- * store_gage_loaded: time at which a gage survey (`run`: its id) was last sent to a board; 0:
- * never. */
+/* Functions that read one number of a landing. store_blocks_count reads the number of its blocks.
+ * store_block_first reads the index of its first block (-1: none). store_gage_loaded reads the host
+ * time at which a gage survey was last sent to a board (0: never); `run` is the id of the survey.
+ */
 #define STORE_NUMBERS_OF_LANDING(X)     \
     X(store_blocks_count, BLOCKS_COUNT) \
     X(store_block_first, BLOCK_FIRST)   \
     X(store_gage_loaded, GAGE_LOADED)
-#define STORE_NUMBER_OF_DECLARED(function, NAME) \
+#define STORE_DECLARE_NUMBER_OF(function, NAME) \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error);
-STORE_NUMBERS_OF_LANDING(STORE_NUMBER_OF_DECLARED)
+STORE_NUMBERS_OF_LANDING(STORE_DECLARE_NUMBER_OF)
 
-/* store_edge_put(store, run, &edge, error): data that the board reported, stored once, from
- * whichever link. tables.def defines what happens to an existing row. A calibration row has one
- * value of a channel's calibration; its `item` is an enum mr_calibration_item. */
+/* Functions that write one row of a landing: store_edge_put(store, run, &edge, error). Data that
+ * both links deliver is stored once: tables.def defines how a put changes an existing row. A
+ * calibration row has one value of a channel's calibration; `item` is an enum mr_calibration_item.
+ */
 #define STORE_PUT_OF_LANDING(X) \
     X(quality)                  \
     X(switch)                   \
@@ -195,16 +199,16 @@ STORE_NUMBERS_OF_LANDING(STORE_NUMBER_OF_DECLARED)
     X(band)                     \
     X(band_event)               \
     X(prediction) X(trust) X(risk) X(calibration) X(predict_item) X(risk_item) X(import)
-#define STORE_PUT_DECLARED(row)                                        \
+#define STORE_DECLARE_PUT(row)                                         \
     enum mr_status store_##row##_put(struct store *store, int64_t run, \
                                      const struct store_##row *value, struct error *error);
-STORE_PUT_OF_LANDING(STORE_PUT_DECLARED)
+STORE_PUT_OF_LANDING(STORE_DECLARE_PUT)
 
-/* Stores a whole configuration as text (host/board/config_text.h), by the CRC to which landings
- * refer. An existing text is not changed. */
+/* Stores a whole configuration as text (host/board/config_text.h). Landings refer to it by the CRC.
+ * An existing text is not changed. */
 enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
                                        struct error *error);
-/* *text: NULL if the configuration was never read; otherwise the caller frees it. */
+/* *text is NULL if the configuration was not stored. The caller frees it. */
 enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
                                        struct error *error);
 
@@ -214,28 +218,29 @@ enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index
 /* Slack of a segment for a landing. */
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error);
-/* Reads the channels of a landing, with their calibration. `channels` has room for MR_CHANNELS;
- * channels that were not reported have kind MR_KIND_NONE. `*found`: number of reported channels. */
+/* Reads the channels of a landing, with their calibration, into an array of MR_CHANNELS. Channels
+ * that the board did not report get kind MR_KIND_NONE. *found is the number of reported channels.
+ * */
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error);
 
-/* Puts a block record as received, over serial (LINK_SERIAL) or from the black box
- * (STORE_LINK_BOX); `run` is STORE_NONE outside landings. An existing block is not changed. */
+/* Writes a block record as it was received over serial (link LINK_SERIAL) or from the black box
+ * (link STORE_LINK_BOX). `run` is STORE_NONE outside landings. An existing block is not changed. */
 #define STORE_LINK_BOX 2
 enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
                                int link, int64_t index, int64_t host_us, const uint8_t *record,
                                size_t length, struct error *error);
-/* Calls `each` for the blocks of a landing by ascending index, with the link over which they were
- * received (or STORE_LINK_BOX), as long as `each` returns MR_OK. */
+/* Calls `each` for every block of a landing in ascending order of the index, as long as `each`
+ * returns MR_OK. `link` is the link that delivered the block, or STORE_LINK_BOX. */
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record,
                                                         size_t length, int link),
                                  void *context, struct error *error);
-/* As store_blocks_each, with the indexes only, which is faster. */
+/* As store_blocks_each, but reads only the indexes, which is faster. */
 enum mr_status store_block_indexes_each(struct store *store, int64_t run,
                                         void (*each)(void *context, int64_t index), void *context,
                                         struct error *error);
-/* The first block of a landing between `from` and `to`; -1: none. */
+/* Index of the first block of a landing from `from` to `to`; -1: none. */
 enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                   int64_t *index, struct error *error);
 
@@ -243,18 +248,19 @@ struct store_frame {
     int64_t run;   /* landing of the frame; STORE_NONE outside landings */
     int link;      /* enum link_kind */
     int direction; /* 0 from the board, 1 to the board */
-    /* number of the serial frame; on CAN, number of frames received before it in the session */
+    /* serial: sequence number of the frame; CAN: number of frames received earlier in the session
+     * */
     int64_t seq;
-    int64_t board_us; /* board time; STORE_NONE: not known yet */
+    int64_t board_us; /* STORE_NONE: not known yet */
     int64_t host_us;
-    uint32_t id; /* identifier of the catalogue: on CAN without the board's base */
+    uint32_t id; /* identifier in the catalogue; the board's CAN base is already subtracted */
     size_t length;
     const uint8_t *data;
 };
 /* Frames are buffered and written together (store_frames.c), at the latest at a commit or before
- * any read. A write error may therefore be returned by a later call. */
-/* The newest row of the frames; 0: none. */
-enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error);
+ * any read. A later call may therefore return the error of a failed write. */
+/* Row id of the newest frame; 0: none. */
+enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error);
 enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error);
 /* Calls `each` for the frames of a landing on one link, in order of reception. */
@@ -262,54 +268,56 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
                                  enum mr_status (*each)(void *context,
                                                         const struct store_frame *frame),
                                  void *context, struct error *error);
-/* The base that was added on the bus to the identifiers of a landing's frames
- * (common/canbase.h). */
-enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *base,
-                                 struct error *error);
+/* CAN base of the board at a landing: the number that the board adds to its frames' identifiers on
+ * the bus (common/canbase.h). */
+enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *base,
+                                  struct error *error);
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 
-/* Mean of a quantity over a landing; `told` 0: the campaign has no column of it. */
+/* Mean of a quantity over a landing. mean->messages is 0 if the campaign has no column for it. */
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
-/* Rows of one board, or of all boards (NULL), in order. */
+/* Rows of the slow log of one board, or of all boards (board_uid NULL), in order of time. */
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error);
 
-/* The board rejected an edge that it had reported as a gate of the landing: the row loses its
- * switch; the event is kept. */
-enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
+/* Removes the switch from an edge's row. The board has rejected the edge after reporting it as a
+ * gate of the landing. */
+enum mr_status store_edge_reject(struct store *store, int64_t run, int64_t count,
                                  struct error *error);
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error);
-/* Faults of the landing's board and session up to the end of the landing: the newest row of each
- * fault. */
+/* The newest row of each fault that the board reported from its start until the end of the landing.
+ * */
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
-/* Makes a campaign of one landing at `path`, which must not exist: all data of the landing as RUN
- * 1, consistent even while the campaign is being written, and a table `bundles` with the image
- * (NULL: none) and the digests of image and record. */
+/* Makes a bundle: a campaign with one landing as RUN 1, in a new file at `path`. The bundle is
+ * consistent even if a log writes to `store` meanwhile. Its table `bundles` has the firmware image
+ * (NULL: none) and the digests of image and block records. */
 enum mr_status store_bundle_make(struct store *store, int64_t run, const char *path,
                                  const uint8_t *image, size_t length, struct error *error);
-/* Checks the digests of a bundle's landing (MR_CRC: they differ) and writes its image to `path`.
- * *there false: not a bundle, or a bundle without an image. */
-enum mr_status store_bundle_open(struct store *store, int64_t run, const char *path, bool *there,
-                                 struct error *error);
+/* Checks the digests of a landing in a bundle, and writes the firmware image to `path`. Fails with
+ * MR_CRC if a digest differs. *found is false if `store` is not a bundle or has no image. */
+enum mr_status store_bundle_extract(struct store *store, int64_t run, const char *path, bool *found,
+                                    struct error *error);
 
-/* Errors that the links detected during a landing (enum link_count_event), summed. */
-enum mr_status store_troubles(struct store *store, int64_t run, int link,
-                              struct store_trouble **rows, size_t *count, struct error *error);
-/* `kind` of the events for these errors. code: the error; detail: number since the previous event;
- * value: number in the session so far. */
-const char *store_trouble_kind(int link);
-/* Adds lost data. The message "frame" counts frames of the link; a message's name counts the lost
- * frames of that message, if known. */
+/* Number of errors of each kind (enum link_count_event) that a link detected during a landing. */
+enum mr_status store_link_errors(struct store *store, int64_t run, int link,
+                                 struct store_link_error **rows, size_t *count,
+                                 struct error *error);
+/* `kind` of the events that report these errors. In such an event, `code` is the error, `detail`
+ * the number of errors since the previous event, `value` the number since the session began. */
+const char *store_link_error_kind(int link);
+/* Adds a row about lost data. `message` is the name of the lost message, or "frame" if the name is
+ * unknown. */
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
                              const struct store_gap *gap, struct error *error);
 
-/* One channel of a comparison with the simulation. The series has u at t0 + i dt, relative to
- * touchdown, aligned with the measured series. */
+/* One channel of a comparison of a landing with a simulation. Value i of the series is the
+ * simulated displacement at time t0_s + i * dt_s after touchdown, on the clock of the measurement.
+ * */
 struct store_simulation {
     int64_t number; /* number of the transducer */
     double station_ft;
@@ -322,13 +330,13 @@ struct store_simulation {
     float *spread_in; /* `length` values: standard deviation over an ensemble; NULL: one runway */
     size_t length;
 };
-/* Fields common to all channels of a simulation. Missing (stored by an older matrig): NaN,
- * STORE_NONE, NULL. */
+/* Fields common to all channels of a comparison. A missing field is NaN, STORE_NONE or NULL. */
 struct store_simulation_head {
-    double run_ms, error_in; /* duration of the simulation; the solver's error estimate */
-    int64_t seeds;           /* number of runways */
+    double run_ms;   /* computing time of the simulation */
+    double error_in; /* error estimate of the solver */
+    int64_t seeds;   /* number of runways */
     double segments_dt_s;
-    /* Remaining openings of each segment, MR_SEGMENTS values per row; a read allocates them. */
+    /* remaining opening of each segment, MR_SEGMENTS values per row; a read allocates them */
     float *segments_in;
     size_t segment_rows;
     char file[120]; /* file of the scene or campaign that was simulated */
@@ -337,177 +345,182 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
                                     int64_t made_us, const struct store_simulation_head *head,
                                     const struct store_simulation *rows, size_t count,
                                     struct error *error);
-/* The newest comparison of a landing; *count 0: none. store_simulations_free releases rows and
- * their series. */
+/* Reads the newest comparison of a landing. *count is 0 if there is none. Free the rows with
+ * store_simulations_free. */
 enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
                                  size_t *count, struct error *error);
-/* Head of the newest comparison; the caller frees segments_in. */
-enum mr_status store_simulation_head(struct store *store, int64_t run,
-                                     struct store_simulation_head *head, struct error *error);
+/* Reads the common fields of the newest comparison. The caller frees segments_in. */
+enum mr_status store_simulation_head_get(struct store *store, int64_t run,
+                                         struct store_simulation_head *head, struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
-/* For links that are read one after the other: assigns CAN frames after `mark` to the landing. They
- * are the frames from the first state of the landing that serial reported to the last such state,
- * or to the row `last` unless it is STORE_NONE. */
-enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
-                                  int64_t last, struct error *error);
+/* Assigns CAN frames to a landing that the serial link has reported, when one link is read after
+ * the other. The first frame is the one after row `mark` with the landing's first state on serial.
+ * The last frame is row `last` or, if `last` is STORE_NONE, the one with the landing's last state.
+ * */
+enum mr_status store_frames_assign(struct store *store, int64_t session, int64_t run, int64_t mark,
+                                   int64_t last, struct error *error);
 
-/* A shunt calibration does not belong to a landing: it is after one landing and before the next. */
-
+/* A shunt calibration does not belong to a landing. It is identified by session, boot and block. */
 enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
                                const struct store_shunt *shunt, struct error *error);
-/* The last calibration before `block` of a session's boot, and the first one from `block` on;
- * *count 0: none. */
+/* store_shunts_before reads the last calibration before `block`, store_shunts_after the first one
+ * at or after `block`: one row per gage. *count is 0 if there is none. */
 enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t boot,
                                    int64_t block, struct store_shunt **rows, size_t *count,
                                    struct error *error);
 enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
                                   struct store_shunt **rows, size_t *count, struct error *error);
 
-/* ---- the predictor: the mats and the runway as the board reported them, and the parameters that
- * it had when armed ----
- *
- * A row that arrives in parts is completed by the next put. */
+/* ---- the predictor: runway state and parameters when the landing was armed ---- */
 
-/* `*lamp_limit`: NaN: none. `*items`: number of stored items; 0: the board sent none. */
-enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
-                              float *lamp_limit, size_t *items, struct error *error);
+/* *lamp_limit is NaN if there is none. *items is the number of stored items; 0 if the board sent
+ * none. */
+enum mr_status store_risk_plan_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
+                                   float *lamp_limit, size_t *items, struct error *error);
 
-/* Only complete runways are stored. `*there` false: the landing has none. */
+/* Only complete runway states are stored. *found is false if the landing has none. */
 enum mr_status store_runway_put(struct store *store, int64_t run,
                                 const struct mr_predictor_state *state, int64_t source,
                                 struct error *error);
 enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
-                                int64_t *source, bool *there, struct error *error);
-/* `*items`: number of stored items; all MR_PREDICT_ITEMS are needed. */
-enum mr_status store_predict_config(struct store *store, int64_t run,
-                                    struct mr_predictor_config *config, size_t *items,
-                                    struct error *error);
+                                int64_t *source, bool *found, struct error *error);
+/* *items is the number of stored items. The configuration is complete if it is MR_PREDICT_ITEMS. */
+enum mr_status store_predict_config_get(struct store *store, int64_t run,
+                                        struct mr_predictor_config *config, size_t *items,
+                                        struct error *error);
 
-/* ---- imports from a file: the file, and readings of other instruments ----
+/* ---- imported files, and readings of other instruments ----
  *
- * A session of matrig import is stored like a session of matrig log; its row in `imports` names the
- * file. */
+ * A session of matrig import is stored like a session of matrig log. In addition it has a row in
+ * `imports` with the name of the file. */
 
-/* The import of a session; `*found` false: the session was logged. The mapping is not read. */
+/* Reads the import of a session, except the mapping. *found is false if the session was logged. */
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error);
-/* The session that completely imported a file with this hash, this mapping (NULL: none), this bus
- * and this base of the board; 0: none. */
+/* Finds the session that imported a file completely, with the same SHA-256, mapping (NULL: none),
+ * bus and CAN base. *session is 0 if there is none. */
 enum mr_status store_import_find(struct store *store, const struct store_import *import,
                                  uint16_t can_base, int64_t *session, struct error *error);
 
-/* Readings of one channel by 1 ms blocks, in its unit. */
-struct store_imported {
+/* Imported readings of one channel, in the unit of the channel. Blocks are 1 ms long. */
+struct store_imported_channel {
     int64_t index; /* index of the channel */
     int64_t first_block;
-    int64_t stride; /* blocks between two samples of the instrument */
+    int64_t stride; /* blocks from one sample of the instrument to the next */
     size_t count;
     float *reading; /* NaN: missing; a read allocates the array */
 };
-enum mr_status store_imported_put(struct store *store, int64_t run,
-                                  const struct store_imported *readings, struct error *error);
-/* Reads all channels; release them with store_imported_free. A row whose size is not a whole number
- * of floats is left out. */
-enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows,
-                              size_t *count, struct error *error);
-void store_imported_free(struct store_imported *rows, size_t count);
+enum mr_status store_imported_channel_put(struct store *store, int64_t run,
+                                          const struct store_imported_channel *readings,
+                                          struct error *error);
+/* Reads all imported channels of a landing. Free them with store_imported_channels_free. A row
+ * whose size is not a whole number of floats is left out. */
+enum mr_status store_imported_channels(struct store *store, int64_t run,
+                                       struct store_imported_channel **rows, size_t *count,
+                                       struct error *error);
+void store_imported_channels_free(struct store_imported_channel *rows, size_t count);
 
-/* ---- reading a campaign while another process writes it: the new data since the last read, in
- * order of reception ---- */
+/* ---- following a campaign while another process writes it: reading new data in the order of
+ * reception ---- */
 
-/* Position up to which the campaign was read. */
-struct store_follow_place {
+/* Position in the campaign: everything up to it has been read. */
+struct store_follow_position {
     int64_t frame;                /* id of the newest frame read */
     int64_t session, boot, index; /* position of the newest block read */
 };
 
-/* Sets the position to `frames` frames before the end, or to the beginning. */
-enum mr_status store_follow_from(struct store *store, int64_t frames,
-                                 struct store_follow_place *place, struct error *error);
+/* Sets the position to `frames` frames before the newest one, or to the beginning if there are
+ * fewer. */
+enum mr_status store_follow_begin(struct store *store, int64_t frames,
+                                  struct store_follow_position *position, struct error *error);
 
-/* Passes up to `most` frames that the board sent after the position, and the blocks received until
- * then, to `frame` and `record`, and moves the position. `*more`: there is more data. */
+/* Functions to which store_follow passes frames and block records. */
 struct store_follower {
     void (*frame)(void *context, const struct store_frame *frame);
     void (*record)(void *context, const uint8_t *record, size_t length, int64_t host_us);
     void *context;
 };
-enum mr_status store_follow(struct store *store, struct store_follow_place *place, int64_t most,
-                            const struct store_follower *follower, bool *more, struct error *error);
+/* Reads up to `frames_max` frames after the position, and the blocks received before the last of
+ * them. Passes the blocks and the frames from the board to the follower, and advances the position.
+ * *more is true if there is more data. */
+enum mr_status store_follow(struct store *store, struct store_follow_position *position,
+                            int64_t frames_max, const struct store_follower *follower, bool *more,
+                            struct error *error);
 
-/* ---- additional functions for matrig log, which must not lose data: to know whether waiting
- * helps, to write a transaction again, and to continue in a different file if the campaign's file
- * was removed ---- */
+/* ---- functions for matrig log, which must not lose data: it retries a failed transaction, and
+ * continues in another file if the campaign's file was removed ---- */
 
-/* Reason of a failed write that may succeed later. */
+/* Why the last write failed. After every reason except STORE_NO_RETRY it may succeed later. */
 enum store_refusal {
-    STORE_TAKES,  /* nothing failed, or waiting does not help */
-    STORE_LOCKED, /* another program is writing */
-    STORE_FULL,   /* the disk is full */
-    STORE_FAILS,  /* error of the disk or the file system */
-    STORE_GROWN,  /* the file has reached its size limit: a different file is needed */
+    STORE_NO_RETRY,   /* no write failed, or a retry cannot succeed */
+    STORE_LOCKED,     /* another program is writing */
+    STORE_DISK_FULL,  /* the disk is full */
+    STORE_DISK_ERROR, /* the disk or the file system reported an error */
+    STORE_SIZE_LIMIT, /* the file has reached its size limit; a retry needs another file */
 };
 
-/* Sets how long each call waits for another program that writes; default 30 s. */
-void store_patience(struct store *store, int wait_ms);
+/* Sets how long each call waits while another program writes; default 30 s. */
+void store_set_wait_ms(struct store *store, int wait_ms);
 /* Returns the reason of the last failed call, and resets it. */
-enum store_refusal store_take_refusal(struct store *store);
-/* Writes back the journal when it cannot grow. Returns true if another try may succeed. Call it
- * between transactions. */
-bool store_make_room(struct store *store);
-/* Rolls back the open transaction; without a transaction it has no effect. */
+enum store_refusal store_refusal_pop(struct store *store);
+/* Writes the journal back into the file, when a full disk keeps the journal from growing. Returns
+ * true if the transaction may succeed now. Call it between transactions. */
+bool store_checkpoint(struct store *store);
+/* Rolls back the open transaction, if there is one. */
 void store_roll_back(struct store *store);
 
-/* State of the file at the path, compared with the file that the store has open. */
-enum store_place {
-    STORE_IN_PLACE,
-    STORE_MISSING,
-    STORE_REPLACED,
-    STORE_NO_JOURNAL,
-    STORE_NO_INDEX, /* the index of the journal is missing: other programs no longer see this log */
-    STORE_OVERWRITTEN,
-    STORE_EMPTIED
+/* What the file at a path is, compared with the file that the store has open. */
+enum store_file_state {
+    STORE_FILE_SAME, /* the file that the store has open */
+    STORE_FILE_MISSING,
+    STORE_FILE_REPLACED,
+    STORE_FILE_NO_JOURNAL,
+    STORE_FILE_NO_INDEX, /* the journal's index is missing: other programs do not see new data */
+    STORE_FILE_OVERWRITTEN,
+    STORE_FILE_EMPTIED
 };
+/* Device and inode numbers of a campaign's files; 0: there is no such file. */
 struct store_identity {
-    dev_t device, journal_device;
-    ino_t file, journal, index;
+    dev_t file_device, journal_device;
+    ino_t file_inode, journal_inode, index_inode;
 };
-/* Records the identity of the file at the path; call it just after opening. */
-void store_identify(const char *path, struct store_identity *identity);
-enum store_place store_find(const char *path, const struct store_identity *identity);
+/* Gets the identity of the file at the path. Call it directly after store_open. */
+void store_identity_get(const char *path, struct store_identity *identity);
+enum store_file_state store_check_identity(const char *path, const struct store_identity *identity);
 
-/* Copies all committed data, from the open file wherever it is, into a new file at `path`, and
- * opens the copy to check it. MR_IO: also if `path` exists. */
+/* Copies all committed data into a new file at `path`, and opens the copy to check it. It works
+ * also if the open file was moved or deleted. Fails with MR_IO if `path` exists. */
 enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
-/* Current path of the open file, as far as the system knows; "": deleted. */
-void store_whereabouts(const struct store *store, char *out, size_t size);
-/* As store_close, for a store whose file was moved or replaced. A file at its old path belongs to
- * another program and is not touched. `moved`: the open file is still the log's, and the journal is
- * written back into it. */
-void store_leave(struct store *store, bool moved);
-/* Call after store_leave. Removes the file's journal at the old path, which SQLite would otherwise
- * write into any file put there. A journal of another file is not removed. */
+/* Current path of the open file, from the kernel; "" if the file was deleted or the path is
+ * unknown. */
+void store_find_current_path(const struct store *store, char *out, size_t size);
+/* As store_close, for a store whose file was moved, deleted or replaced. A new file at the old path
+ * is not touched. If `moved`, the journal is written back into the open file. */
+void store_close_detached(struct store *store, bool moved);
+/* Removes the journal of the file at its old path; otherwise SQLite would write the journal into
+ * any file created there. The journal of another file is not removed. Call it after
+ * store_close_detached. */
 void store_journal_remove(const char *path, const struct store_identity *identity);
 
 /* ---- detection of a file that was overwritten ---- */
 
-/* Starts checking the file. It is also checked before each write of SQLite, and an overwritten file
- * is not written. */
+/* Starts checking whether the file is overwritten. From then on, every write of SQLite to the file
+ * checks it first, and fails if the file was overwritten. */
 void store_watch_file(struct store *store);
-/* True if another program overwrote the file without SQLite (cp) or truncated it: its header or
- * size shows it, or SQLite finds the file damaged. Once true, it stays true. */
-bool store_overwritten(struct store *store);
-/* store_note_logged records the newest data of the session; call it before a commit. Call
- * store_logged_committed after the commit. */
-enum mr_status store_note_logged(struct store *store, int64_t session, struct error *error);
-void store_logged_committed(struct store *store);
-/* Checks, in a transaction and after another program has committed, whether the committed data of
- * the session is still there; `*there` false: it is not. */
-enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
-/* Call after store_leave of an overwritten file: renames its journal to `kept`, because SQLite
- * would write it into the new content. Returns false if there is no journal, or it cannot be
- * renamed. */
-bool store_journal_set_aside(const char *path, const char *kept);
+/* True if another program overwrote the file (for example cp) or truncated it. This shows in the
+ * file's header or size, or as damage that SQLite finds. Once true, the result stays true. */
+bool store_is_overwritten(struct store *store);
+/* Two steps that remember the newest committed data of a session: call store_record_progress
+ * before a commit and store_confirm_progress after it. */
+enum mr_status store_record_progress(struct store *store, int64_t session, struct error *error);
+void store_confirm_progress(struct store *store);
+/* Checks whether the campaign still contains the session's newest committed data, if another
+ * program has written since the last check. Call it in a transaction. */
+enum mr_status store_has_session_data(struct store *store, bool *has, struct error *error);
+/* Renames the journal of an overwritten file to `new_path`; otherwise SQLite would write the
+ * journal into the new file. Returns false if there is no journal or it cannot be renamed. Call it
+ * after store_close_detached. */
+bool store_journal_rename(const char *path, const char *new_path);
 
 #endif

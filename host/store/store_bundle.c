@@ -6,26 +6,28 @@
 #include "host/store/store_readiness.h"
 #include "host/store/table.h"
 
-#define SQL_MAX 4000
-#define DOING   "copy the landing from"
+#define SQL_SIZE    4000
+#define COPY_ACTION "copy the landing from"
 
-/* slow log: a day before the landing and an hour after */
-#define SLOW_BEFORE_US "86400000000"
-#define SLOW_AFTER_US  "3600000000"
-#define ARMED_US       "(SELECT armed_us FROM main.landings WHERE id=?1)"
-#define BOARD_UID      "(SELECT board_uid FROM main.landings WHERE id=?1)"
-/* Three surveys: the first one, from which movement is measured, the last one before the landing,
- * and the next one after it. */
-#define KEPT(kind)     "id NOT IN (SELECT item FROM main.withdrawals WHERE kind='" kind "')"
-#define SURVEY(which)  " SELECT " which "(id) FROM main.gage_surveys WHERE " KEPT("survey")
-#define SURVEYS                                                        \
-    "(" SURVEY("min") " UNION" SURVEY("max") " AND made_us<=" ARMED_US \
-                                             " UNION" SURVEY("min") " AND made_us>" ARMED_US ")"
+/* part of the slow log in a bundle: from a day before the landing to an hour after it */
+#define SLOW_BEFORE_US      "86400000000"
+#define SLOW_AFTER_US       "3600000000"
+#define SELECT_ARMED_US     "(SELECT armed_us FROM main.landings WHERE id=?1)"
+#define SELECT_BOARD_UID    "(SELECT board_uid FROM main.landings WHERE id=?1)"
+/* Three surveys: the first one, from which mat movement is measured, the last one before the
+ * landing, and the first one after it. */
+#define NOT_WITHDRAWN(kind) "id NOT IN (SELECT item FROM main.withdrawals WHERE kind='" kind "')"
+#define SELECT_SURVEY(which) \
+    " SELECT " which "(id) FROM main.gage_surveys WHERE " NOT_WITHDRAWN("survey")
+#define SELECT_SURVEYS                               \
+    "(" SELECT_SURVEY("min") " UNION" SELECT_SURVEY( \
+        "max") " AND made_us<=" SELECT_ARMED_US      \
+               " UNION" SELECT_SURVEY("min") " AND made_us>" SELECT_ARMED_US ")"
 
-/* Condition for the rows of a table that belong to the landing: ?1 is RUN, ?2 its session, ?3 its
- * boot. Most tables have a column for it. The others are listed here: they refer to a landing
- * through another table or by time, or hold faults of the board from before the landing. */
-static const char *rows_of(const char *table, bool has_landing, bool has_session)
+/* SQL condition for the rows of a table that belong to the landing: ?1 is the RUN, ?2 its session,
+ * ?3 its boot. Most tables have a column `landing` or `session`. The function lists the tables that
+ * refer to a landing in another way. */
+static const char *get_row_condition(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
         return "id=?1";
@@ -38,50 +40,50 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
-    if (strcmp(table, "readiness") == 0) /* of the landing, and those within hours before it */
-        return "board_uid=" BOARD_UID " AND " ARMED_US
-               " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
-    /* like store_series_of: the assigned series, else the newest one before the landing */
+    if (strcmp(table, "readiness") == 0) /* results that are valid for the landing */
+        return "board_uid=" SELECT_BOARD_UID " AND " SELECT_ARMED_US
+               " BETWEEN made_us AND made_us + " STORE_READINESS_VALID_US_TEXT;
+    /* as in store_landing_series_get: the entered series, otherwise the newest one before the
+     * landing */
     if (strcmp(table, "series") == 0)
-        return "id=(SELECT max(id) FROM main.series AS s WHERE " KEPT(
+        return "id=(SELECT max(id) FROM main.series AS s WHERE " NOT_WITHDRAWN(
             "series") " AND CASE WHEN coalesce((SELECT value "
                       "FROM main.landing_changes WHERE landing=?1"
                       " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT "
                       "value "
                       "FROM main.landing_changes WHERE"
                       " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
-                      "s.made_us<=" ARMED_US " END)";
-    if (strcmp(table, "advices") ==
-        0) /* the last one recorded between the previous landing and this one */
+                      "s.made_us<=" SELECT_ARMED_US " END)";
+    if (strcmp(table, "advices") == 0) /* the last one between the previous landing and this one */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
-    if (strcmp(table, "records") == 0) /* those of the runway too */
+    if (strcmp(table, "records") == 0) /* also those that belong to no landing */
         return "landing=?1 OR landing IS NULL";
-    if (strcmp(table, "certificates") == 0) /* of the board, including those entered later */
-        return "board_uid=" BOARD_UID;
+    if (strcmp(table, "certificates") == 0) /* also those entered after the landing */
+        return "board_uid=" SELECT_BOARD_UID;
     if (strcmp(table, "gage_surveys") == 0)
-        return "id IN " SURVEYS;
+        return "id IN " SELECT_SURVEYS;
     if (strcmp(table, "gage_readings") == 0 || strcmp(table, "gage_loads") == 0)
-        return "survey IN " SURVEYS;
+        return "survey IN " SELECT_SURVEYS;
     if (strcmp(table, "slow_log") == 0)
-        return "board_uid=" BOARD_UID " AND time_us BETWEEN " ARMED_US "-" SLOW_BEFORE_US
-               " AND " ARMED_US "+" SLOW_AFTER_US;
+        return "board_uid=" SELECT_BOARD_UID " AND time_us BETWEEN " SELECT_ARMED_US
+               "-" SLOW_BEFORE_US " AND " SELECT_ARMED_US "+" SLOW_AFTER_US;
     if (strcmp(table, "configurations") == 0)
         return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
 }
 
-/* INSERT INTO bundle.T(columns) SELECT columns FROM main.T WHERE ..., with the landing numbered
- * 1. */
-static enum mr_status copy_statement(struct store *store, const char *table, char sql[SQL_MAX],
-                                     struct error *error)
+/* Makes the statement that copies the landing's rows of one table into the bundle. The landing gets
+ * the id 1 there. */
+static enum mr_status make_copy_sql(struct store *store, const char *table, char sql[SQL_SIZE],
+                                    struct error *error)
 {
-    char columns[SQL_MAX / 4] = "", values[SQL_MAX / 4] = "";
+    char columns[SQL_SIZE / 4] = "", values[SQL_SIZE / 4] = "";
     bool has_landing = false, has_session = false;
     sqlite3_stmt *statement;
     if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1,
                            &statement, NULL) != SQLITE_OK)
-        return store_failed(store, DOING, error);
+        return store_set_error(store, COPY_ACTION, error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;
     int code;
@@ -93,7 +95,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         size_t at = strlen(columns), to = strlen(values);
         fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) <
                 (int)(sizeof columns - at);
-        if (number) /* an event outside landings keeps NULL */
+        if (number) /* NULL stays NULL: an event outside landings */
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
                              name) < (int)(sizeof values - to);
@@ -103,14 +105,15 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         has_landing |= landing;
         has_session |= strcmp(name, "session") == 0;
     }
-    if (code != SQLITE_DONE) /* without all columns the bundle would be incomplete */
-        store_failed(store, DOING, error);
+    if (code != SQLITE_DONE) /* a column may be missing in the statement */
+        store_set_error(store, COPY_ACTION, error);
     sqlite3_finalize(statement);
     if (code != SQLITE_DONE)
         return error->status;
-    fits &= snprintf(sql, SQL_MAX,
+    fits &= snprintf(sql, SQL_SIZE,
                      "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table,
-                     columns, values, table, rows_of(table, has_landing, has_session)) < SQL_MAX;
+                     columns, values, table,
+                     get_row_condition(table, has_landing, has_session)) < SQL_SIZE;
     return fits
              ? MR_OK
              : error_set(error, MR_TOO_LONG,
@@ -121,13 +124,13 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
 static enum mr_status copy_table(struct store *store, const char *table,
                                  const struct store_landing *landing, struct error *error)
 {
-    char sql[SQL_MAX];
+    char sql[SQL_SIZE];
     sqlite3_stmt *statement;
-    enum mr_status status = copy_statement(store, table, sql, error);
+    enum mr_status status = make_copy_sql(store, table, sql, error);
     if (status != MR_OK)
         return status;
     if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
-        return store_failed(store, DOING, error);
+        return store_set_error(store, COPY_ACTION, error);
     int parameters = sqlite3_bind_parameter_count(statement);
     if (parameters >= 1)
         sqlite3_bind_int64(statement, 1, landing->id);
@@ -136,7 +139,7 @@ static enum mr_status copy_table(struct store *store, const char *table,
     if (parameters >= 3)
         sqlite3_bind_int64(statement, 3, landing->boot);
     if (sqlite3_step(statement) != SQLITE_DONE)
-        status = store_failed(store, DOING, error);
+        status = store_set_error(store, COPY_ACTION, error);
     sqlite3_finalize(statement);
     return status;
 }
@@ -146,7 +149,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
 {
     sqlite3_stmt *tables;
     enum mr_status status = MR_OK;
-    /* In order of creation: a table comes after the tables that it refers to. */
+    /* in the order of creation, because a table refers to tables that were created earlier */
     if (sqlite3_prepare_v2(
             store->database,
             "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
@@ -154,33 +157,32 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
             " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')"
             " AND name<>'bundles' ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)
-        return store_failed(store, DOING, error);
+        return store_set_error(store, COPY_ACTION, error);
     int code = SQLITE_ROW;
     while (status == MR_OK && (code = sqlite3_step(tables)) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
-    /* without all tables the bundle would be incomplete */
     if (status == MR_OK && code != SQLITE_DONE)
-        status = store_failed(store, DOING, error);
+        status = store_set_error(store, COPY_ACTION, error);
     sqlite3_finalize(tables);
     return status;
 }
 
-static enum mr_status fill(struct store *store, const struct store_landing *landing,
-                           const char *path, struct error *error)
+static enum mr_status fill_bundle(struct store *store, const struct store_landing *landing,
+                                  const char *path, struct error *error)
 {
     char *attach = sqlite3_mprintf("ATTACH %Q AS bundle", path);
     if (!attach)
         return error_set(error, MR_FULL, "out of memory, writing bundle %s; close other programs",
                          path);
-    enum mr_status status = store_execute(store, attach, DOING, error);
+    enum mr_status status = store_execute(store, attach, COPY_ACTION, error);
     sqlite3_free(attach);
     if (status != MR_OK)
         return status;
-    status = store_execute(store, "BEGIN", DOING, error);
+    status = store_execute(store, "BEGIN", COPY_ACTION, error);
     if (status == MR_OK)
         status = copy_tables(store, landing, error);
     if (status == MR_OK)
-        status = store_execute(store, "COMMIT", DOING, error);
+        status = store_execute(store, "COMMIT", COPY_ACTION, error);
     else
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
     sqlite3_exec(store->database, "DETACH bundle", NULL, NULL, NULL);
@@ -189,34 +191,34 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
 
 /* ---- image and digests ---- */
 
-static enum mr_status digest_record(struct store *store, int64_t run, char hex[65],
-                                    struct error *error)
+static enum mr_status compute_record_digest(struct store *store, int64_t run, char hex[65],
+                                            struct error *error)
 {
     struct store_block_record row;
     SHA2_CTX hash;
     sqlite3_stmt *s;
     SHA256Init(&hash);
     enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK)
+    while (status == MR_OK && (status = STORE_READ_NEXT(store, error, BLOCKS, s, &row)) == MR_OK)
         SHA256Update(&hash, row.record.data, row.record.length);
     SHA256End(&hash, hex);
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-static enum mr_status put_bundled(const char *path, const uint8_t *image, size_t length,
-                                  struct error *error)
+static enum mr_status put_bundle_row(const char *path, const uint8_t *image, size_t length,
+                                     struct error *error)
 {
     struct store_bundled row = {.image = {image, length}};
     struct store *made = NULL;
     enum mr_status status = store_open(path, STORE_OPEN, &made, error);
     SHA256Data(length ? image : (const uint8_t *)"", length, row.image_sha256);
     if (status == MR_OK)
-        status = digest_record(made, 1, row.record_sha256, error);
+        status = compute_record_digest(made, 1, row.record_sha256, error);
     if (status == MR_OK)
         status = STORE_PUT(made, error, bundled, &row, 1);
-    /* DELETE mode: the bundle is one complete file, without a journal beside it */
+    /* DELETE mode: the bundle must be one file, without a journal beside it */
     if (status == MR_OK)
-        status = store_execute(made, "PRAGMA journal_mode=DELETE", DOING, error);
+        status = store_execute(made, "PRAGMA journal_mode=DELETE", COPY_ACTION, error);
     store_close(made);
     return status;
 }
@@ -229,13 +231,13 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
     enum mr_status status = store_landing_get(store, run, &landing, error);
     if (status == MR_OK)
         status = store_open(path, STORE_CREATE, &empty, error);
-    if (status == MR_OK && store_has_late(store->database) &&
-        store_tables_make(empty->database, true) != SQLITE_OK)
-        status = store_failed(empty, "set up", error);
+    if (status == MR_OK && store_has_on_demand_tables(store->database) &&
+        store_create_tables(empty->database, true) != SQLITE_OK)
+        status = store_set_error(empty, "set up", error);
     store_close(empty);
     if (status == MR_OK)
-        status = fill(store, &landing, path, error);
-    return status == MR_OK ? put_bundled(path, image, length, error) : status;
+        status = fill_bundle(store, &landing, path, error);
+    return status == MR_OK ? put_bundle_row(path, image, length, error) : status;
 }
 
 static enum mr_status write_image(const struct store_bundled *row, const char *path,
@@ -248,18 +250,18 @@ static enum mr_status write_image(const struct store_bundled *row, const char *p
     return MR_OK;
 }
 
-enum mr_status store_bundle_open(struct store *store, int64_t run, const char *path, bool *there,
-                                 struct error *error)
+enum mr_status store_bundle_extract(struct store *store, int64_t run, const char *path, bool *found,
+                                    struct error *error)
 {
     struct store_bundled row;
     char record[65], image[65];
     sqlite3_stmt *s;
-    *there = false;
-    enum mr_status status = digest_record(store, run, record, error);
+    *found = false;
+    enum mr_status status = compute_record_digest(store, run, record, error);
     if (status == MR_OK)
         status = STORE_QUERY(store, error, BUNDLED, &s, BIND(run));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, BUNDLED, s, &row);
+        status = STORE_READ_NEXT(store, error, BUNDLED, s, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     SHA256Data(row.image.length ? row.image.data : "", row.image.length, image);
@@ -269,8 +271,8 @@ enum mr_status store_bundle_open(struct store *store, int64_t run, const char *p
             error_set(error, MR_CRC,
                       "the %s of the bundle changed since it was written: %s; get the bundle again",
                       record_changed ? "record" : "image", store->path);
-    *there = status == MR_OK && row.image.length > 0;
-    if (*there)
+    *found = status == MR_OK && row.image.length > 0;
+    if (*found)
         status = write_image(&row, path, error);
     sqlite3_reset(s);
     return status;

@@ -6,9 +6,9 @@
 #include "host/store/store_journal.h"
 #include "host/store/table.h"
 
-/* Value before a change: the newest entered value, else the value from the board. */
-static enum mr_status find_was(struct store *store, const struct store_change *change,
-                               char was[STORE_JOURNAL_TEXT], struct error *error)
+/* Finds the value before a change: the newest entered value, otherwise the board's value. */
+static enum mr_status find_old_value(struct store *store, const struct store_change *change,
+                                     char was[STORE_JOURNAL_TEXT_SIZE], struct error *error)
 {
     struct store_landing landing;
     enum mr_status status = store_landing_get(store, change->run, &landing, error);
@@ -17,7 +17,7 @@ static enum mr_status find_was(struct store *store, const struct store_change *c
         status = store_change_get(store, change->run, change->field, was, NULL, error);
     if (status == MR_OK && !was[0] && strcmp(change->field, "touchdown_ft") == 0 &&
         !isnan(landing.touchdown_ft))
-        snprintf(was, STORE_JOURNAL_TEXT, "%.10g", landing.touchdown_ft);
+        snprintf(was, STORE_JOURNAL_TEXT_SIZE, "%.10g", landing.touchdown_ft);
     return status;
 }
 
@@ -25,19 +25,20 @@ enum mr_status store_change_add(struct store *store, const struct store_change *
                                 struct error *error)
 {
     struct store_change row = *change;
-    enum mr_status status = find_was(store, change, row.was, error);
+    enum mr_status status = find_old_value(store, change, row.was, error);
     return status == MR_OK ? STORE_PUT(store, error, change, &row) : status;
 }
 
 enum mr_status store_change_get(struct store *store, int64_t run, const char *field,
-                                char value[STORE_JOURNAL_TEXT], char reason[STORE_JOURNAL_TEXT],
-                                struct error *error)
+                                char value[STORE_JOURNAL_TEXT_SIZE],
+                                char reason[STORE_JOURNAL_TEXT_SIZE], struct error *error)
 {
     struct store_change row;
     value[0] = '\0';
     if (reason)
         reason[0] = '\0';
-    enum mr_status status = STORE_ONE(store, error, CHANGE_NEWEST, &row, BIND(run), BIND(field));
+    enum mr_status status = STORE_READ_ONE(store, error, CHANGE_NEWEST, &row, BIND(run),
+                                           BIND(field));
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     memcpy(value, row.value, sizeof row.value);
@@ -47,9 +48,9 @@ enum mr_status store_change_get(struct store *store, int64_t run, const char *fi
 }
 
 enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void,
-                             char reason[STORE_JOURNAL_TEXT], struct error *error)
+                             char reason[STORE_JOURNAL_TEXT_SIZE], struct error *error)
 {
-    char value[STORE_JOURNAL_TEXT];
+    char value[STORE_JOURNAL_TEXT_SIZE];
     enum mr_status status = store_change_get(store, run, "void", value, reason, error);
     *is_void = strcmp(value, "yes") == 0;
     return status;
@@ -58,7 +59,7 @@ enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void,
 enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed,
                                  struct error *error)
 {
-    char reason[STORE_JOURNAL_TEXT];
+    char reason[STORE_JOURNAL_TEXT_SIZE];
     bool is_void;
     enum mr_status status = store_is_void(store, run, &is_void, reason, error);
     if (status != MR_OK || !is_void || allowed)
@@ -94,11 +95,11 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
                            "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN "
                            "lists the observations",
                            (long long)id, (long long)run, store->path);
-    if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT)
+    if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT_SIZE)
         status = error_set(error, MR_TOO_LONG,
                            "reason too long: withdrawal of observation %lld of RUN %lld; give at "
                            "most %d characters",
-                           (long long)id, (long long)run, STORE_JOURNAL_TEXT - 1);
+                           (long long)id, (long long)run, STORE_JOURNAL_TEXT_SIZE - 1);
     if (status != MR_OK)
         return status;
     struct store_observation row = {.run = run,
@@ -114,29 +115,29 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     return STORE_PUT(store, error, observation, &row);
 }
 
-enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
-                               struct error *error)
+enum mr_status store_count_landings_since(struct store *store, int64_t since_us, int64_t *count,
+                                          struct error *error)
 {
-    return STORE_NUMBER(store, error, DAY_COUNT, count, BIND(since_us));
+    return STORE_READ_NUMBER(store, error, LANDINGS_COUNT_SINCE, count, BIND(since_us));
 }
 
-/* An entry for the landing itself overrides the value of its series. */
-static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into,
-                              size_t size, struct error *error)
+/* Overrides a field of the series with the entry for the landing itself, if there is one. */
+static enum mr_status apply_change(struct store *store, int64_t run, const char *field, char *into,
+                                   size_t size, struct error *error)
 {
-    char value[STORE_JOURNAL_TEXT];
+    char value[STORE_JOURNAL_TEXT_SIZE];
     enum mr_status status = store_change_get(store, run, field, value, NULL, error);
     if (status == MR_OK && value[0])
         snprintf(into, size, "%.*s", (int)size - 1, value);
     return status;
 }
 
-enum mr_status store_series_of(struct store *store, const struct store_landing *landing,
-                               struct store_series *series, struct error *error)
+enum mr_status store_landing_series_get(struct store *store, const struct store_landing *landing,
+                                        struct store_series *series, struct error *error)
 {
     struct store_series *rows;
     size_t count;
-    char name[STORE_JOURNAL_TEXT];
+    char name[STORE_JOURNAL_TEXT_SIZE];
     *series = (struct store_series){0};
     enum mr_status status = store_series_all(store, &rows, &count, error);
     if (status == MR_OK)
@@ -147,37 +148,37 @@ enum mr_status store_series_of(struct store *store, const struct store_landing *
     }
     free(rows);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "runway", series->runway, sizeof series->runway,
-                         error);
+        status = apply_change(store, landing->id, "runway", series->runway, sizeof series->runway,
+                              error);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "pattern", series->pattern, sizeof series->pattern,
-                         error);
+        status = apply_change(store, landing->id, "pattern", series->pattern,
+                              sizeof series->pattern, error);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "modification", series->modification,
-                         sizeof series->modification, error);
+        status = apply_change(store, landing->id, "modification", series->modification,
+                              sizeof series->modification, error);
     return status;
 }
 
 /* ---- one landing twice in a campaign ---- */
 
-/* Earlier landings with the same number. */
-static enum mr_status landings_alike(struct store *store, const struct store_landing *landing,
-                                     struct store_landing **rows, size_t *count,
-                                     struct error *error)
+/* Reads the earlier landings with the same landing number. */
+static enum mr_status read_same_number(struct store *store, const struct store_landing *landing,
+                                       struct store_landing **rows, size_t *count,
+                                       struct error *error)
 {
-    STORE_ROWS(LANDINGS_ALIKE, BIND(landing->id), BIND(landing->board_landing));
+    STORE_RETURN_ROWS(LANDINGS_SAME_NUMBER, BIND(landing->id), BIND(landing->board_landing));
 }
 
-static bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
-                               size_t a_edges, const struct store_landing *b,
-                               const struct store_edge *b_edge, size_t b_edges)
+static bool is_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
+                            size_t a_edges, const struct store_landing *b,
+                            const struct store_edge *b_edge, size_t b_edges)
 {
     size_t same = 0, i = 0, k = 0;
     bool same_board = !a->board_uid[0] || !b->board_uid[0] ||
                       strcmp(a->board_uid, b->board_uid) == 0;
     if (!same_board || a->board_landing != b->board_landing)
         return false;
-    while (i < a_edges && k < b_edges) { /* both lists are sorted by count */
+    while (i < a_edges && k < b_edges) { /* both arrays are in the order of `count` */
         int64_t ahead = a_edge[i].count - b_edge[k].count;
         if (ahead == 0 && a_edge[i].tick != b_edge[k].tick)
             return false;
@@ -188,38 +189,40 @@ static bool store_same_landing(const struct store_landing *a, const struct store
     return same >= 2;
 }
 
-static enum mr_status is_twin(struct store *store, const struct store_landing *landing,
-                              const struct store_edge *edge, size_t edges,
-                              const struct store_landing *other, bool *twin, struct error *error)
+static enum mr_status check_duplicate(struct store *store, const struct store_landing *landing,
+                                      const struct store_edge *edge, size_t edges,
+                                      const struct store_landing *other, bool *duplicate,
+                                      struct error *error)
 {
     struct store_edge *its = NULL;
     size_t count = 0;
     bool is_void = false;
     enum mr_status status = store_edges(store, other->id, &its, &count, error);
-    *twin = status == MR_OK && store_same_landing(landing, edge, edges, other, its, count);
+    *duplicate = status == MR_OK && is_same_landing(landing, edge, edges, other, its, count);
     free(its);
-    if (*twin)
+    if (*duplicate)
         status = store_is_void(store, other->id, &is_void, NULL, error);
-    *twin &= !is_void;
+    *duplicate &= !is_void;
     return status;
 }
 
-enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin, struct error *error)
+enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *duplicate,
+                                    struct error *error)
 {
     struct store_landing landing, *rows = NULL;
     struct store_edge *edge = NULL;
     size_t count = 0, edges = 0;
-    *twin = 0;
+    *duplicate = 0;
     enum mr_status status = store_landing_get(store, run, &landing, error);
     if (status == MR_OK)
         status = store_edges(store, run, &edge, &edges, error);
     if (status == MR_OK)
-        status = landings_alike(store, &landing, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK && *twin == 0; i++) {
+        status = read_same_number(store, &landing, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK && *duplicate == 0; i++) {
         bool same = false;
-        status = is_twin(store, &landing, edge, edges, &rows[i], &same, error);
+        status = check_duplicate(store, &landing, edge, edges, &rows[i], &same, error);
         if (same)
-            *twin = rows[i].id;
+            *duplicate = rows[i].id;
     }
     free(edge);
     free(rows);
@@ -228,16 +231,17 @@ enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin, 
 
 /* ---- recalibrate ---- */
 
-static bool is_same(float a, float b)
+static bool is_same_value(float a, float b)
 {
     return a == b || (isnan(a) && isnan(b));
 }
 
-static enum mr_status keep(struct store *store, int64_t run, unsigned index, int64_t item,
-                           float was, float value, const struct store_recalibration *how,
-                           unsigned *changed, struct error *error)
+static enum mr_status put_recalibration(struct store *store, int64_t run, unsigned index,
+                                        int64_t item, float was, float value,
+                                        const struct store_recalibration *how, unsigned *changed,
+                                        struct error *error)
 {
-    if (is_same(was, value))
+    if (is_same_value(was, value))
         return MR_OK;
     ++*changed;
     const struct store_recalibrated row = {.index = index,
@@ -261,15 +265,16 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
     if (old->kind != MR_KIND_TENSION || how->zeros)
         becomes.zero_code = new->zero_code;
     *changed = 0;
-    enum mr_status status = keep(store, run, index, STORE_ITEM_UNIT, old->unit_per_code,
-                                 becomes.unit_per_code, how, changed, error);
+    enum mr_status status = put_recalibration(store, run, index, STORE_ITEM_UNIT,
+                                              old->unit_per_code, becomes.unit_per_code, how,
+                                              changed, error);
     if (status == MR_OK)
-        status = keep(store, run, index, STORE_ITEM_ZERO, old->zero_code, becomes.zero_code, how,
-                      changed, error);
+        status = put_recalibration(store, run, index, STORE_ITEM_ZERO, old->zero_code,
+                                   becomes.zero_code, how, changed, error);
     for (unsigned item = 0; item < MR_CALIBRATION_ITEMS && status == MR_OK; item++) {
         float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
-        status = keep(store, run, index, item, was, value, how, changed, error);
-        if (status == MR_OK && !is_same(was, value))
+        status = put_recalibration(store, run, index, item, was, value, how, changed, error);
+        if (status == MR_OK && !is_same_value(was, value))
             status = store_calibration_put(
                 store, run, &(struct store_calibration){index, item, (double)value}, error);
     }
@@ -277,20 +282,20 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
                                        : status;
 }
 
-enum mr_status store_recalibrated(struct store *store, int64_t run, int64_t *channels,
-                                  struct error *error)
+enum mr_status store_recalibrated_channels(struct store *store, int64_t run, int64_t *channels,
+                                           struct error *error)
 {
     *channels = 0;
-    return STORE_NUMBER(store, error, RECALIBRATED, channels, BIND(run));
+    return STORE_READ_NUMBER(store, error, RECALIBRATED, channels, BIND(run));
 }
 
 /* ---- survey ---- */
 
-enum mr_status store_durable(struct store *store, struct error *error)
+enum mr_status store_set_durable(struct store *store, struct error *error)
 {
     return sqlite3_exec(store->database, "PRAGMA synchronous=FULL", NULL, NULL, NULL) == SQLITE_OK
              ? MR_OK
-             : store_failed(store, "set up", error);
+             : store_set_error(store, "set up", error);
 }
 
 enum mr_status store_gage_survey_add(struct store *store, struct store_gage_survey *survey,
@@ -306,7 +311,7 @@ enum mr_status store_gage_survey_add(struct store *store, struct store_gage_surv
 enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us,
                                      struct error *error)
 {
-    return STORE_RUN(store, error, GAGE_SURVEY_END, BIND(ended_us), BIND(survey));
+    return STORE_RUN_STATEMENT(store, error, GAGE_SURVEY_END, BIND(ended_us), BIND(survey));
 }
 
 enum mr_status store_gage_reading_add(struct store *store, int64_t survey,

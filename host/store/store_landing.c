@@ -9,74 +9,73 @@
 #include "host/store/store.h"
 #include "host/store/table.h"
 
-#define ROWS(function, row, NAME)                                                        \
+#define DEFINE_ROWS(function, row, NAME)                                                 \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error)                          \
     {                                                                                    \
-        STORE_ROWS(NAME, BIND(run));                                                     \
+        STORE_RETURN_ROWS(NAME, BIND(run));                                              \
     }
-STORE_ROWS_OF_LANDING(ROWS)
+STORE_ROWS_OF_LANDING(DEFINE_ROWS)
 
-#define PUT(row)                                                                           \
+#define DEFINE_PUT(row)                                                                    \
     enum mr_status store_##row##_put(struct store *store, int64_t run,                     \
                                      const struct store_##row *value, struct error *error) \
     {                                                                                      \
         return STORE_PUT(store, error, row, value, run);                                   \
     }
-STORE_PUT_OF_LANDING(PUT)
+STORE_PUT_OF_LANDING(DEFINE_PUT)
 
-#define ALL_ROWS(function, row, NAME)                                                      \
+#define DEFINE_ALL_ROWS(function, row, NAME)                                               \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error)                                           \
     {                                                                                      \
-        STORE_ROWS(NAME);                                                                  \
+        STORE_RETURN_ROWS(NAME);                                                           \
     }
-STORE_ROWS_OF_CAMPAIGN(ALL_ROWS)
+STORE_ROWS_OF_CAMPAIGN(DEFINE_ALL_ROWS)
 
-#define ADD(function, row)                                                        \
+#define DEFINE_ADD(function, row)                                                 \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error)                                  \
     {                                                                             \
         return STORE_PUT(store, error, row, value);                               \
     }
-STORE_PUT_OF_CAMPAIGN(ADD)
+STORE_PUT_OF_CAMPAIGN(DEFINE_ADD)
 
-#define NUMBER(function, NAME)                                                        \
+#define DEFINE_NUMBER(function, NAME)                                                 \
     enum mr_status function(struct store *store, int64_t *value, struct error *error) \
     {                                                                                 \
-        return STORE_NUMBER(store, error, NAME, value);                               \
+        return STORE_READ_NUMBER(store, error, NAME, value);                          \
     }
-STORE_NUMBERS_OF_CAMPAIGN(NUMBER)
+STORE_NUMBERS_OF_CAMPAIGN(DEFINE_NUMBER)
 
-#define NUMBER_OF(function, NAME)                                                                  \
+#define DEFINE_NUMBER_OF(function, NAME)                                                           \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error) \
     {                                                                                              \
-        return STORE_NUMBER(store, error, NAME, value, BIND(run));                                 \
+        return STORE_READ_NUMBER(store, error, NAME, value, BIND(run));                            \
     }
-STORE_NUMBERS_OF_LANDING(NUMBER_OF)
+STORE_NUMBERS_OF_LANDING(DEFINE_NUMBER_OF)
 
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
 {
     int64_t other = 0;
-    char called[60] = "";
-    enum mr_status status = STORE_ONE(store, error, LANDING_GET, landing, BIND(run));
+    char number[60] = "";
+    enum mr_status status = STORE_READ_ONE(store, error, LANDING_GET, landing, BIND(run));
     if (status != MR_TOO_FEW)
         return status;
-    if (STORE_NUMBER(store, error, LANDING_CALLED, &other, BIND(run)) == MR_OK && other > 0)
-        snprintf(called, sizeof called, " (landing %lld of the board is RUN %lld)", (long long)run,
+    if (STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &other, BIND(run)) == MR_OK && other > 0)
+        snprintf(number, sizeof number, " (landing %lld of the board is RUN %lld)", (long long)run,
                  (long long)other);
     return error_set(error, MR_UNKNOWN,
                      "no such landing: RUN %lld in %s%s; matrig show DB lists the landings",
-                     (long long)run, store->path, called);
+                     (long long)run, store->path, number);
 }
 
 enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error)
 {
-    int64_t called = -*run, found = 0;
-    enum mr_status status = *run < 0
-                              ? STORE_NUMBER(store, error, LANDING_CALLED, &found, BIND(called))
-                              : MR_OK;
+    int64_t number = -*run, found = 0;
+    enum mr_status status =
+        *run < 0 ? STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found, BIND(number)) : MR_OK;
     if (status != MR_OK || *run >= 0)
         return status;
     *run = found;
@@ -85,13 +84,13 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
              : error_set(
                    error, MR_UNKNOWN,
                    "%s landing with board number %lld: %s; matrig show DB lists the RUN of each",
-                   found ? "more than one" : "no", (long long)called, store->path);
+                   found ? "more than one" : "no", (long long)number, store->path);
 }
 
 enum mr_status store_session_get(struct store *store, int64_t session,
                                  struct store_session_row *row, struct error *error)
 {
-    enum mr_status status = STORE_ONE(store, error, SESSION_GET, row, BIND(session));
+    enum mr_status status = STORE_READ_ONE(store, error, SESSION_GET, row, BIND(session));
     return status != MR_TOO_FEW ? status
                                 : error_set(error, MR_MALFORMED,
                                             "session %lld is missing: %s; the database is damaged",
@@ -101,7 +100,8 @@ enum mr_status store_session_get(struct store *store, int64_t session,
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error)
 {
-    enum mr_status status = STORE_ONE(store, error, LINK_GET, counts, BIND(session), BIND(link));
+    enum mr_status status = STORE_READ_ONE(store, error, LINK_GET, counts, BIND(session),
+                                           BIND(link));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -112,7 +112,8 @@ static enum mr_status read_calibration(struct store *store, int64_t run,
     sqlite3_stmt *s;
     struct store_calibration row;
     enum mr_status status = STORE_QUERY(store, error, CALIBRATION, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
         if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 &&
             row.item < MR_CALIBRATION_ITEMS)
             mr_channel_item_set(&channels[row.index], (unsigned)row.item, (float)row.value);
@@ -128,7 +129,8 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
     memset(channels, 0, MR_CHANNELS * sizeof *channels);
     *found = 0;
     enum mr_status status = STORE_QUERY(store, error, CHANNELS, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, CHANNELS, s, &row)) == MR_OK) {
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, CHANNELS, s, &row)) == MR_OK) {
         if (row.index < 0 || row.index >= (int64_t)MR_CHANNELS)
             continue;
         channels[row.index] = (struct mr_channel_config){
@@ -147,16 +149,16 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error)
 {
-    STORE_ROWS(FAULTS, BIND(landing->session), BIND(landing->boot), BIND(landing->id));
+    STORE_RETURN_ROWS(FAULTS, BIND(landing->session), BIND(landing->boot), BIND(landing->id));
 }
 
-enum mr_status store_troubles(struct store *store, int64_t run, int link,
-                              struct store_trouble **rows, size_t *count, struct error *error)
+enum mr_status store_link_errors(struct store *store, int64_t run, int link,
+                                 struct store_link_error **rows, size_t *count, struct error *error)
 {
-    STORE_ROWS(TROUBLES, BIND(store_trouble_kind(link)), BIND(run));
+    STORE_RETURN_ROWS(LINK_ERRORS, BIND(store_link_error_kind(link)), BIND(run));
 }
 
-const char *store_trouble_kind(int link)
+const char *store_link_error_kind(int link)
 {
     return link == 0 ? "can-link" : "serial-link";
 }
@@ -164,7 +166,7 @@ const char *store_trouble_kind(int link)
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error)
 {
-    enum mr_status status = STORE_ONE(store, error, RESULT_GET, result, BIND(run));
+    enum mr_status status = STORE_READ_ONE(store, error, RESULT_GET, result, BIND(run));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -172,20 +174,20 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
 enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                   int64_t *index, struct error *error)
 {
-    return STORE_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
+    return STORE_READ_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
 }
 
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error)
 {
-    return STORE_NUMBER(store, error, FRAMES_COUNT, count, BIND(run), BIND(link));
+    return STORE_READ_NUMBER(store, error, FRAMES_COUNT, count, BIND(run), BIND(link));
 }
 
-enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *base,
-                                 struct error *error)
+enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *base,
+                                  struct error *error)
 {
     int64_t number = 0;
-    enum mr_status status = STORE_NUMBER(store, error, FRAMES_BASE, &number, BIND(run));
+    enum mr_status status = STORE_READ_NUMBER(store, error, CAN_BASE, &number, BIND(run));
     *base = (uint16_t)number;
     return status;
 }
@@ -198,7 +200,7 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
     sqlite3_stmt *s;
     struct store_block_record row;
     enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK) {
+    while (status == MR_OK && (status = STORE_READ_NEXT(store, error, BLOCKS, s, &row)) == MR_OK) {
         status = each(context, row.record.data, row.record.length, row.link);
         if (status != MR_OK)
             sqlite3_reset(s);
@@ -213,7 +215,8 @@ enum mr_status store_block_indexes_each(struct store *store, int64_t run,
     sqlite3_stmt *s;
     struct store_block_index row;
     enum mr_status status = STORE_QUERY(store, error, BLOCK_INDEXES, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCK_INDEXES, s, &row)) == MR_OK)
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, BLOCK_INDEXES, s, &row)) == MR_OK)
         each(context, row.index);
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -226,7 +229,7 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
     sqlite3_stmt *s;
     struct store_received_frame row;
     enum mr_status status = STORE_QUERY(store, error, FRAMES, &s, BIND(run), BIND(link));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, FRAMES, s, &row)) == MR_OK) {
+    while (status == MR_OK && (status = STORE_READ_NEXT(store, error, FRAMES, s, &row)) == MR_OK) {
         struct store_frame frame = {
             .run = run,
             .link = link,
@@ -262,7 +265,8 @@ enum mr_status store_session_add(struct store *store, struct store_session *sess
 enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us,
                                  const char *ended_by, struct error *error)
 {
-    return STORE_RUN(store, error, SESSION_END, BIND(ended_us), BIND(ended_by), BIND(session));
+    return STORE_RUN_STATEMENT(store, error, SESSION_END, BIND(ended_us), BIND(ended_by),
+                               BIND(session));
 }
 
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
@@ -290,7 +294,7 @@ enum mr_status store_landing_add(struct store *store, struct store_landing *land
 enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
                                  struct error *error)
 {
-    return STORE_CHANGE(store, error, landing, landing, landing->id);
+    return STORE_UPDATE(store, error, landing, landing, landing->id);
 }
 
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
@@ -310,7 +314,7 @@ enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error)
 {
     int64_t survey = STORE_NONE;
-    enum mr_status status = STORE_NUMBER(store, error, SURVEY_OF, &survey, BIND(run));
+    enum mr_status status = STORE_READ_NUMBER(store, error, SURVEY_OF, &survey, BIND(run));
     return status == MR_OK || status == MR_TOO_FEW
              ? STORE_PUT(store, error, segment, segment, survey)
              : status;
@@ -330,10 +334,10 @@ enum mr_status store_block_put(struct store *store, int64_t session, int64_t boo
     return STORE_PUT(store, error, block, &row);
 }
 
-enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
+enum mr_status store_edge_reject(struct store *store, int64_t run, int64_t count,
                                  struct error *error)
 {
-    return STORE_RUN(store, error, EDGE_REFUSE, BIND(run), BIND(count));
+    return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, BIND(run), BIND(count));
 }
 
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
@@ -359,7 +363,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
     *text = NULL;
     enum mr_status status = STORE_QUERY(store, error, CONFIGURATION_GET, &statement, BIND(crc));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, CONFIGURATION_GET, statement, &row);
+        status = STORE_READ_NEXT(store, error, CONFIGURATION_GET, statement, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     *text = strdup(row.text ? row.text : "");
@@ -369,9 +373,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
                              store->path);
 }
 
-/* ---- slow ----
- *
- * Messages that the board sends each second of a landing, and rows of the slow log. */
+/* ---- messages that the board repeats during a landing, and the slow log ---- */
 
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error)
@@ -380,7 +382,8 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
     switch ((int)quantity) {
 /* clang-format off */
 #define MEAN(name, NAME, quantity, table, column, error_column, why) \
-    case MR_QUANTITY_##quantity: return STORE_ONE(store, error, MEAN_##quantity, mean, BIND(run));
+    case MR_QUANTITY_##quantity:                                     \
+        return STORE_READ_ONE(store, error, MEAN_##quantity, mean, BIND(run));
 /* clang-format on */
 #include "common/catalogue.def"
     default: return MR_OK;
@@ -390,16 +393,14 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error)
 {
-    STORE_ROWS(SLOW_ROWS, BIND(board_uid));
+    STORE_RETURN_ROWS(SLOW_ROWS, BIND(board_uid));
 }
 
-/* ---- simulation ----
- *
- * Comparisons of landings with the simulation. */
+/* ---- comparisons of landings with a simulation ---- */
 
-/* Fields common to both structs of a channel. */
+/* Fields that struct store_simulation and struct store_simulation_channel have in common. */
 /* clang-format off */
-#define PLAIN_FIELDS(from)                                                                 \
+#define COMMON_FIELDS(from)                                                                 \
     .number = (from)->number, .station_ft = (from)->station_ft,                            \
     .peak_measured_in = (from)->peak_measured_in,                                          \
     .peak_measured_error_in = (from)->peak_measured_error_in,                              \
@@ -409,12 +410,13 @@ enum mr_status store_slow_rows(struct store *store, const char *board_uid, struc
     .end_simulated_in = (from)->end_simulated_in, .t0_s = (from)->t0_s, .dt_s = (from)->dt_s
 /* clang-format on */
 
-static enum mr_status put_channel(struct store *store, int64_t simulation,
-                                  const struct store_simulation *from, struct error *error)
+static enum mr_status put_simulation_channel(struct store *store, int64_t simulation,
+                                             const struct store_simulation *from,
+                                             struct error *error)
 {
     const size_t bytes = from->length * sizeof *from->series_in;
     const struct store_simulation_channel row = {
-        PLAIN_FIELDS(from),
+        COMMON_FIELDS(from),
         .series_in = {from->series_in, bytes},
         .spread_in = {from->spread_in, from->spread_in ? bytes : 0},
     };
@@ -439,12 +441,12 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
     enum mr_status status = STORE_PUT(store, error, simulation_row, &row, run);
     int64_t id = sqlite3_last_insert_rowid(store->database);
     for (size_t i = 0; i < count && status == MR_OK; i++)
-        status = put_channel(store, id, &rows[i], error);
+        status = put_simulation_channel(store, id, &rows[i], error);
     return status;
 }
 
-/* A copy of a blob of floats; NULL: absent. */
-static float *floats(const struct store_bytes *bytes, size_t *length)
+/* Copies a blob of floats. Returns NULL if it is empty. */
+static float *copy_floats(const struct store_bytes *bytes, size_t *length)
 {
     float *values = bytes->length ? malloc(bytes->length) : NULL;
     *length = values ? bytes->length / sizeof *values : 0;
@@ -453,14 +455,14 @@ static float *floats(const struct store_bytes *bytes, size_t *length)
     return values;
 }
 
-static struct store_simulation simulation_of(const struct store_simulation_channel *row)
+static struct store_simulation make_simulation(const struct store_simulation_channel *row)
 {
     struct store_simulation made = {
-        PLAIN_FIELDS(row),
+        COMMON_FIELDS(row),
     };
     size_t spreads = 0;
-    made.series_in = floats(&row->series_in, &made.length);
-    made.spread_in = floats(&row->spread_in, &spreads);
+    made.series_in = copy_floats(&row->series_in, &made.length);
+    made.spread_in = copy_floats(&row->spread_in, &spreads);
     if (spreads != made.length) {
         free(made.spread_in);
         made.spread_in = NULL;
@@ -476,14 +478,15 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
     *rows = NULL;
     *count = 0;
     enum mr_status status = STORE_QUERY(store, error, SIMULATIONS, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
         if (!list_grow(rows, *count, sizeof **rows)) {
             sqlite3_reset(s);
             status = error_set(error, MR_FULL, "out of memory, reading %s; close other programs",
                                store->path);
             break;
         }
-        (*rows)[(*count)++] = simulation_of(&row);
+        (*rows)[(*count)++] = make_simulation(&row);
     }
     if (status == MR_TOO_FEW)
         return MR_OK;
@@ -502,8 +505,8 @@ void store_simulations_free(struct store_simulation *rows, size_t count)
     free(rows);
 }
 
-enum mr_status store_simulation_head(struct store *store, int64_t run,
-                                     struct store_simulation_head *head, struct error *error)
+enum mr_status store_simulation_head_get(struct store *store, int64_t run,
+                                         struct store_simulation_head *head, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_simulation_row row;
@@ -512,7 +515,7 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
         .seeds = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
     enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, BIND(run));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, SIMULATION_HEAD, s, &row);
+        status = STORE_READ_NEXT(store, error, SIMULATION_HEAD, s, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     *head = (struct store_simulation_head){
@@ -521,7 +524,7 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
         .seeds = row.seeds,
         .segments_dt_s = row.segments_dt_s,
     };
-    head->segments_in = floats(&row.segments_in, &values);
+    head->segments_in = copy_floats(&row.segments_in, &values);
     head->segment_rows = values / MR_SEGMENTS;
     snprintf(head->file, sizeof head->file, "%s", row.file);
     sqlite3_reset(s);
@@ -540,13 +543,13 @@ enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t
                                    int64_t block, struct store_shunt **rows, size_t *count,
                                    struct error *error)
 {
-    STORE_ROWS(SHUNTS_BEFORE, BIND(session), BIND(boot), BIND(block));
+    STORE_RETURN_ROWS(SHUNTS_BEFORE, BIND(session), BIND(boot), BIND(block));
 }
 
 enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
                                   struct store_shunt **rows, size_t *count, struct error *error)
 {
-    STORE_ROWS(SHUNTS_AFTER, BIND(session), BIND(boot), BIND(block));
+    STORE_RETURN_ROWS(SHUNTS_AFTER, BIND(session), BIND(boot), BIND(block));
 }
 
 /* ---- the predictor ---- */
@@ -567,22 +570,22 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
 }
 
 enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
-                                int64_t *source, bool *there, struct error *error)
+                                int64_t *source, bool *found, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_runway row;
     uint32_t sequence;
-    *there = false;
+    *found = false;
     enum mr_status status = STORE_QUERY(store, error, RUNWAY_GET, &s, BIND(run));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, RUNWAY_GET, s, &row);
+        status = STORE_READ_NEXT(store, error, RUNWAY_GET, s, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     *source = row.source;
-    *there = row.state.length == MR_RUNWAY_IMAGE &&
+    *found = row.state.length == MR_RUNWAY_IMAGE &&
              mr_runway_read(state, &sequence, row.state.data) == MR_OK;
     sqlite3_reset(s);
-    return *there
+    return *found
              ? MR_OK
              : error_set(
                    error, MR_MALFORMED,
@@ -590,9 +593,9 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
                    (long long)run, store->path);
 }
 
-enum mr_status store_predict_config(struct store *store, int64_t run,
-                                    struct mr_predictor_config *config, size_t *items,
-                                    struct error *error)
+enum mr_status store_predict_config_get(struct store *store, int64_t run,
+                                        struct mr_predictor_config *config, size_t *items,
+                                        struct error *error)
 {
     struct store_predict_item *rows;
     memset(config, 0, sizeof *config);
@@ -603,8 +606,8 @@ enum mr_status store_predict_config(struct store *store, int64_t run,
     return status;
 }
 
-enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
-                              float *lamp_limit, size_t *items, struct error *error)
+enum mr_status store_risk_plan_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
+                                   float *lamp_limit, size_t *items, struct error *error)
 {
     struct store_risk_item *rows;
     mr_risk_plan_clear(plan);
@@ -626,11 +629,11 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     sqlite3_stmt *s;
     enum mr_status status = STORE_QUERY(store, error, IMPORT_GET, &s, BIND(session));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, IMPORT_GET, s, import);
+        status = STORE_READ_NEXT(store, error, IMPORT_GET, s, import);
     *found = status == MR_OK;
     if (*found)
         sqlite3_reset(s);
-    import->mapping = NULL; /* it points into the row, which is no longer valid */
+    import->mapping = NULL; /* it pointed into the row, which is no longer valid */
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
@@ -638,14 +641,15 @@ enum mr_status store_import_find(struct store *store, const struct store_import 
                                  uint16_t can_base, int64_t *session, struct error *error)
 {
     *session = 0;
-    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(import->sha256),
-                                         BIND(import->mapping), BIND(import->bus),
-                                         BIND((int64_t)can_base));
+    enum mr_status status = STORE_READ_NUMBER(store, error, IMPORT_FIND, session,
+                                              BIND(import->sha256), BIND(import->mapping),
+                                              BIND(import->bus), BIND((int64_t)can_base));
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_imported_put(struct store *store, int64_t run,
-                                  const struct store_imported *readings, struct error *error)
+enum mr_status store_imported_channel_put(struct store *store, int64_t run,
+                                          const struct store_imported_channel *readings,
+                                          struct error *error)
 {
     const struct store_imported_row row = {
         .index = readings->index,
@@ -655,8 +659,9 @@ enum mr_status store_imported_put(struct store *store, int64_t run,
     return STORE_PUT(store, error, imported_row, &row, run);
 }
 
-static enum mr_status take_row(struct store *store, const struct store_imported_row *row,
-                               struct store_imported **rows, size_t *count, struct error *error)
+static enum mr_status append_imported(struct store *store, const struct store_imported_row *row,
+                                      struct store_imported_channel **rows, size_t *count,
+                                      struct error *error)
 {
     size_t bytes = row->readings.length;
     if (bytes == 0 || bytes % sizeof(float) != 0)
@@ -668,36 +673,38 @@ static enum mr_status take_row(struct store *store, const struct store_imported_
                          store->path);
     }
     memcpy(reading, row->readings.data, bytes);
-    (*rows)[(*count)++] = (struct store_imported){.index = row->index,
-                                                  .first_block = row->first_block,
-                                                  .stride = row->stride,
-                                                  .count = bytes / sizeof(float),
-                                                  .reading = reading};
+    (*rows)[(*count)++] = (struct store_imported_channel){.index = row->index,
+                                                          .first_block = row->first_block,
+                                                          .stride = row->stride,
+                                                          .count = bytes / sizeof(float),
+                                                          .reading = reading};
     return MR_OK;
 }
 
-enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows,
-                              size_t *count, struct error *error)
+enum mr_status store_imported_channels(struct store *store, int64_t run,
+                                       struct store_imported_channel **rows, size_t *count,
+                                       struct error *error)
 {
     sqlite3_stmt *s;
     struct store_imported_row row;
     *rows = NULL;
     *count = 0;
     enum mr_status status = STORE_QUERY(store, error, IMPORTED, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, IMPORTED, s, &row)) == MR_OK) {
-        status = take_row(store, &row, rows, count, error);
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, IMPORTED, s, &row)) == MR_OK) {
+        status = append_imported(store, &row, rows, count, error);
         if (status != MR_OK)
             sqlite3_reset(s);
     }
     if (status == MR_TOO_FEW)
         return MR_OK;
-    store_imported_free(*rows, *count);
+    store_imported_channels_free(*rows, *count);
     *rows = NULL;
     *count = 0;
     return status;
 }
 
-void store_imported_free(struct store_imported *rows, size_t count)
+void store_imported_channels_free(struct store_imported_channel *rows, size_t count)
 {
     for (size_t i = 0; i < count; i++)
         free(rows[i].reading);

@@ -1,6 +1,6 @@
-/* Location of a campaign: whether it is writable, and its file system. Also how to read a campaign
- * that SQLite cannot open in place: on read-only media, in another user's folder, in a snapshot, on
- * a network drive without locks. */
+/* Checks of the file system of a campaign, and reading of a campaign that SQLite cannot open
+ * normally: on read-only media, in another user's folder, in a snapshot, on a network drive without
+ * locks. */
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
@@ -19,7 +19,7 @@
 #define PROBE_BYTES 4096
 #define COPY_BYTES  (1024 * 1024)
 
-static void folder_of(const char *path, char folder[PATH_MAX])
+static void get_folder(const char *path, char folder[PATH_MAX])
 {
     snprintf(folder, PATH_MAX, "%s", path);
     char *name = dirname(folder);
@@ -27,28 +27,28 @@ static void folder_of(const char *path, char folder[PATH_MAX])
         memmove(folder, name, strlen(name) + 1);
 }
 
-void store_file_system(const char *path, char out[STORE_TEXT])
+void store_describe_file_system(const char *path, char out[STORE_TEXT_SIZE])
 {
     char folder[PATH_MAX], real[PATH_MAX];
     size_t longest = 0;
     struct mntent *mount;
     FILE *mounts = setmntent("/proc/self/mounts", "r");
-    folder_of(path, folder);
-    snprintf(out, STORE_TEXT, "file system unknown");
+    get_folder(path, folder);
+    snprintf(out, STORE_TEXT_SIZE, "file system unknown");
     while (mounts && realpath(folder, real) && (mount = getmntent(mounts))) {
         size_t length = strcmp(mount->mnt_dir, "/") == 0 ? 0 : strlen(mount->mnt_dir);
         if (length < longest || strncmp(real, mount->mnt_dir, length) != 0 ||
             (real[length] != '/' && real[length] != '\0'))
             continue;
         longest = length;
-        snprintf(out, STORE_TEXT, "%.60s at %.120s", mount->mnt_type, mount->mnt_dir);
+        snprintf(out, STORE_TEXT_SIZE, "%.60s at %.120s", mount->mnt_type, mount->mnt_dir);
     }
     if (mounts)
         endmntent(mounts);
 }
 
-/* /proc/locks lists locks by process and inode: MAJOR:MINOR:INODE after the fifth blank. */
-static int holder_of(ino_t file)
+/* Finds the process that has locked a file for writing, from /proc/locks; 0: none. */
+static int find_lock_holder(ino_t file)
 {
     char line[200], kind[16];
     int holder = 0;
@@ -67,7 +67,7 @@ static int holder_of(ino_t file)
     return holder;
 }
 
-void store_holder(const char *path, char out[STORE_TEXT])
+void store_describe_lock_holder(const char *path, char out[STORE_TEXT_SIZE])
 {
     static const char *const locked[] = {"-shm", ""};
     char name[PATH_MAX];
@@ -75,9 +75,9 @@ void store_holder(const char *path, char out[STORE_TEXT])
     int pid = 0;
     for (unsigned i = 0; i < 2 && pid == 0; i++) {
         snprintf(name, sizeof name, "%s%s", path, locked[i]);
-        pid = stat(name, &info) == 0 ? holder_of(info.st_ino) : 0;
+        pid = stat(name, &info) == 0 ? find_lock_holder(info.st_ino) : 0;
     }
-    snprintf(out, STORE_TEXT, "another program is writing to the campaign");
+    snprintf(out, STORE_TEXT_SIZE, "another program is writing to the campaign");
     if (pid == 0)
         return;
     char command[40] = "";
@@ -88,13 +88,13 @@ void store_holder(const char *path, char out[STORE_TEXT])
             command[strcspn(command, "\n")] = '\0';
         fclose(file);
     }
-    snprintf(out, STORE_TEXT, "process %d%s%s has locked the campaign", pid, command[0] ? ", " : "",
-             command);
+    snprintf(out, STORE_TEXT_SIZE, "process %d%s%s has locked the campaign", pid,
+             command[0] ? ", " : "", command);
 }
 
-/* Try what SQLite needs beside a campaign: a lock, and shared memory. NULL: both work; else the
- * missing one. */
-static const char *probe(int fd, int *number)
+/* Tries the two functions of the file system that SQLite needs: locks and shared memory. Returns
+ * the name of the missing one (NULL: none), and its error number. */
+static const char *probe_file(int fd, int *number)
 {
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_len = 1};
     *number = 0;
@@ -113,15 +113,15 @@ static const char *probe(int fd, int *number)
     return *number ? "shared memory" : NULL;
 }
 
-enum mr_status store_place_to_write(const char *path, struct error *error)
+enum mr_status store_check_writable(const char *path, struct error *error)
 {
-    char folder[PATH_MAX], name[PATH_MAX + 40], system[STORE_TEXT];
+    char folder[PATH_MAX], name[PATH_MAX + 40], system[STORE_TEXT_SIZE];
     int number = 0;
-    folder_of(path, folder);
+    get_folder(path, folder);
     bool there = access(path, F_OK) == 0;
     if ((there && access(path, W_OK) != 0) || access(folder, W_OK | X_OK) != 0) {
         number = errno;
-        store_file_system(path, system);
+        store_describe_file_system(path, system);
         return error_set(error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number),
                          system, path,
                          there ? "matrig show, report and export can read it; to write to it, copy "
@@ -131,20 +131,20 @@ enum mr_status store_place_to_write(const char *path, struct error *error)
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
-        return MR_OK; /* SQLite will report the reason */
-    const char *lacks = probe(fd, &number);
+        return MR_OK; /* SQLite reports the reason later */
+    const char *lacks = probe_file(fd, &number);
     close(fd);
     unlink(name);
     if (!lacks)
         return MR_OK;
-    store_file_system(path, system);
+    store_describe_file_system(path, system);
     return error_set(error, MR_IO,
                      "this file system has no %s (%s; %s), which a campaign needs: %s; log to a "
                      "local disk, and copy the campaign there afterwards",
                      lacks, strerror(number), system, path);
 }
 
-bool store_place_has_locks(const char *path)
+bool store_has_file_locks(const char *path)
 {
     struct flock lock = {.l_type = F_RDLCK, .l_whence = SEEK_SET, .l_len = 1};
     int fd = open(path, O_RDONLY | O_CLOEXEC);
@@ -154,9 +154,9 @@ bool store_place_has_locks(const char *path)
     return locks;
 }
 
-/* ---- reading elsewhere ---- */
+/* ---- reading without locks, or from a copy ---- */
 
-static bool holds_something(const char *path, const char *suffix)
+static bool has_content(const char *path, const char *suffix)
 {
     char name[PATH_MAX];
     struct stat info;
@@ -189,22 +189,23 @@ static int copy_file(const char *path, const char *suffix, const char *folder, i
     return *number == 0;
 }
 
-static const char *const copied[] = {"", "-wal", "-journal", "-shm"};
+static const char *const copied_suffixes[] = {"", "-wal", "-journal", "-shm"};
 
-/* If the journal was not written back, copy the campaign with its journal. */
-static enum mr_status copy_elsewhere(const char *path, char folder[STORE_TEXT], struct error *error)
+/* Copies the campaign with its journal into a new temporary folder. */
+static enum mr_status copy_to_temporary(const char *path, char folder[STORE_TEXT_SIZE],
+                                        struct error *error)
 {
     const char *temporary = getenv("TMPDIR");
     int number = 0;
-    snprintf(folder, STORE_TEXT, "%.150s/matrig-read-XXXXXX", temporary ? temporary : "/tmp");
+    snprintf(folder, STORE_TEXT_SIZE, "%.150s/matrig-read-XXXXXX", temporary ? temporary : "/tmp");
     if (!mkdtemp(folder))
         return error_set(
             error, MR_IO,
             "cannot create a folder for a copy (%s): %s; set TMPDIR to a writable folder",
             strerror(errno), folder);
     for (unsigned i = 0; i < 3; i++) {
-        if ((i == 0 || holds_something(path, copied[i])) &&
-            !copy_file(path, copied[i], folder, &number))
+        if ((i == 0 || has_content(path, copied_suffixes[i])) &&
+            !copy_file(path, copied_suffixes[i], folder, &number))
             return error_set(error, MR_IO,
                              "cannot be copied for reading (%s): %s; free space in %s",
                              strerror(number), path, folder);
@@ -212,37 +213,37 @@ static enum mr_status copy_elsewhere(const char *path, char folder[STORE_TEXT], 
     return MR_OK;
 }
 
-void store_place_release(const char folder[STORE_TEXT])
+void store_remove_read_copy(const char folder[STORE_TEXT_SIZE])
 {
     char name[PATH_MAX];
-    for (unsigned i = 0; folder[0] && i < sizeof copied / sizeof copied[0]; i++) {
-        snprintf(name, sizeof name, "%s/copy%s", folder, copied[i]);
+    for (unsigned i = 0; folder[0] && i < sizeof copied_suffixes / sizeof copied_suffixes[0]; i++) {
+        snprintf(name, sizeof name, "%s/copy%s", folder, copied_suffixes[i]);
         unlink(name);
     }
     if (folder[0])
         rmdir(folder);
 }
 
-enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
-                                   char folder[STORE_TEXT], struct error *error)
+enum mr_status store_make_read_uri(const char *path, char uri[STORE_URI_SIZE],
+                                   char folder[STORE_TEXT_SIZE], struct error *error)
 {
-    char real[PATH_MAX], copy[STORE_TEXT + 8];
+    char real[PATH_MAX], copy[STORE_TEXT_SIZE + 8];
     const char *at = realpath(path, real);
-    bool journal = holds_something(path, "-wal") || holds_something(path, "-journal");
+    bool journal = has_content(path, "-wal") || has_content(path, "-journal");
     folder[0] = '\0';
     if (!at)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
                          path);
-    if (journal && copy_elsewhere(path, folder, error) != MR_OK)
+    if (journal && copy_to_temporary(path, folder, error) != MR_OK)
         return error->status;
     if (journal) {
         snprintf(copy, sizeof copy, "%s/copy", folder);
         at = copy;
     }
-    size_t used = (size_t)snprintf(uri, STORE_PLACE_URI, "file:");
+    size_t used = (size_t)snprintf(uri, STORE_URI_SIZE, "file:");
     for (; *at; at++)
-        used += (size_t)snprintf(uri + used, STORE_PLACE_URI - used,
+        used += (size_t)snprintf(uri + used, STORE_URI_SIZE - used,
                                  strchr("%?#", *at) ? "%%%02X" : "%c", (unsigned char)*at);
-    snprintf(uri + used, STORE_PLACE_URI - used, "%s", journal ? "" : "?immutable=1");
+    snprintf(uri + used, STORE_URI_SIZE - used, "%s", journal ? "" : "?immutable=1");
     return MR_OK;
 }

@@ -6,7 +6,8 @@
 #include "host/store/table.h"
 #include "host/base/monotonic_clock.h"
 
-#define CHECK_STEPS 20000 /* steps of SQLite's machine between two checks of the time */
+#define STEPS_PER_TIME_CHECK \
+    20000 /* virtual machine instructions of SQLite between two checks of the time */
 
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error)
@@ -18,18 +19,18 @@ enum mr_status store_readiness_put(struct store *store, const char *board_uid, c
 }
 
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
-                                   int64_t until_us, bool hours, struct store_readiness *row,
+                                   int64_t until_us, bool only_valid, struct store_readiness *row,
                                    bool *found, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_readiness_row kept;
-    int64_t from_us = hours ? until_us - STORE_READINESS_US : 0;
+    int64_t from_us = only_valid ? until_us - STORE_READINESS_VALID_US : 0;
     *row = (struct store_readiness){0};
     *found = false;
     enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid),
                                         BIND(kind), BIND(from_us), BIND(until_us));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, READINESS_GET, s, &kept);
+        status = STORE_READ_NEXT(store, error, READINESS_GET, s, &kept);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     row->made_us = kept.made_us;
@@ -55,20 +56,20 @@ enum mr_status store_certificates(struct store *store, const char *board_uid,
                                   struct store_certificate **rows, size_t *count,
                                   struct error *error)
 {
-    STORE_ROWS(CERTIFICATES, BIND(board_uid));
+    STORE_RETURN_ROWS(CERTIFICATES, BIND(board_uid));
 }
 
-enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error)
+enum mr_status store_newest_board(struct store *store, char board_uid[25], struct error *error)
 {
-    struct store_board_newest row = {.board_uid = ""};
-    enum mr_status status = STORE_ONE(store, error, READINESS_BOARD, &row);
+    struct store_newest_board row = {.board_uid = ""};
+    enum mr_status status = STORE_READ_ONE(store, error, READINESS_BOARD, &row);
     memcpy(board_uid, row.board_uid, sizeof row.board_uid);
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid,
-                                      float span_lb[MR_GAGES], int64_t *started_us,
-                                      struct error *error)
+enum mr_status store_newest_shunt_spans(struct store *store, const char *board_uid,
+                                        float span_lb[MR_GAGES], int64_t *started_us,
+                                        struct error *error)
 {
     sqlite3_stmt *s;
     struct store_board_span row;
@@ -76,7 +77,8 @@ enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid
     for (unsigned i = 0; i < MR_GAGES; i++)
         span_lb[i] = NAN;
     enum mr_status status = STORE_QUERY(store, error, BOARD_SHUNTS, &s, BIND(board_uid));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, BOARD_SHUNTS, s, &row)) == MR_OK) {
+    while (status == MR_OK &&
+           (status = STORE_READ_NEXT(store, error, BOARD_SHUNTS, s, &row)) == MR_OK) {
         if (row.gage >= 1 && row.gage <= (int64_t)MR_GAGES)
             span_lb[row.gage - 1] = (float)row.span_lb;
         *started_us = row.started_us;
@@ -84,41 +86,42 @@ enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings,
-                          struct error *error)
+enum mr_status store_size_get(struct store *store, int64_t *bytes, int64_t *landings,
+                              struct error *error)
 {
-    enum mr_status status = STORE_NUMBER(store, error, PAGES, bytes);
-    return status == MR_OK ? STORE_NUMBER(store, error, LANDINGS_COUNT, landings) : status;
+    enum mr_status status = STORE_READ_NUMBER(store, error, DATABASE_BYTES, bytes);
+    return status == MR_OK ? STORE_READ_NUMBER(store, error, LANDINGS_COUNT, landings) : status;
 }
 
-void store_wait(struct store *store, double most_s)
+void store_set_wait_s(struct store *store, double wait_s)
 {
-    sqlite3_busy_timeout(store->database, (int)(1000.0 * most_s));
+    sqlite3_busy_timeout(store->database, (int)(1000.0 * wait_s));
 }
 
-static int too_late(void *until_s)
+static int is_time_over(void *until_s)
 {
     return monotonic_s() > *(double *)until_s;
 }
 
-enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error)
+enum mr_status store_check(struct store *store, double duration_max_s, bool *complete,
+                           struct error *error)
 {
-    double until_s = monotonic_s() + most_s;
+    double until_s = monotonic_s() + duration_max_s;
     sqlite3_stmt *s = NULL;
     enum mr_status status = MR_OK;
-    *whole = false;
+    *complete = false;
     if (sqlite3_prepare_v2(store->database, "PRAGMA quick_check(1)", -1, &s, NULL) != SQLITE_OK)
-        return store_failed(store, "check", error);
-    sqlite3_progress_handler(store->database, CHECK_STEPS, too_late, &until_s);
+        return store_set_error(store, "check", error);
+    sqlite3_progress_handler(store->database, STEPS_PER_TIME_CHECK, is_time_over, &until_s);
     int step = sqlite3_step(s);
-    store_limit_steps(store); /* restores the usual progress handler */
+    store_limit_steps(store); /* restores the normal progress handler */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
-    *whole = text && strcmp(text, "ok") == 0;
-    if (text && !*whole)
+    *complete = text && strcmp(text, "ok") == 0;
+    if (text && !*complete)
         status = error_set(error, MR_MALFORMED, "damaged (%s): %s; begin a new campaign", text,
                            store->path);
     else if (step != SQLITE_ROW && step != SQLITE_INTERRUPT)
-        status = store_failed(store, "check", error);
+        status = store_set_error(store, "check", error);
     sqlite3_finalize(s);
     return status;
 }

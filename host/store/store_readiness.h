@@ -1,13 +1,15 @@
-/* Results of `matrig ready`, stored in the campaign: one row per run of the command, to which later
- * landings refer by board and time. Also the functions with which `matrig ready` checks a campaign.
- * Conventions as in store.h. */
+/* Results of `matrig ready`, sensor certificates, and functions with which `matrig ready` checks a
+ * campaign. Conventions as in store.h.
+ *
+ * Each run of `matrig ready` stores one result. A landing uses the newest result of its board. */
 #ifndef MATRIG_HOST_STORE_STORE_READINESS_H
 #define MATRIG_HOST_STORE_STORE_READINESS_H
 
 #include "host/store/store.h"
 
-#define STORE_READINESS_US   43200000000 /* 12 h: a result applies to landings within this time */
-#define STORE_READINESS_TEXT "43200000000"
+#define STORE_READINESS_VALID_US \
+    43200000000 /* 12 h: a result applies to landings within this time */
+#define STORE_READINESS_VALID_US_TEXT "43200000000"
 
 struct store_readiness {
     int64_t made_us; /* host time */
@@ -18,34 +20,36 @@ struct store_readiness {
 /* Stores a result. `kind`: "ready" or "walk". */
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error);
-/* The newest result of a board and kind made at most STORE_READINESS_US before `until_us` (`hours`
- * false: at any time before). */
+/* Reads the newest result of a board and kind at the time `until_us`. If `only_valid`, an older
+ * result than STORE_READINESS_VALID_US does not count. */
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
-                                   int64_t until_us, bool hours, struct store_readiness *row,
+                                   int64_t until_us, bool only_valid, struct store_readiness *row,
                                    bool *found, struct error *error);
 
-/* The board that was last logged or checked; empty: none. */
-enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error);
+/* Reads the unique number of the board that was last logged or checked; empty: none. */
+enum mr_status store_newest_board(struct store *store, char board_uid[25], struct error *error);
 
-/* store_certificate_add stores a certificate of a sensor in a separate transaction.
- * store_certificates reads the valid certificate of each channel of a board. */
+/* store_certificate_add stores a sensor certificate in its own transaction. store_certificates
+ * reads the newest certificate of each channel of a board. */
 enum mr_status store_certificate_add(struct store *store, const struct store_certificate *row,
                                      struct error *error);
 enum mr_status store_certificates(struct store *store, const char *board_uid,
                                   struct store_certificate **rows, size_t *count,
                                   struct error *error);
 
-/* Spans of the last shunt calibration stored by a log of this board, NaN: none; and the start of
- * that log, STORE_NONE: none. */
-enum mr_status store_last_shunt_spans(struct store *store, const char *board_uid,
-                                      float span_lb[MR_GAGES], int64_t *started_us,
-                                      struct error *error);
-enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings,
-                          struct error *error);
-/* Sets how long to wait for another program that writes. */
-void store_wait(struct store *store, double most_s);
-/* Checks the pages of the database for at most `most_s`. `*whole`: all pages were checked.
- * MR_MALFORMED: damaged; `error` has the details. */
-enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error);
+/* Reads the newest shunt span of each gage of a board (NaN: none), and the start of the session
+ * with the newest one (STORE_NONE: none). */
+enum mr_status store_newest_shunt_spans(struct store *store, const char *board_uid,
+                                        float span_lb[MR_GAGES], int64_t *started_us,
+                                        struct error *error);
+/* Reads the size of the database and the number of landings. */
+enum mr_status store_size_get(struct store *store, int64_t *bytes, int64_t *landings,
+                              struct error *error);
+/* As store_set_wait_ms, in seconds. */
+void store_set_wait_s(struct store *store, double wait_s);
+/* Checks the database for damage, for at most `duration_max_s`. *complete is true if the time was
+ * enough for all pages. Fails with MR_MALFORMED and the details if the database is damaged. */
+enum mr_status store_check(struct store *store, double duration_max_s, bool *complete,
+                           struct error *error);
 
 #endif

@@ -132,7 +132,8 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     if (status == MR_OK)
         status = store_risks(store, run, &again->risk, &again->risks, error);
     if (status == MR_OK)
-        status = store_risk_get(store, run, &again->plan, &again->lamp_limit, &risk_items, error);
+        status = store_risk_plan_get(store, run, &again->plan, &again->lamp_limit, &risk_items,
+                                     error);
     if (status == MR_OK)
         status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
     if (status == MR_OK)
@@ -140,7 +141,7 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     if (status == MR_OK)
         status = store_runway_get(store, run, &state, &source, &runway, error);
     if (status == MR_OK)
-        status = store_predict_config(store, run, &parameters, &items, error);
+        status = store_predict_config_get(store, run, &parameters, &items, error);
     if (status == MR_OK)
         status = store_segments(store, run, &segment, &segments, error);
     if (status == MR_OK)

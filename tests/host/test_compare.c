@@ -192,7 +192,7 @@ TEST(kept_and_made_again)
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
     store_simulations(s.store, 1, &rows, &count, &s.error);
-    store_simulation_head(s.store, 1, &head, &s.error);
+    store_simulation_head_get(s.store, 1, &head, &s.error);
     compare_find_figures(&m, &survey, &nothing, &head, rows, count, &again);
     assert_no_error(&s.error);
     assert_string_equal(again.against, "model_runway.json");

@@ -72,7 +72,7 @@ static struct store_landing add_landing(struct store *store, int64_t session)
 TEST(made_with_its_marks)
 {
     store_close(fresh("store.db"));
-    assert_int_equal(sql_number(path, "PRAGMA application_id"), STORE_APPLICATION);
+    assert_int_equal(sql_number(path, "PRAGMA application_id"), STORE_APPLICATION_ID);
     assert_int_equal(sql_number(path, "PRAGMA user_version"), STORE_VERSION);
     assert_int_equal(
         sql_number(path, "SELECT count(*) FROM pragma_journal_mode WHERE journal_mode='wal'"), 1);
@@ -301,7 +301,7 @@ TEST(simulations_keep_the_newest)
     struct store_simulation *rows;
     size_t count;
     add_landing(store, add_session(store));
-    assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
+    assert_int_equal(store_simulation_head_get(store, 1, &back, &error), MR_OK);
     assert_true(back.seeds == STORE_NONE && isnan(back.run_ms) && !back.segments_in);
     assert_int_equal(store_simulation_put(store, 1, "{}", 1, &head, &row, 1, &error), MR_OK);
     row.rms_in = 0.2;
@@ -322,7 +322,7 @@ TEST(simulations_keep_the_newest)
     assert_memory_equal(rows[0].series_in, series, sizeof series);
     assert_memory_equal(rows[0].spread_in, spread, sizeof spread);
     store_simulations_free(rows, count);
-    assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
+    assert_int_equal(store_simulation_head_get(store, 1, &back, &error), MR_OK);
     assert_near(back.run_ms, 70.0, 0.0);
     assert_near(back.error_in, 0.02, 0.0);
     assert_true(back.seeds == 4 && back.segments_dt_s == 0.02);

@@ -43,7 +43,7 @@ static void put_edges(int64_t run, int64_t from, int64_t to, int64_t shift_ticks
 static int64_t twin_of(int64_t run)
 {
     int64_t twin = -1;
-    store_find_twin(store, run, &twin, &error);
+    store_find_duplicate(store, run, &twin, &error);
     assert_no_error(&error);
     return twin;
 }

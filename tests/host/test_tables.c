@@ -36,7 +36,7 @@ static void fill_field(const struct store_column *column, unsigned i, void *fiel
 {
     static char texts[64][16];
     snprintf(texts[i], sizeof texts[i], "text%u", i);
-    switch ((enum store_kind)column->kind) {
+    switch ((enum store_field_kind)column->kind) {
     case STORE_INT64: *(int64_t *)field = 1000 + i; break;
     case STORE_INT: *(int *)field = (int)(1000 + i); break;
     case STORE_DOUBLE: *(double *)field = i + 0.5; break;
@@ -57,7 +57,8 @@ static void expect_column(sqlite3_stmt *s, int at, const struct store_column *co
     if (column->kind == STORE_OWNER)
         assert_int_equal(sqlite3_column_int64(s, at), owner);
     else if (column->kind == STORE_INT64 || column->kind == STORE_INT)
-        assert_int_equal(sqlite3_column_int64(s, at), column->merge == STORE_GIVEN ? 1 : 1000 + i);
+        assert_int_equal(sqlite3_column_int64(s, at),
+                         column->merge == STORE_MERGE_READ_ONLY ? 1 : 1000 + i);
     else if (column->kind == STORE_DOUBLE)
         assert_true(sqlite3_column_double(s, at) == i + 0.5);
     else
@@ -90,16 +91,16 @@ static void put_and_look(enum store_table_number which)
         sqlite3_finalize(s);
         sqlite3_free(sql);
     }
-    char *list = store_read_text(table),
+    char *list = store_make_column_list(table),
          *sql = sqlite3_mprintf("SELECT %s FROM \"%w\"", list, table->name);
     assert_int_equal(sqlite3_prepare_v2(store->database, sql, -1, &s, NULL), SQLITE_OK);
     assert_int_equal(sqlite3_step(s), SQLITE_ROW);
-    store_take_row(s, table, back);
+    store_read_row(s, table, back);
     for (unsigned i = 0; i < table->count; i++) {
         const struct store_column *column = &table->columns[i];
         bool there = column->kind == STORE_INT64 || column->kind == STORE_INT ||
                      column->kind == STORE_DOUBLE || column->kind == STORE_CHARACTERS;
-        if (there && column->merge != STORE_GIVEN)
+        if (there && column->merge != STORE_MERGE_READ_ONLY)
             assert_memory_equal(back + column->offset, row + column->offset,
                                 column->kind == STORE_CHARACTERS ? strlen(row + column->offset) + 1
                                                                  : column->size);

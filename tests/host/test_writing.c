@@ -113,8 +113,8 @@ static struct store *open_campaign(const char *path, struct store_identity *iden
     store_session_add(store, &session, &error);
     store_commit(store, &error);
     assert_no_error(&error);
-    store_identify(path, identity);
-    assert_int_equal(store_find(path, identity), STORE_IN_PLACE);
+    store_identity_get(path, identity);
+    assert_int_equal(store_check_identity(path, identity), STORE_FILE_SAME);
     return store;
 }
 
@@ -136,18 +136,18 @@ TEST(a_campaign_taken_away_is_found_out)
     struct store *store = open_campaign(scratch_path(path, sizeof path, "writing-away.db"),
                                         &identity);
     assert_int_equal(rename(path, elsewhere), 0);
-    assert_int_equal(store_find(path, &identity), STORE_MISSING);
-    store_whereabouts(store, where, sizeof where);
+    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_MISSING);
+    store_find_current_path(store, where, sizeof where);
     assert_non_null(strstr(where, "/writing-elsewhere.db"));
     write_text(path, "somebody's");
-    assert_int_equal(store_find(path, &identity), STORE_REPLACED);
+    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_REPLACED);
     assert_int_equal(rename(elsewhere, path), 0);
-    assert_int_equal(store_find(path, &identity), STORE_IN_PLACE); /* put back */
+    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_SAME); /* put back */
     snprintf(journal, sizeof journal, "%s-wal", path);
     assert_int_equal(unlink(journal), 0);
-    assert_int_equal(store_find(path, &identity), STORE_NO_JOURNAL);
+    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_NO_JOURNAL);
     assert_int_equal(unlink(path), 0);
-    store_whereabouts(store, where, sizeof where);
+    store_find_current_path(store, where, sizeof where);
     assert_string_equal(where, "");
 
     write_text(copy, "somebody's"); /* nothing is overwritten */
@@ -157,7 +157,7 @@ TEST(a_campaign_taken_away_is_found_out)
     assert_int_equal(store_copy_to(store, copy, &error), MR_OK);
     write_text(path, "another");
     write_text(journal, "its journal");
-    store_leave(store, true);
+    store_close_detached(store, true);
     assert_int_equal(access(path, F_OK), 0); /* what is there now is somebody else's */
     assert_int_equal(access(journal, F_OK), 0);
     assert_int_equal(number(copy, "SELECT started_us FROM sessions"), 5);
@@ -172,11 +172,11 @@ TEST(refusals)
     store_open(scratch_path(path, sizeof path, "writing-busy.db"), STORE_CREATE, &first, &error);
     store_open(path, STORE_OPEN, &second, &error);
     assert_no_error(&error);
-    store_patience(second, 0);
+    store_set_wait_ms(second, 0);
     store_begin(first, &error);
     assert_int_equal(store_begin(second, &busy), MR_IO);
-    assert_int_equal(store_take_refusal(second), STORE_LOCKED);
-    assert_int_equal(store_take_refusal(second), STORE_TAKES);
+    assert_int_equal(store_refusal_pop(second), STORE_LOCKED);
+    assert_int_equal(store_refusal_pop(second), STORE_NO_RETRY);
     store_roll_back(second); /* there is nothing */
     store_roll_back(first);
     busy = (struct error){0};
