@@ -240,7 +240,7 @@ static void add_lead(const struct zone_warning *w, struct answer *answer)
     const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
     answer_value(answer, "lead", label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
                  w->lead_s, 3)
-        ->end = ", the first time that the board reported";
+        ->end = ", the first value that the board reported";
     answer_value(answer, "lead_t", label_if_known("predicted at", w->lead_s), UNIT_TIME,
                  w->lead_t_s, 3)
         ->digits = 9;
@@ -506,7 +506,7 @@ static void add_start(const struct foresight *foresight, struct answer *answer)
     if (!isnan(foresight->resistance))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
                  foresight->resistance);
-    answer_words(answer, NULL, LABEL, "initial runway: %s%s%s",
+    answer_words(answer, NULL, LABEL, "runway state at arming: %s%s%s",
                  foresight->source == STORE_NONE
                      ? "not reported"
                      : mr_runway_source_text((unsigned)foresight->source),

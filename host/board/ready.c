@@ -227,10 +227,8 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     snprintf(name, sizeof name, "certificate %s", channel);
     ready_add(report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
               state == CERTIFICATE_OVERDUE
-                  ? "have the sensor calibrated; enter its new certificate with matrig calibrate "
-                    "CHANNEL --db DB --certificate ..."
-                  : "enter the certificate of the fitted sensor, or its serial number in the "
-                    "configuration",
+                  ? "have the sensor calibrated, then matrig calibrate CHANNEL --certificate"
+                  : "enter the certificate or the serial number of the fitted sensor",
               "%s: No. %s%s%s", text, certificate->number, certificate->laboratory[0] ? ", " : "",
               certificate->laboratory);
 }
@@ -279,13 +277,10 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
                  (long long)f->previous_run);
     ready_add(report, verdict, "firmware", limit,
               !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
-              : f->image ? "the board runs a different image than the one given with --image: "
-                           "flash the latter with matrig flash LINK IMAGE"
+              : f->image ? "not the image of --image: flash that one with matrig flash LINK IMAGE"
               : verdict == READY_NOT_DONE
-                  ? "the campaign has no landing of this board to compare "
-                    "with; give --image FILE to compare with a file"
-                  : "the board runs a different image than in that landing: flash the image of "
-                    "that landing, or confirm the present image with --image FILE",
+                  ? "the campaign has no landing of this board: give --image FILE"
+                  : "not that landing's image: flash that one, or confirm with --image FILE",
               "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
               id->hello.patch, runs, (unsigned)id->image_crc,
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
@@ -314,11 +309,8 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
                  (long long)f->previous_run);
     ready_add(report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE,
               "configuration", limit,
-              compared
-                  ? "check the board's configuration with matrig board config get; send the right "
-                    "one with config set, or confirm the present one with --expect-config"
-                  : "the campaign has no landing of this board to compare with; give "
-                    "--expect-config FILE to compare with a file",
+              compared ? "send the right one with config set, or confirm with --expect-config"
+                       : "the campaign has no landing of this board: give --expect-config FILE",
               "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
               (unsigned)f->config.site[0].revision, mr_config_source_text(f->config_state.source));
 }
@@ -339,8 +331,7 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                   verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
                              READY_CLOCK_ERROR_MAX_PPM),
                   "time of day", limit,
-                  "stop programs that set the clock of this computer; if the result stays the "
-                  "same, the crystal of the board has a wrong frequency",
+                  "check programs that set this computer's clock, and the board's crystal",
                   "board %+.0f +- %.0f ppm, from %zu messages",
                   unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width, t->pairs);
     else
@@ -450,8 +441,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     ready_add(report, verdict_if(!off && !noisy), name, limit,
               !off         ? "noise: check its shield and ground"
               : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
-                           : "check for a slack or uneven band; if the band is good, the zero of "
-                             "the gage is wrong",
+                           : "check the band (slack, uneven), then the zero of the gage",
               "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
               (double)m->noise_codes);
 }
@@ -647,9 +637,8 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
                   (double)f->temperature.error_c);
     else
         ready_add(report, READY_NO_GO, "thermometer", NULL,
-                  "fault 30 of matrig board health gives the reason; if no thermometer is fitted, "
-                  "set site.thermometer = 0",
-                  "%s", f->temperature_known ? "no reading" : "not reported");
+                  "see matrig board health; if none is fitted, set site.thermometer = 0", "%s",
+                  f->temperature_known ? "no reading" : "not reported");
 }
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
@@ -682,7 +671,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
     char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
-                                       : "the board did not report its faults";
+                                       : "the board did not report its CAN state";
     if (!f->can_used) {
         ready_add(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
                   "not used here; the board reports: %s", state);
@@ -725,9 +714,7 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
               "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
               f->landing_bytes / BYTES_PER_MB);
     ready_add(report, verdict_if(!f->database[0]), "database", NULL,
-              "check your access rights, and whether another program is writing; if neither is the "
-              "cause, begin a new campaign and keep this one unchanged",
-              "%s",
+              "check access rights and programs that write; otherwise begin a new campaign", "%s",
               f->database[0]        ? f->database
               : f->database_checked ? "writable, all pages intact"
                                     : "writable; too large to be checked in time");

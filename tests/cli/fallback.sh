@@ -46,7 +46,7 @@ told() { # NAME WORDS
     $matrig --quiet report "$tmp/$1.db" -o "$tmp/$1.html" >"$tmp/report.txt" 2>&1 || { cat "$tmp/report.txt"; return 1; }
     grep -Eq "$2" "$tmp/$1.txt" && grep -Eq "$2" "$tmp/$1.html"
 }
-nothing_told() { ! grep -E 'no transducer corrects|left out|instead of every mat|no switch gave|restarted' "$tmp/whole.txt" && told whole 'initial runway: from a landing or a survey since the reset; joint resistance 1.0'; }
+nothing_told() { ! grep -E 'no transducer corrects|left out|instead of every mat|no switch gave|restarted' "$tmp/whole.txt" && told whole 'runway state at arming: from a landing or a survey since the reset; joint resistance 1.0'; }
 
 check "nothing lost: no doubt, every mat" whole
 check "a channel lost: it is named, and left out" one_lost
