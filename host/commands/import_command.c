@@ -244,7 +244,7 @@ static const struct command_part parts[] = {
         "step), last_line_open (true: the last line needs no newline). For frames, replace column "
         "by:\n  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN(
-        "--template_run", "RUN", readings.template_run,
+        "--like", "RUN", readings.template_run,
         "the file has readings of the same landing as RUN: gear, switches, survey and stations are "
         "copied from RUN. Time 0 of the file is the touchdown of RUN unless align names an edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),

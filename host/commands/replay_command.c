@@ -181,7 +181,7 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
                      (unsigned)replay->replayed.landing.config_crc);
     answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
         " measured before the landing and loaded for the replay";
-    answer_flag(answer, "has_runway", NULL, input->has_runway);
+    answer_flag(answer, "runway", NULL, input->has_runway);
     answer_words(answer, NULL, "runway", "%s",
                  input->has_runway
                      ? "the runway with which the landing was armed was loaded for the replay"
