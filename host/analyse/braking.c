@@ -75,41 +75,34 @@ static double pulse_duration_s(const struct pulse *pulse, size_t count, size_t i
     return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_PULSES;
 }
 
-/* Checks whether the wheel was locked between pulse `i` and the next one, or the stop. */
-static void find_lock(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
-                      size_t count, size_t i, struct braking *braking)
-{
-    bool last = i + 1 == count;
-    double from_s = pulse[i].t_s, to_s = last ? track->stop.t_s : pulse[i + 1].t_s;
-    double way = distance_ft(track, from_s, to_s).value;
-    if (!(way >= LOCK_PULSES * per_pulse_ft) ||
-        (!last && pulse[i + 1].number > pulse[i].number + 1.0))
-        return;
-    double limit_s = LOCK_PULSES * per_pulse_ft * (to_s - from_s) / way;
-    double before_s = i ? pulse_duration_s(pulse, count, i - 1, limit_s) : limit_s / LOCK_PULSES,
-           after_s = pulse_duration_s(pulse, count, i + 1, limit_s);
-    struct braking_lock lock = {
-        {from_s + LOCK_DELAY_PULSES * before_s, LOCK_DELAY_ERROR_PULSES * before_s},
-        {to_s - LOCK_DELAY_PULSES * after_s, LOCK_DELAY_ERROR_PULSES * after_s},
-    };
-    if (last)
-        lock.to_s = (struct mr_estimate){to_s, braking->onset_s.error};
-    braking->locked_s.value += lock.to_s.value - lock.from_s.value;
-    braking->locked_s.error = hypot(braking->locked_s.error,
-                                    hypot(lock.to_s.error, lock.from_s.error));
-    if (braking->locks < BRAKING_LOCKS)
-        braking->lock[braking->locks] = lock;
-    braking->locks++;
-}
-
+/* Finds the locks: from a pulse to the next one, or to the stop. */
 static void find_locks(const struct track *track, double per_pulse_ft, const struct pulse *pulse,
                        size_t count, struct braking *braking)
 {
-    double stop_s = track->stop.t_s;
     braking->locked_s = (struct mr_estimate){0.0, 0.0};
-    for (size_t i = 0; i < count && pulse[i].t_s < stop_s; i++) {
-        if (pulse[i].t_s >= 0.0)
-            find_lock(track, per_pulse_ft, pulse, count, i, braking);
+    for (size_t i = 0; i < count && pulse[i].t_s < track->stop.t_s; i++) {
+        bool last = i + 1 == count;
+        double from_s = pulse[i].t_s, to_s = last ? track->stop.t_s : pulse[i + 1].t_s;
+        double way = distance_ft(track, from_s, to_s).value;
+        if (from_s < 0.0 || !(way >= LOCK_PULSES * per_pulse_ft) ||
+            (!last && pulse[i + 1].number > pulse[i].number + 1.0))
+            continue;
+        double limit_s = LOCK_PULSES * per_pulse_ft * (to_s - from_s) / way;
+        double before_s = i ? pulse_duration_s(pulse, count, i - 1, limit_s)
+                            : limit_s / LOCK_PULSES,
+               after_s = pulse_duration_s(pulse, count, i + 1, limit_s);
+        struct braking_lock lock = {
+            {from_s + LOCK_DELAY_PULSES * before_s, LOCK_DELAY_ERROR_PULSES * before_s},
+            {to_s - LOCK_DELAY_PULSES * after_s, LOCK_DELAY_ERROR_PULSES * after_s},
+        };
+        if (last)
+            lock.to_s = (struct mr_estimate){to_s, braking->onset_s.error};
+        braking->locked_s.value += lock.to_s.value - lock.from_s.value;
+        braking->locked_s.error = hypot(braking->locked_s.error,
+                                        hypot(lock.to_s.error, lock.from_s.error));
+        if (braking->locks < BRAKING_LOCKS)
+            braking->lock[braking->locks] = lock;
+        braking->locks++;
     }
 }
 

@@ -98,9 +98,10 @@ static void set_value(json_t *values, const struct inspection_field *field, cons
 {
     char key[80];
     snprintf(key, sizeof key, "%s%s", field->name, what);
-    json_object_del(values, key);
     if (value)
         json_object_set_new(values, key, value);
+    else
+        json_object_del(values, key);
 }
 
 double inspection_number(const json_t *values, const char *name, const char *what)
@@ -165,7 +166,8 @@ static enum mr_status read_number(const struct inspection_field *field, const ch
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
                          field->name, field->low, field->high, inspection_unit(field, false));
     set_value(values, field, "", json_real(number[0]));
-    set_value(values, field, "_error", sign ? json_real(number[1]) : NULL);
+    if (sign)
+        set_value(values, field, "_error", json_real(number[1]));
     return MR_OK;
 }
 
@@ -248,13 +250,11 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     if (!field || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
-    set_value(values, field, "_marks", NULL);
-    if (!*++text) {
-        set_value(values, field, "", NULL);
-        set_value(values, field, "_error", NULL);
-        set_value(values, field, "_sha256", NULL);
+    static const char *const parts[] = {"", "_error", "_sha256", "_marks"};
+    for (size_t i = 0; i < COUNT(parts); i++)
+        set_value(values, field, parts[i], NULL);
+    if (!*++text)
         return MR_OK;
-    }
     return field->marked && strchr(text, ':') ? read_marks(field, text, values, error)
          : field->type == INSPECTION_NUMBER   ? read_number(field, text, values, error)
          : field->type == INSPECTION_CHOICE   ? read_choice(field, text, values, error)

@@ -111,50 +111,37 @@ struct rig_relation {
                               struct estimate *predicted, struct error *error);
 };
 
-static size_t load_relation(const struct request *r, struct store *store,
-                            const struct rig_relation *relation, double *x, double *y,
-                            const struct inspections *all)
+static void add_relation(const struct request *r, struct store *store,
+                         const struct inspections *all, const struct rig_relation *relation,
+                         const char *given, struct answer *answer)
 {
     const struct inspection_kind *kind = NULL;
+    struct estimate predicted;
+    struct error error = {0};
     size_t count = 0;
+    if (!given)
+        return;
+    double *x = xcalloc(2 * all->count + 2, sizeof *x), *y = x + all->count + 1;
+    json_t *values = json_object();
+    char *word = xasprintf("%s=%s", relation->field, given);
     inspection_kind_find("conditions", &kind, fatal);
+    inspection_read(kind, word, values, fatal);
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
-        const json_t *value = json_object_get(entry->values, relation->field);
         const char *choice = json_string_value(json_object_get(entry->values, relation->other));
         struct store_result result = store_blank_result;
         bool found = false, is_void = false;
-        if (!inspection_is_valid(entry, kind, 0) || !json_is_number(value) || !choice ||
+        x[count] = inspection_number(entry->values, relation->field, "");
+        if (!inspection_is_valid(entry, kind, 0) || isnan(x[count]) || !choice ||
             strcmp(choice, relation->choice) != 0 ||
             (r->advise.before_run && entry->row.run >= r->advise.before_run))
             continue;
         store_is_void(store, entry->row.run, &is_void, NULL, fatal);
         store_result_get(store, entry->row.run, &result, &found, fatal);
-        x[count] = json_number_value(value);
         y[count] = relation->unit == UNIT_SPEED ? result.speed_ft_s : result.deceleration_ft_s2;
         count += found && !is_void && y[count] > 0.0;
     }
-    return count;
-}
-
-static void relation_answer(const struct request *r, struct store *store,
-                            const struct rig_relation *relation, const char *given,
-                            struct answer *answer)
-{
-    struct inspections all;
-    struct estimate predicted;
-    struct error error = {0};
-    const struct inspection_kind *kind = NULL;
-    if (!given)
-        return;
-    json_t *values = json_object();
-    char *word = xasprintf("%s=%s", relation->field, given);
-    inspection_kind_find("conditions", &kind, fatal);
-    inspection_read(kind, word, values, fatal);
-    inspection_load(store, &all, fatal);
-    double *x = xcalloc(2 * all.count + 1, sizeof *x), *y = x + all.count;
-    size_t count = load_relation(r, store, relation, x, y, &all);
-    double at = json_number_value(json_object_get(values, relation->field));
+    double at = inspection_number(values, relation->field, "");
     if (relation->predict(x, y, count, at, &predicted, &error) == MR_OK) {
         answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
                         predicted.error, 2);
@@ -164,7 +151,6 @@ static void relation_answer(const struct request *r, struct store *store,
     free(x);
     free(word);
     json_decref(values);
-    inspection_free(&all);
 }
 
 static const struct rig_relation drag = {
@@ -203,8 +189,8 @@ static int run(struct request *r, const struct cli *cli)
     }
     bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
     advise_to_answer(&advise, answer);
-    relation_answer(r, store, &drag, r->temperature, answer);
-    relation_answer(r, store, &coasting, r->release, answer);
+    add_relation(r, store, &advise.history.inspections, &drag, r->temperature, answer);
+    add_relation(r, store, &advise.history.inspections, &coasting, r->release, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
