@@ -620,7 +620,7 @@ static void add_commands(const struct summary *summary, struct answer *answer)
         if (order->code != MR_COMMAND_ARM || status != MR_OK)
             answer_words(answer, NULL, "command", "%s, sent by %s at %.3f s: %s%s",
                          mr_command_name((unsigned)order->code),
-                         order->count ? "this log" : "another program",
+                         order->count ? "matrig log" : "another program",
                          event_time_s(&summary->measured, order),
                          status == MR_OK ? "executed" : "refused, ",
                          status == MR_OK ? "" : mr_status_text(status))
@@ -878,7 +878,7 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
         answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
     if (summary->duplicate_run)
-        answer_words(answer, NULL, "twice", "RUN %lld is the same landing",
+        answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
                      (long long)summary->duplicate_run)
             ->warn = true;
     answer_count(answer, "same_as", NULL,
