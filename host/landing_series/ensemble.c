@@ -306,7 +306,7 @@ static void carry_state(struct runway *r, const struct sim_scene *as_landed,
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
-    mods_carry(&scene, result);
+    mods_carry_over(&scene, result);
     r->mods = scene.mods;
 }
 
@@ -566,10 +566,10 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     struct sim_result chain = {0}, planar = {0};
     if (c->engine != SERIES_PLANAR &&
         run_engine(r, landing, SIM_CHAIN, path, first, out, &chain, error) == MR_OK)
-        out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
+        out->lift_ratio = lift_ratio(r, scene, chain.push_lb);
     bool asked = c->engine == SERIES_PLANAR ||
                  (c->engine == SERIES_AUTO &&
-                  (out->skip_ratio > c->skip_share || is_tipping(scene)));
+                  (out->lift_ratio > c->skip_share || is_tipping(scene)));
     if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
         run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);

@@ -19,7 +19,7 @@ struct series_outcome {
     double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2 is the mean */
     bool planar_was_run;                /* the planar engine was run */
     /* Largest lift force on a joint due to compression, divided by the weight of a mat. */
-    double skip_ratio;
+    double lift_ratio;
     double peak_in;
     double movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
     double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
@@ -29,7 +29,7 @@ struct series_outcome {
     double push_lb, pull_lb; /* largest in any joint */
     /* Standard errors due to the step size, of the values that are maxima over time; NaN: not
      * known. */
-    double skip_error, push_error_lb, pull_error_lb;
+    double lift_error, push_error_lb, pull_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
     double check_step_s
         [2];   /* time step of the second simulation: of the chain, of the planar engine */
@@ -167,7 +167,7 @@ struct series_landing_summary {
     size_t buckled;
     size_t planar, waved, unhinged, torn;
     struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
-    struct series_peak skip_ratio, push_lb, pull_lb;
+    struct series_peak lift_ratio, push_lb, pull_lb;
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
 };
 

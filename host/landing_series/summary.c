@@ -23,7 +23,7 @@
 static const struct {
     size_t value, error; /* offsets in an outcome */
 } peaks[] = {
-    {offsetof(struct series_outcome, skip_ratio), offsetof(struct series_outcome, skip_error)},
+    {offsetof(struct series_outcome, lift_ratio), offsetof(struct series_outcome, lift_error)},
     {offsetof(struct series_outcome, push_lb), offsetof(struct series_outcome, push_error_lb)},
     {offsetof(struct series_outcome, pull_lb), offsetof(struct series_outcome, pull_error_lb)},
 };
@@ -122,8 +122,8 @@ void series_errors(const struct landing_series *series, struct series_run *runs)
         for (size_t k = 0; k < runs[i].landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
             if (o->push_lb > 0.0)
-                o->skip_error = quadrature_sum(o->skip_error,
-                                               o->skip_ratio * o->push_error_lb / o->push_lb);
+                o->lift_error = quadrature_sum(o->lift_error,
+                                               o->lift_ratio * o->push_error_lb / o->push_lb);
         }
     }
 }
@@ -226,7 +226,7 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     s->peak_in = SPREAD(g, peak_in);
     s->reach_ft = SPREAD(g, reach_ft);
     s->zone_mats = zone_spread(g);
-    s->skip_ratio = peak_of(g, 0);
+    s->lift_ratio = peak_of(g, 0);
     s->push_lb = peak_of(g, 1);
     s->pull_lb = peak_of(g, 2);
     for (size_t k = 0; k < g->series->station_count; k++) {
@@ -348,7 +348,7 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
     answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn);
     if (shown && c->landings[number - 1].modified)
         answer_words(answer, NULL, "before it", "modified");
-    add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->skip_ratio);
+    add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->lift_ratio);
     add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->push_lb);
     add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->pull_lb);
     answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
@@ -416,8 +416,8 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         "s:o,s:o}",
         "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
         "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar",
-        o->planar_was_run, "lift_ratio", cli_json_number(o->skip_ratio, 4), "lift_ratio_error",
-        cli_json_number(o->skip_error, 2), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
+        o->planar_was_run, "lift_ratio", cli_json_number(o->lift_ratio, 4), "lift_ratio_error",
+        cli_json_number(o->lift_error, 2), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
         cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
         cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
         "push_lb", cli_json_number(o->push_lb, 5), "push_error_lb",

@@ -55,8 +55,8 @@ static enum mr_status check_options(const struct sim_scene *scene,
 }
 
 /* Writes the reason of a failed run, with mat and time, and a remedy. */
-static void fail_at(const struct sim_result *result, const struct sim_scene *scene, char *why,
-                    size_t size)
+static void format_reason(const struct sim_result *result, const struct sim_scene *scene, char *why,
+                          size_t size)
 {
     bool given = result->solver &&
                  (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
@@ -115,7 +115,7 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
                   name, six, result->t_s, result->mat, result->divergence_runs, result->error_u_ft,
                   result->error_lift_ft);
     } else {
-        fail_at(result, scene, why, sizeof why);
+        format_reason(result, scene, why, sizeof why);
         error_set(error, MR_NUMERICS, "%s: %s: mat %d at %.*g s: %s",
                   sim_status_name(result->status), name, result->mat, nine, result->t_s, why);
     }
@@ -376,7 +376,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
 }
 
 /* Returns the estimate; NaN (null in JSON) for a failed run. */
-static double estimate(const struct sim_result *result, double error)
+static double estimate_or_nan(const struct sim_result *result, double error)
 {
     return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
                    (result->status != SIM_INTERRUPTED && error > 0.0)
@@ -412,17 +412,17 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     }
     answer_open(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
-                 estimate(result, result->error_u_ft), -2);
+                 estimate_or_nan(result, result->error_u_ft), -2);
     answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
     answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
-                 estimate(result, result->error_lift_ft), -2);
+                 estimate_or_nan(result, result->error_lift_ft), -2);
     answer_close(answer);
     if (result->speed_end_ft_s > 0.0)
         answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
             ->end = " at most";
 }
 
-static void add_active(struct answer *answer, const struct sim_result *result)
+static void add_active_mats(struct answer *answer, const struct sim_result *result)
 {
     answer_open(answer, "active", "integration");
     answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER, result->mats_mean, 1);
@@ -469,13 +469,13 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
     answer_count(answer, NULL, "mats", result->mats);
     answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -six)->digits = twelve;
     answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->end = " ms";
-    answer_count(answer, "rhs", NULL, (int64_t)result->rhs);
+    answer_count(answer, "rhs", NULL, (int64_t)result->evaluations);
     answer_count(answer, "steps", "steps", (int64_t)result->steps);
     answer_count(answer, "rejected", NULL, (int64_t)result->rejected);
     answer_count(answer, "events", NULL, (int64_t)result->events);
     add_extremes(answer, scene, result);
     add_mods(answer, scene, result->mods);
     add_outputs(answer, scene, result);
-    add_active(answer, result);
+    add_active_mats(answer, result);
     return answer;
 }

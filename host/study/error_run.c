@@ -42,7 +42,7 @@ static void add_run(struct answer *answer, const struct error_study *study,
     answer_value(answer, "rtol", NULL, UNIT_NUMBER, value_or_nan(run->rtol > 0.0, run->rtol), 0);
     answer_value(answer, "dt", NULL, UNIT_TIME, value_or_nan(fixed, run->dt_s), 0)->digits = 9;
     answer_count(answer, "steps", "steps", (int64_t)run->steps);
-    answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
+    answer_count(answer, "rhs", "rhs", (int64_t)run->evaluations);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->disagreement_u_ft);
     add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft, study->agreement_lift_ft);

@@ -17,7 +17,7 @@
 #include "host/base/xmalloc.h"
 #include "host/study/fit/landings.h"
 
-_Static_assert(FIT_DRAWS_MIN == FIT_DRAWS_MIN, "the option and the fit agree");
+_Static_assert(ENSEMBLE_DRAWS_MIN == FIT_DRAWS_MIN, "the option and the fit agree");
 
 static void read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request)
 {

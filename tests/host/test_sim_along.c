@@ -225,7 +225,7 @@ TEST(an_anchor_holds_its_grip)
     near(result.mods->restraint_zero_ft[0], u - 0.1, 2e-5);
     near(result.mods->restraint_load_lb[0], 10.0, 1e-12);
     assert_int_equal(result.mods->restraints[SIM_ANCHORS], 1);
-    mods_carry(&s, &result); /* the next landing begins with the load that is left */
+    mods_carry_over(&s, &result); /* the next landing begins with the load that is left */
     near(s.mods.restraint[SIM_ANCHORS].zero_ft.values[0], -0.1, 1e-9);
     sim_result_free(&result);
     s.v0_ft_s = 0.0;
@@ -265,7 +265,7 @@ TEST(an_absorber_keeps_the_opening)
     near(result.mods->restraint_load_lb[0], 1.0, 1e-12);
     /* the next landing begins with the absorber pressed: it pushes the mats apart */
     const double gaps[] = {5.0, 5.0 + result.u_ft[2] - result.u_ft[1], 5.0};
-    mods_carry(&s, &result);
+    mods_carry_over(&s, &result);
     sim_scene_set_list(&s.gap0_ft, gaps, 3);
     sim_result_free(&result);
     s.v0_ft_s = 0.0;

@@ -295,7 +295,7 @@ TEST(absent_it_is_nothing)
             sim_scene_free(&scene);
         }
         assert_memory_equal(result[0].u_ft, result[1].u_ft, (MATS + 1) * sizeof(double));
-        assert_int_equal(result[0].rhs, result[1].rhs);
+        assert_int_equal(result[0].evaluations, result[1].evaluations);
         sim_result_free(&result[0]);
         sim_result_free(&result[1]);
     }

@@ -217,7 +217,7 @@ TEST(state_carries_over)
     struct sim_result first = run(&scene, (struct sim_options){0});
     assert_true(first.mods->cleat_left[2] < 1.0 && first.mods->band_slip_ft[1] > 0.0);
     sim_scene_set_list(&scene.gap0_ft, first.gap_ft + 1, 121);
-    mods_carry(&scene, &first);
+    mods_carry_over(&scene, &first);
     sim_scene_set_path(&scene, none, 2);
     struct sim_result second = run(&scene, (struct sim_options){0});
     assert_true(second.peak_u_ft < 0.02 * first.peak_u_ft);
@@ -456,7 +456,7 @@ TEST(a_joint_tears)
             near(result.u_ft[1], 0.5 * (1.0 - apart_ft), 1e-3);
             near(result.u_ft[2], 0.5 * (1.0 + apart_ft), 1e-3);
         }
-        mods_carry(&scene, &result);
+        mods_carry_over(&scene, &result);
         assert_int_equal(scene.mods.torn.count, i ? 0 : 1);
         if (!i) {
             assert_true(scene.mods.torn.values[0] == 2.0);

@@ -133,7 +133,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
     run->rtol = request->rtol;
     run->dt_s = request->dt_s;
     run->steps = outcome.steps;
-    run->rhs = outcome.rhs;
+    run->evaluations = outcome.evaluations;
     run->ms = outcome.ms;
     run->status = outcome.status;
     run->mat = outcome.mat;
@@ -143,7 +143,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
         run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
-    } else if (outcome.steps > request->most_steps / 2) {
+    } else if (outcome.steps > request->max_steps / 2) {
         add_note(study, "%s at rtol %g was stopped after %llu steps, at %.4g s", run->solver,
                  run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
     }
@@ -270,7 +270,7 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
             return error->status;
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
-            run->steps > request.most_steps / 2 && e < TIGHTEST_EXPONENT) {
+            run->steps > request.max_steps / 2 && e < TIGHTEST_EXPONENT) {
             add_note(study, "%s: tolerances below %g left out: they need even more steps",
                      kind->name, run->rtol);
             break;
@@ -288,7 +288,7 @@ static double octaves(int rung)
 static enum mr_status run_steps(struct error_study *study, const struct reference *reference,
                                 const struct sim_scene *scene, struct error *error)
 {
-    struct pass_request request = {.kind = &stepper_rk4, .most_steps = UINT64_MAX};
+    struct pass_request request = {.kind = &stepper_rk4, .max_steps = UINT64_MAX};
     double end_s = study->end_s, limit_s = study->dt_limit_s;
     double least_s = end_s * scene->mats / MAT_STEPS;
     double first_s = FIRST_STEP_FRACTION * fmin(limit_s, end_s / MIN_STEPS);
@@ -316,10 +316,10 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 
 /* ---- the chain ---- */
 
-#define CHAIN_TIMES  64
-#define CHAIN_LOOSER 10.0 /* small errors grow over thousands of switches */
-#define CHAIN_RUNS   10   /* number of runs of event, a decade apart in tolerance */
-#define CHAIN_RUNGS  16   /* number of runs of staggered, half an octave apart in step */
+#define CHAIN_TIMES           64
+#define CHAIN_TOLERANCE_RATIO 10.0 /* small errors grow over thousands of switches */
+#define CHAIN_RUNS            10   /* number of runs of event, a decade apart in tolerance */
+#define CHAIN_RUNGS           16   /* number of runs of staggered, half an octave apart in step */
 
 /* Runs once and stores u at equally spaced times in u_ft. Returns the longest stable step. */
 static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
@@ -334,7 +334,7 @@ static double run_chain_pass(struct error_run *run, const struct sim_scene *scen
     run->dt_s = options->dt_s;
     run->ms = processor_ms() - begin_ms;
     run->steps = result.steps;
-    run->rhs = result.rhs;
+    run->evaluations = result.evaluations;
     run->status = result.status;
     run->mat = result.mat;
     run->t_s = result.t_s;
@@ -378,8 +378,9 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
     snprintf(study->method, sizeof study->method,
              "event (every event located) at rtol 1e-13; agrees with rtol 1e-12");
-    if (error->status == MR_OK && (run.status != SIM_OK || check.status != SIM_OK ||
-                                   study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
+    if (error->status == MR_OK &&
+        (run.status != SIM_OK || check.status != SIM_OK ||
+         study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_TOLERANCE_RATIO))
         error_set(error, MR_NUMERICS,
                   "no reference: %s: two runs of event differ by %.2g ft (u); give an earlier tend "
                   "or a different scene",
@@ -515,7 +516,7 @@ static double own_error_ft(const struct error_study *study, const struct error_r
     return !is_usable(run) ? (double)NAN : study->has_lift ? run->lift_ft : run->u_ft;
 }
 
-double error_study_judged_ft(const struct error_study *study, size_t i)
+double error_study_attributed_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
     double own = own_error_ft(study, run);
@@ -543,7 +544,7 @@ const struct error_run *error_study_find_cheapest(const struct error_study *stud
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         if ((solver && strcmp(run->solver, solver) != 0) ||
-            !(error_study_judged_ft(study, i) <= level_ft))
+            !(error_study_attributed_ft(study, i) <= level_ft))
             continue;
         if (!best || run->ms < best->ms)
             best = run;

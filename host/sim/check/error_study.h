@@ -33,7 +33,7 @@ struct error_run {
     const char *solver; /* static text */
     double rtol;        /* tolerance of a solver that chooses its step, otherwise 0 */
     double dt_s;        /* step of a solver with a fixed step, otherwise 0 */
-    uint64_t steps, rhs;
+    uint64_t steps, evaluations;
     double ms;
     enum sim_status status;
     int mat; /* mat and time of a failure, if not SIM_OK */
@@ -94,7 +94,7 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
 /* Error of lift (chain: of u) that is attributed to run i. For a fixed step it is the largest error
  * of the run and its two neighbours, because a single error can be small by chance. NaN: failed,
  * beyond the limit, or without a neighbour. */
-double error_study_judged_ft(const struct error_study *study, size_t i);
+double error_study_attributed_ft(const struct error_study *study, size_t i);
 
 /* Finds the cheapest run of `solver` (NULL: of any solver) whose attributed error is at most
  * level_ft. NULL: there is none, or the level is below the resolution of the reference. */

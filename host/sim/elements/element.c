@@ -48,7 +48,7 @@ struct law_bound element_bound(const struct element_set *set, double mass_slug)
     return (struct law_bound){0.0, sum / mass_slug};
 }
 
-bool element_rests(const struct element_set *set)
+bool element_can_rest(const struct element_set *set)
 {
     for (int i = 0; i < set->count; i++) {
         if (set->at[i]->push_at_rest_lb(set->value[i]) > 0.0)
@@ -71,8 +71,8 @@ struct element_step element_step(const struct element_set *set, struct element_m
     double slope = element_slope_lb_s_ft(set, mat), k = -slope * h_s / mass_slug;
     double less = elementary_expm1(-k);
     return (struct element_step){
-        .keep = 1.0 + less,
-        .as_if_s = k > 0.0 ? h_s * (-less / k) : h_s,
+        .speed_factor = 1.0 + less,
+        .equivalent_s = k > 0.0 ? h_s * (-less / k) : h_s,
         .push_lb = element_force_lb(set, mat) - slope * mat.v_ft_s,
     };
 }

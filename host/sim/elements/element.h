@@ -73,16 +73,16 @@ double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
 struct law_bound element_bound(const struct element_set *set, double mass_slug);
 /* Returns true if mats at rest stay at rest with this set. */
-bool element_rests(const struct element_set *set);
+bool element_can_rest(const struct element_set *set);
 /* Describes all elements of a scene. */
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
-/* A step of h_s under forces x that are otherwise constant: the speed is first multiplied by
- * `keep`, then x + push_lb acts for as_if_s. With this transformation dry friction is exact too: v
- * = keep v + as_if_s/m (x + push_lb), with keep = exp(-k), as_if_s = h (1 - exp(-k))/k, k = -slope
- * h/m. The time until a mat stops and the time after the stop are transformed in the same way. */
+/* A step of h_s under forces x that are otherwise constant. The speed v is first multiplied by
+ * f (speed_factor), then x + push_lb acts for the time T (equivalent_s): f v + T/m (x + push_lb),
+ * with f = exp(-k), T = h (1 - exp(-k))/k, k = -slope h/m. With this transformation dry friction is
+ * exact too. The time until a mat stops and the time after the stop are transformed alike. */
 struct element_step {
-    double keep, as_if_s, push_lb;
+    double speed_factor, equivalent_s, push_lb;
 };
 struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,
                                  double mass_slug);

@@ -8,7 +8,7 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
 
-static double value_of(const struct sim_scene *scene)
+static double gear_parameter(const struct sim_scene *scene)
 {
     return scene->element[ELEMENT_gear_ground];
 }
@@ -17,7 +17,7 @@ struct gear *gear_make(const struct sim_scene *scene)
 {
     const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
     size_t mats = (size_t)scene->mats + 2;
-    if (!(value_of(scene) > 0.0))
+    if (!(gear_parameter(scene) > 0.0))
         return NULL;
     struct gear *gear = xmalloc(sizeof *gear);
     double *storage = xcalloc(3 * mats, sizeof *storage);
@@ -69,7 +69,7 @@ void gear_start(struct gear *gear, double drift_s)
 
 double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching)
 {
-    double power = scene->gear.axle_law, k_lb_ft = value_of(scene);
+    double power = scene->gear.axle_law, k_lb_ft = gear_parameter(scene);
     if (touching == 1.0 || power == 0.0)
         return touching > 0.0 ? k_lb_ft : 0.0;
     return k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
@@ -188,8 +188,8 @@ struct piece {
     double v_ft_s, q_lb;
 };
 
-static struct piece follow(double free_ft_s, double per_lb, double damping, double at_lb,
-                           double slope_lb_s_ft)
+static struct piece step_piece(double free_ft_s, double per_lb, double damping, double at_lb,
+                               double slope_lb_s_ft)
 {
     double v = (free_ft_s - per_lb * at_lb) / (1.0 + damping + per_lb * slope_lb_s_ft);
     return (struct piece){v, at_lb + slope_lb_s_ft * v};
@@ -208,11 +208,11 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
         q = copysign(limit_lb, q);
     /* q(v) is piecewise linear; the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
-    struct piece end = follow(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
+    struct piece end = step_piece(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
     if (!loads && end.q_lb * q < 0.0) /* q passes through 0 and loads in the other direction */
-        end = follow(free_ft_s, per_lb, damping, rho * q, load);
+        end = step_piece(free_ft_s, per_lb, damping, rho * q, load);
     if (fabs(end.q_lb) > limit_lb)
-        end = follow(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
+        end = step_piece(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
     gear->ground_force_lb[mat] = end.q_lb;
     return end.v_ft_s;
 }

@@ -20,7 +20,7 @@ static double view_v_ft_s(const struct mods_view *view, int mats, int mat)
 }
 
 /* Tension of a segment; 0 if it is slack. */
-static double taut_lb(double raw_lb)
+static double clip_tension_lb(double raw_lb)
 {
     return raw_lb > 0.0 ? raw_lb : 0.0;
 }
@@ -190,7 +190,7 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
-    double difference = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
+    double difference = clip_tension_lb(b->lb[c + 1]) - clip_tension_lb(b->lb[c]);
     if (!(fabs(difference) > grip))
         return 0.0;
     int from = difference > 0.0 ? c + 1 : c, to = difference > 0.0 ? c : c + 1;
@@ -226,7 +226,8 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
         int c = (touch[i].mat - first) / s->every;
         if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 || c >= b->segments - 1)
             continue;
-        double across_lb = s->tilt_rad * (taut_lb(b->lb[c]) + taut_lb(b->lb[c + 1]));
+        double across_lb = s->tilt_rad *
+                           (clip_tension_lb(b->lb[c]) + clip_tension_lb(b->lb[c + 1]));
         double worn = b->slip_ft[c] / s->wear_ft;
         if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
             b->pulled_out[c] = 1.0;
@@ -241,7 +242,7 @@ static void update_extremes(struct mods *m, const struct mods_bands *b)
         b->max_lb[i] = b->lb[i] > b->max_lb[i] ? b->lb[i] : b->max_lb[i];
     }
     for (int c = 0; c < b->segments - 1; c++) {
-        double carried_lb = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
+        double carried_lb = clip_tension_lb(b->lb[c + 1]) - clip_tension_lb(b->lb[c]);
         if (fabs(carried_lb) > b->load_lb[c])
             b->load_lb[c] = fabs(carried_lb);
         m->carried_lb[b->mat[c]] += b->scene->count * carried_lb;
@@ -315,7 +316,7 @@ static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_vie
         const struct mods_bands *b = &m->band[g];
         double of_one = 0.0;
         for (int i = 0; i < b->segments; i++) {
-            double t_lb = taut_lb(raw_lb(m, b, view, i));
+            double t_lb = clip_tension_lb(raw_lb(m, b, view, i));
             of_one += 0.5 * t_lb * t_lb / b->k_lb_ft[i];
         }
         energy += b->segments > 0 ? b->scene->count * of_one : 0.0;
@@ -466,7 +467,7 @@ void mods_free(struct mods *m)
 
 /* Number of stiffener lines that cross a joint. A line connects mats first + k period .. first + k
  * period + span - 1. The lines of a strip are evenly staggered. */
-static int lines_across(const struct sim_mods *s, int joint)
+static int count_lines_across(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
@@ -496,7 +497,7 @@ static void reset_joints(struct mods *m)
         bool inner = j > 1 && j <= m->mats; /* the outer mats are not connected to the ground */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
-            int lines = lines_across(s, j);
+            int lines = count_lines_across(s, j);
             m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
             m->cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
             m->turn_lb_ft_rad[j] = lines * s->stiff_kt_lb_ft_rad;
@@ -704,11 +705,11 @@ static double node_slope(const struct mods_heave *h, int n)
 
 static double group_tension_lb(const struct mods_bands *b, int segment)
 {
-    return b->scene->count * taut_lb(b->lb[segment]);
+    return b->scene->count * clip_tension_lb(b->lb[segment]);
 }
 
 /* Segment that passes over node j, which is between mats j and j + 1 (mats counted from 1). */
-static int segment_over(const struct mods_bands *b, int j)
+static int find_segment_over(const struct mods_bands *b, int j)
 {
     int first = b->mat[0], every = b->scene->every;
     int before = j < first ? 0 : (j - first) / every + 1; /* rivets in mats 1..j */
@@ -722,7 +723,7 @@ static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
     for (int j = h->first + 1; j <= h->last; j++) {
         double kink = node_slope(h, j) - node_slope(h, j - 1);
         if (kink > 0.0)
-            h->down_lb[j] += group_tension_lb(b, segment_over(b, j)) * kink;
+            h->down_lb[j] += group_tension_lb(b, find_segment_over(b, j)) * kink;
     }
 }
 
@@ -786,7 +787,7 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
 }
 
 /* Tie-downs hold the middles of their mats; the rates follow the heights in the state. */
-static void tie_down(struct restraints *r, const struct mods_heave *h)
+static void apply_tie_downs(struct restraints *r, const struct mods_heave *h)
 {
     const double *v = h->z + 2 * h->mats + 1;
     for (int i = 0; i < r->count; i++) {
@@ -817,7 +818,7 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
         for (int i = 0; i < b->segments && b->scene->over == SIM_OVER_RIVETS; i++)
             press_hull(m, b, h, i);
     }
-    tie_down(&m->restraint[SIM_TIES], h);
+    apply_tie_downs(&m->restraint[SIM_TIES], h);
 }
 
 double mods_rate2(const struct mods *m, double mass_slug, double inertia)
@@ -842,7 +843,7 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
 /* Share of a cleat's hold that remains after the wheel presses it back when a part `out` of its
  * depth was out of the soil. The tip stays in place in the soil, so the cleat turns at its root:
  * cos turn = 1 - out. A part of the turn springs back. */
-static double share_pressed(const struct sim_mods *s, double out)
+static double remaining_share(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
         return 1.0 - out;
@@ -873,7 +874,7 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
         if (cleat < 0 || !(m->raised_ft[cleat] > 0.0))
             continue;
         const struct sim_mods *s = &m->scene->mods;
-        m->state->cleat_left[cleat] *= share_pressed(s, m->raised_ft[cleat] / s->cleat_depth_ft);
+        m->state->cleat_left[cleat] *= remaining_share(s, m->raised_ft[cleat] / s->cleat_depth_ft);
         m->raised_ft[cleat] = 0.0;
     }
 }
@@ -894,7 +895,7 @@ static void set_flagged(struct sim_list *list, const double *flags, const double
     free(found);
 }
 
-void mods_carry(struct sim_scene *scene, const struct sim_result *result)
+void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
 {
     const struct mods_state *s = result->mods;
     struct sim_mods *m = &scene->mods;

@@ -174,6 +174,6 @@ void mods_describe(const struct mods *mods, struct sim_result *result);
  * slips and rivets of the bands, cleats, stiffeners, torn joints. band_dT becomes 0, because the
  * tensions include it. The caller sets the gaps. Does nothing if the result has no
  * modifications. */
-void mods_carry(struct sim_scene *scene, const struct sim_result *result);
+void mods_carry_over(struct sim_scene *scene, const struct sim_result *result);
 
 #endif

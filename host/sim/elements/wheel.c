@@ -226,8 +226,8 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
 
 /* Adds one stretch of constant speed and linear force, divided where the wheel moves to another
  * mat. */
-static enum mr_status stretch(struct span_list *list, const struct sim_scene *scene,
-                              struct span whole, bool airborne, struct error *error)
+static enum mr_status add_stretch(struct span_list *list, const struct sim_scene *scene,
+                                  struct span whole, bool airborne, struct error *error)
 {
     double length = scene->length_ft;
     while (whole.t1_s > whole.t0_s && error->status == MR_OK) {
@@ -268,20 +268,20 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
 }
 
 /* Adds a stretch, divided where the thrust stops. */
-static enum mr_status with_stop(struct span_list *list, const struct sim_scene *scene,
-                                struct span whole, bool airborne, struct error *error)
+static enum mr_status add_stretch_to_stop(struct span_list *list, const struct sim_scene *scene,
+                                          struct span whole, bool airborne, struct error *error)
 {
     double stop = scene->force_stop_s;
     if (stop > whole.t0_s && stop < whole.t1_s) {
         struct span before = whole;
         before.t1_s = stop;
-        stretch(list, scene, before, airborne, error);
+        add_stretch(list, scene, before, airborne, error);
         whole.x0_ft += whole.speed_ft_s * (stop - whole.t0_s);
         whole.t0_s = stop;
     }
     if (stop <= whole.t0_s)
         whole.force_lb = whole.force_rate = 0.0;
-    return stretch(list, scene, whole, airborne, error);
+    return add_stretch(list, scene, whole, airborne, error);
 }
 
 enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene,
@@ -291,12 +291,12 @@ enum mr_status span_list_make(struct span_list *list, const struct sim_scene *sc
     *list = (struct span_list){0};
     if (scene->path_count == 0) {
         struct span whole = {0.0, end, scene->s0_ft, scene->vac_ft_s, scene->force_lb, 0.0, -1, -2};
-        with_stop(list, scene, whole, false, error);
+        add_stretch_to_stop(list, scene, whole, false, error);
     } else {
         const struct sim_path_row *row = scene->path;
         const struct sim_path_row *last = row + scene->path_count - 1;
         struct span air = {0.0, fmin(row->t_s, end), row->x_ft, 0.0, 0.0, 0.0, -1, -2};
-        with_stop(list, scene, air, true, error);
+        add_stretch_to_stop(list, scene, air, true, error);
         for (; row < last && row->t_s < end; row++) {
             double length_s = row[1].t_s - row[0].t_s;
             if (length_s <= 0.0)
@@ -309,10 +309,10 @@ enum mr_status span_list_make(struct span_list *list, const struct sim_scene *sc
                                 (row[1].force_lb - row[0].force_lb) / length_s,
                                 -1,
                                 -2};
-            with_stop(list, scene, part, false, error);
+            add_stretch_to_stop(list, scene, part, false, error);
         }
         struct span stands = {last->t_s, end, last->x_ft, 0.0, 0.0, 0.0, -1, -2};
-        with_stop(list, scene, stands, false, error);
+        add_stretch_to_stop(list, scene, stands, false, error);
     }
     if (error->status != MR_OK)
         span_list_free(list);

@@ -58,8 +58,8 @@ VECTOR void vector_tanh(const double *restrict from, double scale, double *restr
 KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
-           m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held - 1 &&
-           n != m->held;
+           m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held_node - 1 &&
+           n != m->held_node;
 }
 
 KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, const double *z,
@@ -101,26 +101,26 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
         }
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
         double lift = m->lift[n];
-        if (n == m->held)
+        if (n == m->held_node)
             lift += up * (m->held_lift[1] - m->lift[n]);
         double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
                          h * mat.s * (tension_l + tension_r);
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
         double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass;             /* of mat 1 */
-        if (n == m->held - 1) {
+        if (n == m->held_node - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
             double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *
                            inverse_inertia;
             up = shear != 0.0 ? (level - rise) / shear : 0.0;
             rise = level;
         }
-        if (n == 0 && m->held == 0)
+        if (n == 0 && m->held_node == 0)
             rise = middle / h;
         if (n == first) {
             height = first == 0 ? middle - h * rise : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n] = height;
         }
-        height = n == m->held - 1 ? 0.0 : height + m->length_ft * rise;
+        height = n == m->held_node - 1 ? 0.0 : height + m->length_ft * rise;
         accel[2 * n + 2] = height;
         mat = after;
         tension_l = tension_r;
@@ -453,15 +453,15 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
 
     int row = 2 * n + 2;
     put_value(r, r->mass, row, row, 1.0);
-    if (n == 0 && m->held >= 0 && m->held <= 1) {
+    if (n == 0 && m->held_node >= 0 && m->held_node <= 1) {
         /* acceleration 0; the other end of mat 1 has twice the acceleration of its middle */
-        int other = m->held == 0 ? row : row - 2;
+        int other = m->held_node == 0 ? row : row - 2;
         put_value(r, r->mass, 0, 0, 1.0);
         put_soil(r, other, 0, -2.0 / m->mass_slug);
         put_soil(r, other, 1, -2.0 / m->mass_slug);
         return;
     }
-    if (n == m->held - 1)
+    if (n == m->held_node - 1)
         return; /* the held node: acceleration 0 */
     put_value(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);

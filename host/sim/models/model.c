@@ -31,7 +31,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
 {
     bool report = scene->model == SIM_REPORT;
     const struct {
-        bool there;
+        bool is_present;
         const char *what, *models;
     } fixed_only[] = {
         {has_grit(scene), "grit", "chain or consistent"},
@@ -43,7 +43,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
         {scene->ground_ft.count > 0, "ground", "consistent"},
     };
     for (size_t i = 0; i < sizeof fixed_only / sizeof fixed_only[0] && !grit; i++) {
-        if (fixed_only[i].there)
+        if (fixed_only[i].is_present)
             return error_set(
                 error, MR_USAGE, "not available: %s: %s%s in model %s; leave it out, or give %s %s",
                 sim_scene_name(scene), fixed_only[i].what,
@@ -131,7 +131,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .law = s->friction > 0.0 ? s->friction_law : SIM_NONE,
         .elements = element_set_of(s),
         .shear = s->shear_lb == 0.0 || s->model == SIM_CONSISTENT ? SIM_NO_SHEAR : s->lift_shear,
-        .held = -1,
+        .held_node = -1,
         .last = s->mats - 1,
         .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
@@ -168,7 +168,7 @@ void model_start(struct model *m, double *z)
     const struct sim_scene *s = m->scene;
     memset(z, 0, 2 * (size_t)m->size * sizeof *z);
     m->first = 0;
-    m->held = -1;
+    m->held_node = -1;
     m->last = m->mats - 1;
     for (int j = 0; j <= m->mats; j++) {
         z[2 * j] = m->rest_y_ft;
@@ -215,7 +215,7 @@ static __attribute__((noinline)) void add_elements(const struct model *m, const 
 
 void model_rates(struct model *m, double t_s, const double *z, double *accel)
 {
-    m->rhs++;
+    m->evaluations++;
     if (m->consistent)
         consistent_rates(m, t_s, z, accel);
     else
@@ -374,7 +374,7 @@ void model_describe(const struct model *m, struct sim_result *result)
 
 static bool is_push_exact(const struct model *m)
 {
-    return m->law == SIM_STICK && (m->elements.count == 0 || element_rests(&m->elements));
+    return m->law == SIM_STICK && (m->elements.count == 0 || element_can_rest(&m->elements));
 }
 
 /* Returns true if flat mats stay flat until a switch, as in the report model. */
@@ -520,7 +520,7 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     if (m->last < m->mats - 1) {
         if (m->slide[m->last + 1] != 0 || (is_shape_exact(m) && m->torsion[m->last + 1] != 0))
             *last = m->last + 1 > *last ? m->last + 1 : *last;
-        if (m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->apex + 1 > *last)
+        if (m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0 && m->apex + 1 > *last)
             *last = m->apex + 1;
     }
     if (is_push_exact(m) && is_shape_exact(m))
@@ -551,7 +551,8 @@ static int count_idle_mats(const struct model *m, const double *z, bool at_first
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
-    if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->last - count < m->apex + 1)
+    if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0 &&
+        m->last - count < m->apex + 1)
         count = m->last - m->apex - 1;
     return count - (is_push_exact(m) && is_shape_exact(m) ? 1 : chunk_mats(m));
 }

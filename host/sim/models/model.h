@@ -71,7 +71,7 @@ struct model {
     signed char *joint;   /* per joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
     signed char *slide;   /* per mat: -1, 0 (stuck), 1; law stick only */
     signed char *lift;    /* per mat: sign of the lift shear in its present mode */
-    int lifted;           /* number of nodes out of contact */
+    int lifted_nodes;     /* number of nodes out of contact */
     int apex;             /* node; valid only while lifted > 0 */
 
     /* Node that is held at the edge of contact (report model); -1: none. The lift shear of a mat
@@ -80,7 +80,7 @@ struct model {
      * until the shear is too small or the node lifts off. In the limit of fast bouncing, the node
      * is off the ground for a share of the time, and the mats on both sides get this share of the
      * lift that they have while it is off the ground. */
-    int held;
+    int held_node;
     signed char held_lift
         [2]; /* lift of the mats on both sides of the held node while it is off the ground */
 
@@ -110,7 +110,7 @@ struct model {
     const double *kv_at, *cv_at, *kt_at, *mass_ratio;
     const double *given_lb;               /* per joint: tension */
     const double *brace_lb, *brace_lb_ft; /* per node and per joint; NULL: none */
-    uint64_t rhs;
+    uint64_t evaluations;
 };
 
 /* MR_USAGE: the scene needs a feature that this model does not have. Grit is a law with memory, for

@@ -78,7 +78,7 @@ static void held_accel(const struct model *m, double t_s, const double *z, int n
     double *accel = m->scratch;
     int mat = node > 0 ? node - 1 : 0; /* the mat whose rotation moves the node */
     signed char kept = m->lift[mat];
-    copy.held = -1;
+    copy.held_node = -1;
     report_rates(&copy, t_s, z, accel);
     *off = accel[2 * node];
     m->lift[mat] = m->held_lift[node > 0 ? 0 : 1];
@@ -149,16 +149,17 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     struct found found = {list, room, 0};
     const double *v = z + m->size;
     int lowest = m->apex;
-    bool watch_apex = m->shear != SIM_NO_SHEAR && m->lifted > 0;
+    bool watch_apex = m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0;
     for (int j = m->first; j <= m->last + 1; j++) {
         double value = contact_value(m, z, j);
-        if (j != m->held && (m->contact[j] ? value < 0.0 : value > 0.0))
+        if (j != m->held_node && (m->contact[j] ? value < 0.0 : value > 0.0))
             add_violation(&found, MODEL_CONTACT, j);
         if (watch_apex && z[2 * j] < z[2 * lowest])
             lowest = j;
     }
-    if (m->held >= 0 && model_margin(m, t_s, z, (struct model_switch){MODEL_HOLD, m->held}) < 0.0)
-        add_violation(&found, MODEL_HOLD, m->held);
+    if (m->held_node >= 0 &&
+        model_margin(m, t_s, z, (struct model_switch){MODEL_HOLD, m->held_node}) < 0.0)
+        add_violation(&found, MODEL_HOLD, m->held_node);
     if (lowest != m->apex && watch_apex)
         add_violation(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
@@ -218,7 +219,7 @@ static signed char lift_mode(const struct model *m, int n, bool left, bool right
 
 static void settle_held(struct model *m)
 {
-    int n = m->held;
+    int n = m->held_node;
     if (n < 0)
         return;
     m->held_lift[0] = n > 0 ? lift_mode(m, n - 1, !m->contact[n - 1], true) : 0;
@@ -227,14 +228,14 @@ static void settle_held(struct model *m)
 
 static void update_lift_modes(struct model *m, const double *z)
 {
-    m->lifted = 0;
+    m->lifted_nodes = 0;
     for (int j = m->first; j <= m->last + 1; j++)
-        m->lifted += !m->contact[j];
+        m->lifted_nodes += !m->contact[j];
     if (m->shear == SIM_NO_SHEAR)
         return;
     for (int n = m->first; n <= m->last; n++)
         m->lift[n] = 0;
-    if (m->lifted == 0) {
+    if (m->lifted_nodes == 0) {
         m->apex = m->first;
         return;
     }
@@ -285,13 +286,13 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
         return;
     signed char kept = m->contact[node];
     m->contact[node] = 1;
-    m->held = node;
+    m->held_node = node;
     update_lift_modes(m, z);
     settle_held(m);
     held_accel(m, t_s, z, node, &off, &on);
-    m->held = -1;
+    m->held_node = -1;
     if (off < 0.0 && on > 0.0) {
-        m->held = node;
+        m->held_node = node;
         /* the following nodes move along, so mats keep their angles */
         for (int j = node; j <= m->last + 1; j++) {
             z[m->size + 2 * j] -= speed;
@@ -313,13 +314,14 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     switch (s.kind) {
     case MODEL_CONTACT:
         m->contact[s.index] = !m->contact[s.index];
-        if (m->held < 0 && m->shear != SIM_NO_SHEAR && (m->first == 0 || s.index >= m->first + 2))
+        if (m->held_node < 0 && m->shear != SIM_NO_SHEAR &&
+            (m->first == 0 || s.index >= m->first + 2))
             try_hold(m, t_s, z, s.index);
         break;
     case MODEL_HOLD: {
         double off, on;
         held_accel(m, t_s, z, s.index, &off, &on);
-        m->held = -1;
+        m->held_node = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
         if (on < 0.0) /* from below the edge, contact would first push it up */
             z[2 * s.index] = -SOIL_TOUCH_FT;
@@ -347,7 +349,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
 
 /* Updates the slide of mats in the air, which reverse without a stop. Otherwise such a mat would,
  * when it lands, count as a mat that has just stopped. */
-static void turn_afloat(struct model *m, const double *z)
+static void update_afloat_slides(struct model *m, const double *z)
 {
     for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
@@ -362,7 +364,7 @@ void model_sample_shape(struct model *m, const double *z)
     double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft;
     double left_ft = 0.0;
     m->apex = m->first;
-    m->held = -1;
+    m->held_node = -1;
     for (int j = m->first; j <= m->last + 1; j++) {
         m->contact[j] = m->consistent ? contact_value(m, z, j) > 0.0 : z[2 * j] >= -SOIL_TOUCH_FT;
         if (z[2 * j] < z[2 * m->apex])
@@ -383,7 +385,7 @@ void model_sample_shape(struct model *m, const double *z)
         }
     }
     settle_shape(m, z);
-    turn_afloat(m, z);
+    update_afloat_slides(m, z);
 }
 
 void model_sample(struct model *m, double t_s, const double *z)
@@ -512,10 +514,10 @@ bool model_can_switch(const struct model *m, double t0_s, const double *z0, cons
                       double t1_s, const double *z1, const double *rate1)
 {
     const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
-    bool apexes = m->shear != SIM_NO_SHEAR && m->lifted > 0;
+    bool apexes = m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0;
     bool torsions = m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0);
     double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft;
-    if (m->held >= 0)
+    if (m->held_node >= 0)
         return true;
     for (int j = m->first; j <= m->last + 1; j++) {
         if (can_contact_change(m, &s, j) || (apexes && can_apex_change(m, &s, j)) ||

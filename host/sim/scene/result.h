@@ -85,15 +85,15 @@ struct sim_result {
     /* start of the run (sim_scene_start_s); all times of the result are on the scene's clock */
     double start_s;
     double t_end_s;
-    double run_ms;       /* duration of all passes, wall clock */
-    double pass_ms;      /* duration of the pass that gave the numbers */
-    double dt_s;         /* time step of that pass */
-    double dt_limit_s;   /* a larger step is unstable */
-    double checked_dt_s; /* step of the check pass */
-    uint64_t rhs;        /* number of force evaluations in all passes */
-    uint64_t steps;      /* number of steps in the pass that gave the numbers */
-    uint64_t rejected;   /* number of steps in all other passes */
-    uint64_t events;     /* number of mats brought to rest within a step, in that pass */
+    double run_ms;        /* duration of all passes, wall clock */
+    double pass_ms;       /* duration of the pass that gave the numbers */
+    double dt_s;          /* time step of that pass */
+    double dt_limit_s;    /* a larger step is unstable */
+    double checked_dt_s;  /* step of the check pass */
+    uint64_t evaluations; /* number of force evaluations in all passes */
+    uint64_t steps;       /* number of steps in the pass that gave the numbers */
+    uint64_t rejected;    /* number of steps in all other passes */
+    uint64_t events;      /* number of mats brought to rest within a step, in that pass */
     /* error estimate: largest over all mats at 64 equally spaced times, t_out and samples */
     double error_u_ft;
     double error_lift_ft;

@@ -793,14 +793,14 @@ static enum mr_status refuse_range(const struct sim_key *key, const char *where,
     if (key->high >= SIM_LARGEST)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
                          where, key->name, entry, value,
-                         key->above ? "a number above" : "a finite number from", key->low);
+                         key->excludes_low ? "a number above" : "a finite number from", key->low);
     return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g",
                      where, key->name, entry, value, key->low, key->high);
 }
 
 static bool is_allowed(const struct sim_key *key, double value)
 {
-    return value >= key->low && value <= key->high && !(key->above && value == key->low);
+    return value >= key->low && value <= key->high && !(key->excludes_low && value == key->low);
 }
 
 /* Checks the values of a list, and its length if it has one value per joint or mat. */

@@ -314,7 +314,7 @@ struct sim_key {
     size_t offset;
     double low; /* limit of the value, or of each value of a list */
     double high;
-    bool above;                 /* low itself is not allowed */
+    bool excludes_low;          /* low itself is not allowed */
     const char *const *choices; /* allowed words; NULL at the end */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
     const char *meaning;        /* description in one line */

@@ -102,8 +102,8 @@ struct pulse {
 
 #define PULSE_REACH 1e-7 /* times a mat's length: a shorter movement counts as none */
 
-static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double at_s,
-                      double *shortest_s)
+static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, double at_s,
+                         double *shortest_s)
 {
     double length_s = fmin(at_s, scene->force_stop_s) - pulse->from_s,
            speed_ft_s = pulse->impulse_lb_s * scene->g_ft_s2 / scene->weight_lb,
@@ -116,20 +116,21 @@ static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double
 
 /* Updates the pulse over one row of the path, in which the thrust beyond the limit changes from
  * a_lb to b_lb. */
-static void pulse_over(struct pulse *pulse, const struct sim_scene *scene,
-                       const struct sim_path_row *row, double a_lb, double b_lb, double *shortest_s)
+static void update_pulse(struct pulse *pulse, const struct sim_scene *scene,
+                         const struct sim_path_row *row, double a_lb, double b_lb,
+                         double *shortest_s)
 {
     double length_s = row[1].t_s - row[0].t_s,
            zero_s = row[0].t_s + (a_lb * b_lb < 0.0 ? length_s * a_lb / (a_lb - b_lb) : 0.0);
     if (!(length_s > 0.0))
         return;
     if (pulse->is_active && !(a_lb > 0.0))
-        pulse_end(pulse, scene, row[0].t_s, shortest_s);
+        finish_pulse(pulse, scene, row[0].t_s, shortest_s);
     if (!pulse->is_active && (a_lb > 0.0 || b_lb > 0.0))
         *pulse = (struct pulse){.is_active = true, .from_s = a_lb > 0.0 ? row[0].t_s : zero_s};
     pulse->impulse_lb_s += 0.5 * length_s * (fmax(a_lb, 0.0) + fmax(b_lb, 0.0));
     if (pulse->is_active && !(b_lb > 0.0))
-        pulse_end(pulse, scene, a_lb * b_lb < 0.0 ? zero_s : row[1].t_s, shortest_s);
+        finish_pulse(pulse, scene, a_lb * b_lb < 0.0 ? zero_s : row[1].t_s, shortest_s);
 }
 
 double sim_scene_shortest_s(const struct sim_scene *scene)
@@ -147,9 +148,9 @@ double sim_scene_shortest_s(const struct sim_scene *scene)
     for (double way = -1.0; way < 2.0; way += 2.0) {
         struct pulse pulse = {0};
         for (size_t i = 0; i + 1 < count; i++)
-            pulse_over(&pulse, scene, rows + i, way * rows[i].force_lb - hold_lb,
-                       way * rows[i + 1].force_lb - hold_lb, &shortest_s);
-        pulse_end(&pulse, scene, rows[count - 1].t_s, &shortest_s);
+            update_pulse(&pulse, scene, rows + i, way * rows[i].force_lb - hold_lb,
+                         way * rows[i + 1].force_lb - hold_lb, &shortest_s);
+        finish_pulse(&pulse, scene, rows[count - 1].t_s, &shortest_s);
     }
     return shortest_s;
 }

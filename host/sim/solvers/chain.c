@@ -31,9 +31,9 @@ struct chain {
     bool left_free;
     bool right_free;
     enum sim_friction friction;
-    bool sticks; /* friction stick, and nothing else depends on a mat's speed */
-    bool varied; /* joints or mats differ (sim_scene_is_varied) */
-    bool plain;  /* like sticks, with fixed ends, equal mats and without modifications */
+    bool can_stick; /* friction stick, and nothing else depends on a mat's speed */
+    bool is_varied; /* joints or mats differ (sim_scene_is_varied) */
+    bool is_plain;  /* like sticks, with fixed ends, equal mats and without modifications */
     double veps_ft_s;
     double mass_slug;
     const struct sim_scene *scene;
@@ -114,7 +114,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     *chain = (struct chain){
         .scene = scene,
         .mats = scene->mats,
-        .varied = sim_scene_is_varied(scene),
+        .is_varied = sim_scene_is_varied(scene),
         .block = LANES_CALL(block, ),
         .left_free = scene->left != SIM_FIXED,
         .right_free = scene->right != SIM_FIXED,
@@ -151,9 +151,9 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     chain->joints = joint_law(scene->slack_ft, grit);
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
-    chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
-    chain->plain = chain->sticks && !chain->mods && !chain->varied && !chain->left_free &&
-                   !chain->right_free;
+    chain->can_stick = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
+    chain->is_plain = chain->can_stick && !chain->mods && !chain->is_varied && !chain->left_free &&
+                      !chain->right_free;
     chain_reset(chain, scene);
 }
 
@@ -272,8 +272,9 @@ static void push_by_wheel(const struct chain *chain, double h_s)
             step = element_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
                                 gear->mass_slug);
         double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
-        chain->v_ft_s[n] = gear_speed_ft_s(
-            gear, n, step.keep * v_ft_s, push_lb(chain, n) + step.push_lb, limit_lb, step.as_if_s);
+        chain->v_ft_s[n] = gear_speed_ft_s(gear, n, step.speed_factor * v_ft_s,
+                                           push_lb(chain, n) + step.push_lb, limit_lb,
+                                           step.equivalent_s);
     }
 }
 
@@ -292,16 +293,17 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     for (int n = first; n <= last; n++) {
         double mass = chain->masses_slug[n];
         struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
-        double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
+        double x_lb = push_lb(chain, n) + step.push_lb, kept = step.speed_factor * v[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
                                                     : 0.0;
         chain->before_ft_s[n] = v[n];
         if (chain->friction == SIM_STICK)
-            v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
+            v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.equivalent_s, mass,
+                                       &stops);
         else
             v[n] = kept + (x_lb - friction_force_lb(chain->friction, chain->limit_lb[n], v[n], 0,
                                                     smooth)) *
-                              (step.as_if_s / mass);
+                              (step.equivalent_s / mass);
     }
     if (chain->gear)
         push_by_wheel(chain, h_s);
@@ -329,7 +331,7 @@ static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int f
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
         brace_joints(chain, block, block_of(chain, last + 1) + chain->block - 1);
-    if (chain->sticks)
+    if (chain->can_stick)
         return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(chain, last));
     if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, kick_s, first, last);
@@ -426,7 +428,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
     if (scene->bump_ft.count > 0)
         sim_result_add_note(result, "bump has no effect on flat mats (model chain)");
     element_describe(scene, result);
-    if (chain->varied)
+    if (chain->is_varied)
         sim_result_add_note(result,
                             "values differ from mat to mat (KL, W or v0), or an end carries a "
                             "weight");
@@ -569,7 +571,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
                      const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
-    bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
+    bool prune = !options->no_prune && scene->mats > 4 && element_can_rest(&chain->elements);
     struct sim_wheel wheel;
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
@@ -594,7 +596,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         chain_apply_load(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
-        if (chain->plain)
+        if (chain->is_plain)
             pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(chain, window.first),
                                        window.last);
         else
@@ -615,7 +617,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        if (!chain->plain)
+        if (!chain->is_plain)
             LANES_CALL(drift, chain, h, block_of(chain, window.first),
                        block_of(chain, window.last + 1));
 
@@ -678,7 +680,7 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
 
 static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
-    result->rhs += pass->steps_done;
+    result->evaluations += pass->steps_done;
     result->rejected +=
         pass->steps_done; /* counted as rejected unless this pass becomes the answer */
 }

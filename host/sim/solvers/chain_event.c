@@ -19,7 +19,7 @@
 #define FINE_TOLERANCE       1e-12
 #define FINEST_TOLERANCE     1e-13
 /* a third run is required if the difference exceeds this times COARSE_TOLERANCE */
-#define PARTS                1e6
+#define THIRD_RUN_FACTOR     1e6
 #define ERROR_FACTOR         3.0   /* error estimate, times the largest difference between runs */
 #define ERROR_FLOOR          1e-10 /* least error estimate, times the largest movement */
 #define ERROR_FLOOR_LENGTH   1e-13 /* least error estimate, times a mat's length */
@@ -43,7 +43,7 @@ bool chain_event_is_supported(const struct sim_scene *scene)
 
 /* Updates the largest forces of each joint: at points of the step, or at the top of a parabola
  * between them. */
-static void note_tensions(struct motion *m, int first, int last, int order, double h)
+static void update_peak_tensions(struct motion *m, int first, int last, int order, double h)
 {
     int parts = 2 + (int)law_min(2.0 * h * m->rate, 60.0);
     for (int j = first; j <= last + 1; j++) {
@@ -82,21 +82,21 @@ static void record_samples(struct motion *m, struct run *run, int first, int las
  * forces have changed; in the first step, all mats. */
 static void find_window(const struct motion *m, int *first, int *last)
 {
-    int low = m->low < m->near_low ? m->low : m->near_low;
-    int high = m->high > m->near_high ? m->high : m->near_high;
+    int low = m->low < m->changed_low ? m->low : m->changed_low;
+    int high = m->high > m->changed_high ? m->high : m->changed_high;
     *first = m->t_s == 0.0 || low <= 1 ? 1 : low > m->mats ? m->mats : low - 1;
     *last = m->t_s == 0.0 || high >= m->mats ? m->mats : high + 1;
     *last = *last < *first ? *first : *last;
 }
 
 /* Updates the force of elastic ground after a step. */
-static void keep_part(struct motion *m, struct part *part)
+static void update_part(struct motion *m, struct part *part)
 {
-    part->hold_lb += part->rate_lb_ft * m->c[0][part->mat];
+    part->ground_force_lb += part->rate_lb_ft * m->c[0][part->mat];
     if (part->touching > 0.0 && part->mode == GIVES)
-        part->hold_lb = part->side * motion_part_limit_lb(m, part);
+        part->ground_force_lb = part->side * motion_part_limit_lb(m, part);
     if (part->touching > 0.0)
-        m->friction_force_lb[part->mat] = part->hold_lb;
+        m->friction_force_lb[part->mat] = part->ground_force_lb;
 }
 
 static void run_once(struct motion *m, struct run *run, const struct sim_options *options)
@@ -116,11 +116,11 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         struct event event = motion_first_event(m, first, last, order, wide_s);
         double h = event.h_s;
         bool over = event.mat + event.joint == 0 && h >= until_s - m->t_s;
-        note_tensions(m, first, last, order, h);
+        update_peak_tensions(m, first, last, order, h);
         if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
             record_samples(m, run, first, last, order, h, over && until_s >= end_s);
         for (int i = 0; m->gear && i < m->part_count; i++)
-            m->parts[i].hold_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
+            m->parts[i].ground_force_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
         motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
         m->max_speed_ft_s = law_max(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
         if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
@@ -133,10 +133,10 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
                 : h > 0.0                      ? usual_s + 0.25 * (h - usual_s)
                                                : usual_s;
         at_once = h > 0.0 ? 0 : at_once + 1;
-        m->near_low = m->mats + 1;
-        m->near_high = 0;
+        m->changed_low = m->mats + 1;
+        m->changed_high = 0;
         for (int i = 0; m->gear && i < m->part_count; i++)
-            keep_part(m, &m->parts[i]);
+            update_part(m, &m->parts[i]);
         if (over && ++m->next_break < m->breaks)
             motion_press(m);
         else
@@ -165,7 +165,7 @@ static void start_run(struct run *run, struct motion *m, double tolerance,
     *run = (struct run){.tolerance = tolerance, .number = ++result->passes};
     sim_record_make(&run->record, m->scene, options);
     run_once(m, run, options);
-    result->rhs += run->steps;
+    result->evaluations += run->steps;
     result->rejected += run->steps;
 }
 
@@ -228,7 +228,8 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
         for (int i = 0; run->status == SIM_OK && i + 1 < count; i++)
             apart_ft = law_max(apart_ft, sim_record_difference(&runs[i].record, &run->record).u_ft);
         again = run->status == SIM_OK && !options->single &&
-                (count == 1 || (count == 2 && apart_ft > PARTS * COARSE_TOLERANCE * peak_ft));
+                (count == 1 ||
+                 (count == 2 && apart_ft > THIRD_RUN_FACTOR * COARSE_TOLERANCE * peak_ft));
     }
     struct run *last = &runs[count - 1];
     result->checked_dt_s = runs[0].longest_s;

@@ -118,7 +118,7 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int n = first; n <= last; n += BLOCK) {
-        if (chain->varied)
+        if (chain->is_varied)
             per_lb = LAW_VALUE(kick_s) / LOAD(chain->masses_slug + n);
         lanes v_ft_s = LOAD(chain->v_ft_s + n);
         STORE(chain->before_ft_s + n, v_ft_s);

@@ -14,13 +14,13 @@
 #define PADDING         8
 #define ALIGNMENT       64
 /* limit of step times fastest rate / order, at which the terms of the series decrease */
-#define FALLS_OFF       0.4
+#define SERIES_LIMIT    0.4
 #define TANH_SATURATION 20.0 /* times veps: above it tanh is 1 */
 #define COULOMB_SPEED   25.0 /* times veps: from here on a mat slides by Coulomb's law */
 #define POLE_LIMIT      0.3 /* limit of step times the rate of tanh, while its argument is near 0 */
 #define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 #define ROUNDING        (16.0 * DBL_EPSILON)
-#define RIDDEN          3 /* value of slide for a mat on elastic ground */
+#define SLIDE_ON_GROUND 3 /* value of slide for a mat on elastic ground */
 
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define VECTORS _Pragma("GCC ivdep")
@@ -127,7 +127,7 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
                jerk = fabs(6.0 * m->c[3][n]);
         if (m->slide[n] == 2)
             h = law_min(
-                h, law_min(POLE_LIMIT / (m->bend_rate + a / veps), sqrt(POLE_LIMIT * veps / jerk)));
+                h, law_min(POLE_LIMIT / (m->tanh_rate + a / veps), sqrt(POLE_LIMIT * veps / jerk)));
     }
     for (int j = first; !springs && j <= last + 1; j++)
         springs = m->a[j] != 0.0 && (m->free_per_slug[j] != 0.0 || m->free_per_slug[j - 1] != 0.0);
@@ -138,7 +138,7 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
                                    law_max(elementary_pow(bent / term, 1.0 / (k - 2)),
                                            elementary_pow(twisted / term, 1.0 / (k - 3)))));
     }
-    return springs ? law_min(h, FALLS_OFF * order / m->rate) : h;
+    return springs ? law_min(h, SERIES_LIMIT * order / m->rate) : h;
 }
 
 VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
@@ -276,7 +276,7 @@ static void find_part_event(const struct motion *m, const struct part *part, int
     for (int which = 0; which < 3; which++) {
         if (which == 2 && part->mode == LOADS)
             continue;
-        s[0] = part->side * part->hold_lb;
+        s[0] = part->side * part->ground_force_lb;
         for (int k = 1; k <= order; k++)
             s[k] = part->side * part->rate_lb_ft * m->c[k][n];
         for (int k = 0; which < 2 && k <= order; k++)
@@ -295,7 +295,7 @@ static void find_part_event(const struct motion *m, const struct part *part, int
 static void find_mat_event(const struct motion *m, int n, int order, struct event *event)
 {
     double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
-    if (m->slide[n] == RIDDEN)
+    if (m->slide[n] == SLIDE_ON_GROUND)
         return; /* handled by find_part_event */
     if (m->slide[n] == 2) {
         double far_ft_s = m->friction == SIM_TANH ? COULOMB_SPEED * m->scene->veps_ft_s : DBL_MAX;
@@ -524,10 +524,10 @@ static void set_part(struct motion *m, struct part *part, enum part_mode mode)
                      : mode == UNLOADS ? part->k_lb_ft / m->rho
                                        : 0.0;
     if (mode == GIVES)
-        part->hold_lb = part->side * limit_lb;
-    set_slide(m, part->mat, RIDDEN);
+        part->ground_force_lb = part->side * limit_lb;
+    set_slide(m, part->mat, SLIDE_ON_GROUND);
     m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping * sqrt(part->k_lb_ft / m->per_slug);
-    m->friction_force_lb[part->mat] = part->hold_lb;
+    m->friction_force_lb[part->mat] = part->ground_force_lb;
 }
 
 static void switch_part(struct motion *m, struct part *part, int which)
@@ -546,7 +546,7 @@ static void switch_part(struct motion *m, struct part *part, int which)
 
 static void switch_mat(struct motion *m, int n, int which)
 {
-    for (int i = 0; m->slide[n] == RIDDEN && i < m->part_count; i++) {
+    for (int i = 0; m->slide[n] == SLIDE_ON_GROUND && i < m->part_count; i++) {
         if (m->parts[i].mat == n) {
             switch_part(m, &m->parts[i], which);
             return;
@@ -702,37 +702,37 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
 
 static void start_near_mat(struct motion *m, int n)
 {
-    m->near_low = n < m->near_low ? n : m->near_low;
-    m->near_high = n > m->near_high ? n : m->near_high;
+    m->changed_low = n < m->changed_low ? n : m->changed_low;
+    m->changed_high = n > m->changed_high ? n : m->changed_high;
 }
 
 /* Restarts the elastic ground under a loaded mat; `before`: its last state, or NULL. */
-static void renew_part(struct motion *m, struct part *part, const struct part *before)
+static void restart_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
     part->k_lb_ft = gear_stiffness_lb_ft(m->scene, part->touching);
-    part->hold_lb = before ? before->hold_lb : 0.0;
+    part->ground_force_lb = before ? before->ground_force_lb : 0.0;
     if (before && part->touching < before->touching)
-        part->hold_lb *= part->k_lb_ft / before->k_lb_ft;
+        part->ground_force_lb *= part->k_lb_ft / before->k_lb_ft;
     if (m->friction == SIM_NONE) {
-        part->hold_lb = 0.0;
+        part->ground_force_lb = 0.0;
         set_part(m, part, RIDES);
         return;
     }
     double limit_lb = motion_part_limit_lb(m, part);
-    part->hold_lb = fmax(-limit_lb, fmin(limit_lb, part->hold_lb));
-    part->side = part->hold_lb > 0.0 ? 1 : part->hold_lb < 0.0 || v < 0.0 ? -1 : 1;
+    part->ground_force_lb = fmax(-limit_lb, fmin(limit_lb, part->ground_force_lb));
+    part->side = part->ground_force_lb > 0.0 ? 1 : part->ground_force_lb < 0.0 || v < 0.0 ? -1 : 1;
     set_part(m, part, v * part->side < 0.0 ? UNLOADS : LOADS);
 }
 
-static void leave_mat(struct motion *m, int n)
+static void remove_wheel(struct motion *m, int n)
 {
     double v = m->c[1][n];
     bool slides = m->friction == SIM_STICK ||
                   (m->friction == SIM_TANH && fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
     m->limit_lb[n] = m->weight_limit_lb;
     int left = slides ? (v > 0.0) - (v < 0.0) : 2;
-    set_slide(m, n, m->slide[n] == RIDDEN ? left : m->slide[n]);
+    set_slide(m, n, m->slide[n] == SLIDE_ON_GROUND ? left : m->slide[n]);
 }
 
 /* Sets the wheel's forces from now to the next break. */
@@ -766,7 +766,7 @@ void motion_press(struct motion *m)
         int n = before[i].mat;
         start_near_mat(m, n);
         m->thrust[0][n] = m->thrust[1][n] = m->thrust[2][n] = 0.0;
-        leave_mat(m, n);
+        remove_wheel(m, n);
     }
     for (int i = 0; i < m->part_count; i++) {
         struct part *part = &m->parts[i];
@@ -776,7 +776,7 @@ void motion_press(struct motion *m)
         start_near_mat(m, part->mat);
         m->limit_lb[part->mat] = m->weight_limit_lb + m->load_limit_lb * part->load[0];
         if (m->gear && part->touching > 0.0)
-            renew_part(m, part, was);
+            restart_part(m, part, was);
         else
             set_slide(m, part->mat, m->slide[part->mat]);
     }
@@ -851,7 +851,7 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
     double ground = m->gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
     m->rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
               2.0 * scene->gear.damping * sqrt(ground);
-    m->bend_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
+    m->tanh_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
     sim_wheel_start(&m->wheel, scene);
     make_breaks(m);
     m->storage = xaligned_alloc(ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
@@ -907,8 +907,8 @@ void motion_start(struct motion *m)
     m->t_s = m->max_speed_ft_s = 0.0;
     m->low = m->mats + 1;
     m->high = 0;
-    m->near_low = m->mats + 1;
-    m->near_high = 0;
+    m->changed_low = m->mats + 1;
+    m->changed_high = 0;
     for (int j = 0; j < m->mats + 2; j++)
         set_mode(m, j, CUT);
     for (int j = 1; j <= m->mats + 1; j++) {

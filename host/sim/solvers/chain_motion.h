@@ -36,15 +36,15 @@ struct part {
     double touching;     /* number of axles that touch the mat */
     /* Gear on elastic ground (gear.h): stiffness and damping of the mat, its ground force, and the
      * mode. */
-    double k_lb_ft, hold_lb, rate_lb_ft;
-    int side; /* sign of hold_lb */
+    double k_lb_ft, ground_force_lb, rate_lb_ft;
+    int side; /* sign of ground_force_lb */
     enum part_mode mode;
 };
 
 struct motion {
     const struct sim_scene *scene;
     int mats;
-    double bend_rate; /* rate of the law tanh at rest, 1/s */
+    double tanh_rate; /* rate of the law tanh at rest, 1/s */
     double rate;      /* fastest rate of a chain in which all joints transmit, 1/s */
     double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_limit_lb, load_limit_lb;
     enum sim_friction friction; /* friction law: stick, tanh or none */
@@ -65,8 +65,8 @@ struct motion {
      * ground. */
     signed char *slide;
     unsigned char *mode;
-    int low, high;           /* outermost moving mats; low > high: no mat moves */
-    int near_low, near_high; /* mats whose thrust or limit has changed */
+    int low, high;                 /* outermost moving mats; low > high: no mat moves */
+    int changed_low, changed_high; /* mats whose thrust or limit has changed */
     struct sim_wheel wheel;
     /* Times at which the wheel's parts change, in order; the last one is the end. */
     double *breaks_s;

@@ -132,7 +132,7 @@ static bool rkgs_advance(struct stepper *s, double limit_s)
         memcpy(s->z_new, s->z, bytes);
         rkgs_gill(s, s->t_s, h, s->z_new);
         rkgs_gill(s, s->t_s + h, h, s->z_new);
-        double test = stepper_halves_error(s, w->whole);
+        double test = stepper_doubling_error(s, w->whole);
         if (test <= 1.0) {
             if (test < 0.02 && !last)
                 s->h_s *= 2.0;
@@ -176,38 +176,38 @@ const struct stepper_kind stepper_rkgs = {
  * 0.02 doubled. The classical Runge-Kutta method computes the three values of a start, also after a
  * change of the step (the original library interpolates after halving). Switches are sampled. */
 
-#define HAMMING_PAST 7 /* points kept: enough to continue at double the step */
+#define HAMMING_POINTS 7 /* points kept: enough to continue at double the step */
 
 struct hamming_work {
-    double *y[HAMMING_PAST],
+    double *y[HAMMING_POINTS],
         /* [0] is the present point, [1] the previous one, ...; 2 size values each */
-        *f[HAMMING_PAST];
-    double *apart; /* P - C of the last step */
+        *f[HAMMING_POINTS];
+    double *difference; /* P - C of the last step */
     double *predicted, *modified, *rate, *k[3];
-    int known; /* number of equidistant points in y and f */
-    int at_h;  /* steps since the step changed */
-    bool apart_known;
+    int known_points; /* number of equidistant points in y and f */
+    int steps_at_h;   /* steps since the step changed */
+    bool has_difference;
     double h_s; /* distance of the points */
 };
 
 static void hamming_restart(struct stepper *s)
 {
     struct hamming_work *w = s->work;
-    w->known = 0;
-    w->apart_known = false;
+    w->known_points = 0;
+    w->has_difference = false;
 }
 
 /* Shifts the points by one to free the present one. */
 static void hamming_rotate(struct hamming_work *w)
 {
-    double *y = w->y[HAMMING_PAST - 1], *f = w->f[HAMMING_PAST - 1];
-    for (int i = HAMMING_PAST - 1; i > 0; i--) {
+    double *y = w->y[HAMMING_POINTS - 1], *f = w->f[HAMMING_POINTS - 1];
+    for (int i = HAMMING_POINTS - 1; i > 0; i--) {
         w->y[i] = w->y[i - 1];
         w->f[i] = w->f[i - 1];
     }
     w->y[0] = y;
     w->f[0] = f;
-    w->known = w->known < HAMMING_PAST ? w->known + 1 : HAMMING_PAST;
+    w->known_points = w->known_points < HAMMING_POINTS ? w->known_points + 1 : HAMMING_POINTS;
 }
 
 static void hamming_runge_kutta(struct stepper *s, double h)
@@ -225,7 +225,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
     FOR_STATE(s, k)
     {
         w->predicted[k] = y[3][k] + 4.0 * h / 3.0 * (2.0 * f[0][k] - f[1][k] + 2.0 * f[2][k]);
-        w->modified[k] = w->predicted[k] - (w->apart_known ? 112.0 / 121.0 * w->apart[k] : 0.0);
+        w->modified[k] = w->predicted[k] -
+                         (w->has_difference ? 112.0 / 121.0 * w->difference[k] : 0.0);
     }
     stepper_rates(s, s->t_s + h, w->modified, w->rate);
     for (int half = 0; half < 2; half++) {
@@ -254,17 +255,17 @@ static double hamming_start_step(struct stepper *s, double h)
     memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     hamming_runge_kutta(s, 0.5 * h);
     double *y = w->y[0], *f = w->f[0], start = s->t_s;
-    w->y[0] = w->apart; /* temporarily replaced by the middle point */
+    w->y[0] = w->difference; /* temporarily replaced by the middle point */
     w->f[0] = w->rate;
-    memcpy(w->apart, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
+    memcpy(w->difference, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     s->t_s = start + 0.5 * h;
-    stepper_rates(s, s->t_s, w->apart, w->rate);
+    stepper_rates(s, s->t_s, w->difference, w->rate);
     hamming_runge_kutta(s, 0.5 * h);
     s->t_s = start;
     w->y[0] = y;
     w->f[0] = f;
-    w->apart_known = false;
-    return stepper_halves_error(s, w->predicted);
+    w->has_difference = false;
+    return stepper_doubling_error(s, w->predicted);
 }
 
 static bool hamming_advance(struct stepper *s, double limit_s)
@@ -281,34 +282,34 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             h = limit_s - s->t_s;
         if (!(s->h_s >= s->min_step_s))
             return false;
-        if (w->known > 1 && h != w->h_s) { /* a new step size requires a new start */
-            w->known = 1;
-            w->apart_known = false;
+        if (w->known_points > 1 && h != w->h_s) { /* a new step size requires a new start */
+            w->known_points = 1;
+            w->has_difference = false;
         }
         w->h_s = h;
-        bool started = w->known >= 4;
+        bool started = w->known_points >= 4;
         double test = started ? hamming_predict_correct(s, h) : hamming_start_step(s, h);
         if (test <= 1.0) {
-            w->at_h++;
+            w->steps_at_h++;
             if (started) {
-                memcpy(w->apart, w->rate, bytes);
-                w->apart_known = true;
-                if (test < 0.02 && w->at_h > 6) {
+                memcpy(w->difference, w->rate, bytes);
+                w->has_difference = true;
+                if (test < 0.02 && w->steps_at_h > 6) {
                     s->h_s *= 2.0;
-                    w->at_h = 0;
-                    if (w->known >= HAMMING_PAST) {
+                    w->steps_at_h = 0;
+                    if (w->known_points >= HAMMING_POINTS) {
                         /* keep every second of the last 8 (the new one is the 8th): 8, 6, 4, 2 */
-                        double *y[HAMMING_PAST], *f[HAMMING_PAST];
-                        static const int order[HAMMING_PAST] = {1, 3, 5, 0, 2, 4, 6};
-                        for (int i = 0; i < HAMMING_PAST; i++) {
+                        double *y[HAMMING_POINTS], *f[HAMMING_POINTS];
+                        static const int order[HAMMING_POINTS] = {1, 3, 5, 0, 2, 4, 6};
+                        for (int i = 0; i < HAMMING_POINTS; i++) {
                             y[i] = w->y[order[i]];
                             f[i] = w->f[order[i]];
                         }
                         memcpy(w->y, y, sizeof y);
                         memcpy(w->f, f, sizeof f);
-                        w->known = 3;
+                        w->known_points = 3;
                         w->h_s = s->h_s;
-                        w->apart_known = false;
+                        w->has_difference = false;
                     }
                 }
             }
@@ -316,7 +317,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             return true;
         }
         stepper_reject(s, 0.5 * h);
-        w->at_h = 0;
+        w->steps_at_h = 0;
     }
 }
 
@@ -332,7 +333,7 @@ const struct stepper_kind stepper_hamming = {
     .rtol = 1e-6,
     .method = "Hamming's predictor-corrector with halving and doubling, events sampled",
     .work_bytes = sizeof(struct hamming_work),
-    .rows = 2 * HAMMING_PAST + 7,
+    .rows = 2 * HAMMING_POINTS + 7,
     .restart = hamming_restart,
     .advance = hamming_advance,
     .dense = hamming_interpolate,

@@ -45,8 +45,8 @@ struct work {
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
-    bool ended;     /* `at` holds the rates at the end of the last step */
-    double swing_s; /* 1 over the fastest rate of the springs; 0: unknown */
+    bool has_end_rates; /* `at` holds the rates at the end of the last step */
+    double swing_s;     /* 1 over the fastest rate of the springs; 0: unknown */
 };
 
 static void make(struct stepper *s, double *more)
@@ -72,7 +72,7 @@ static void make(struct stepper *s, double *more)
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
-    w->ended = false;
+    w->has_end_rates = false;
     if (w->swing_s <= 0.0) {
         double rate = model_fastest_rate(s->model, s->z, MODEL_SWINGS);
         w->swing_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
@@ -188,7 +188,7 @@ static bool advance(struct stepper *s, double limit_s)
 {
     struct work *w = s->work;
     bool rejected = false;
-    w->ended = false;
+    w->has_end_rates = false;
     if (!linearise(s))
         return false;
     for (;;) {
@@ -214,9 +214,9 @@ static bool advance(struct stepper *s, double limit_s)
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
-    if (!w->ended) {
+    if (!w->has_end_rates) {
         stepper_rates(s, s->t_new_s, s->z_new, w->at);
-        w->ended = true;
+        w->has_end_rates = true;
     }
     stepper_cubic(s, s->z, w->rate, s->z_new, w->at, t_s, low, high, z);
 }

@@ -10,27 +10,27 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE       0.25  /* first step if none is given, times the stability limit */
-#define HOP_SHARE        0.25  /* part of a mat that the aircraft may cross in one step */
-#define SHORTEST_SHARE   0.125 /* part of the shortest time that a step must resolve */
+#define STEP_SHARE           0.25  /* first step if none is given, times the stability limit */
+#define HOP_SHARE            0.25  /* part of a mat that the aircraft may cross in one step */
+#define SHORTEST_SHARE       0.125 /* part of the shortest time that a step must resolve */
 /* limit of step times fastest rate; the scheme allows 2 for an oscillation, less with damping */
-#define STABLE           1.8
-#define MIN_STEPS        1000.0
-#define MAX_STEPS        1e8
-#define MAX_SHORTENED    4
+#define STABILITY_LIMIT      1.8
+#define MIN_STEPS            1000.0
+#define MAX_STEPS            1e8
+#define MAX_SHORTENED        4
 /* error estimate over the difference of two marches: the scheme is of order 1, so the finer march
  * has an error as large as the difference */
-#define ERROR_FACTOR     2.0
+#define ERROR_FACTOR         2.0
 /* ratio of the steps of two marches. Not 2: every second short step would end together with a long
  * one, and both marches would sample these switches at the same moment */
-#define STEP_RATIO       1.9
+#define STEP_RATIO           1.9
 /* step of a fourth march / finer step; it is between the steps of the coarse and the rough march */
-#define BETWEEN_RATIO    2.6
+#define FOURTH_STEP_RATIO    2.6
 /* step of a further march / finer step, where the result is sensitive */
-#define BESIDE_RATIO     1.37
+#define SENSITIVE_STEP_RATIO 1.37
 /* the result is sensitive if the estimate is above this part of the largest movement or lift */
-#define SENSITIVE        1e-3
-#define SENSITIVE_FACTOR 1.5 /* factor on the estimate of a sensitive result */
+#define SENSITIVE_PART       1e-3
+#define SENSITIVE_FACTOR     1.5 /* factor on the estimate of a sensitive result */
 
 static void free_march(struct march *march)
 {
@@ -55,7 +55,7 @@ static void start_march(struct planar_engine *l, struct march *march,
                             .number = ++result->passes};
     sim_record_make(&march->record, l->scene, options);
     planar_pass_run(l, march, options);
-    result->rhs += march->done;
+    result->evaluations += march->done;
 }
 
 static double *copy_array(const double *from, size_t count)
@@ -72,7 +72,7 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->checked_dt_s = coarse->h_s;
     result->pass_ms = fine->ms;
     result->steps = fine->done;
-    result->rejected = result->rhs - fine->done;
+    result->rejected = result->evaluations - fine->done;
     result->events = fine->events;
     result->mats_max = fine->mats_max;
     result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
@@ -137,7 +137,7 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
     result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
     /* the contact of a landing node is found up to one step late, with the same error in all
      * marches */
-    result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
+    result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->impact_ft_s);
     if (!is_complete(rough))
         return;
     struct pass_difference before = difference_of(rough, coarse);
@@ -163,7 +163,7 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
                                   const struct march *fine, struct sim_result *result)
 {
     struct march between = {0};
-    uint64_t steps = (uint64_t)ceil((double)fine->steps / BETWEEN_RATIO);
+    uint64_t steps = (uint64_t)ceil((double)fine->steps / FOURTH_STEP_RATIO);
     if (sim_scene_end_s(l->scene) / (double)steps > result->dt_limit_s)
         return;
     march_copy(l, &between, options, steps, result);
@@ -190,10 +190,10 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
                                const struct march *fine, struct sim_result *result)
 {
     struct march beside = {0};
-    if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
-        result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
+    if (result->error_u_ft <= SENSITIVE_PART * sim_record_peak(&fine->record).u_ft &&
+        result->error_lift_ft <= SENSITIVE_PART * fine->max_lift_ft)
         return;
-    uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
+    uint64_t steps = (uint64_t)ceil((double)fine->steps / SENSITIVE_STEP_RATIO);
     march_copy(l, &beside, options, steps, result);
     if (is_complete(&beside)) {
         struct pass_difference apart = difference_of(&beside, fine);
@@ -206,9 +206,9 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
 }
 
 /* Sets the divergence from the marches so far, because no shorter step gives agreement. */
-static void state_spread(const struct planar_engine *l, const struct march *rough,
-                         const struct march *coarse, const struct march *fine,
-                         struct sim_result *result)
+static void set_divergence(const struct planar_engine *l, const struct march *rough,
+                           const struct march *coarse, const struct march *fine,
+                           struct sim_result *result)
 {
     const struct march *others[] = {coarse, rough};
     double threshold = pass_bow_threshold_ft(l->scene);
@@ -274,7 +274,7 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
             else if (options->dt_s > 0.0)
                 sim_result_set_status(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
             else
-                state_spread(l, rough, &coarse, &fine, result);
+                set_divergence(l, rough, &coarse, &fine, result);
             break;
         }
         free_march(rough);
@@ -320,7 +320,7 @@ static double step_limit_s(struct planar_engine *l, double hop_s)
     double rate = model_fastest_rate(&fastest, l->z, MODEL_STAGGERED);
     if (l->mods)
         rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia));
-    return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
+    return fmin(rate > 0.0 ? STABILITY_LIMIT / rate : HUGE_VAL, hop_s);
 }
 
 static enum mr_status run_with(struct planar_engine *l, const struct sim_options *options,

@@ -22,16 +22,16 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define SHARED_MAX  32 /* most switches with a share at the same time */
-#define ROUNDS_MAX  40
+#define SHARED_MAX      32 /* most switches with a share at the same time */
+#define ROUNDS_MAX      40
 /* halvings of a step that does not converge; the last one is accepted as it is */
-#define HALVINGS    5
-#define FLIPS       3     /* flips of a switch in one step before it gets a share */
-#define SLIDE_FLIPS 10    /* flips of a mat in one step before its mode is fixed */
-#define SWEEPS_MAX  100   /* limit of Gauss-Seidel passes */
-#define CONVERGED   1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
-#define SAME_SHARE  1e-9
-#define SHARE_PART  1e-4
+#define HALVINGS_MAX    5
+#define FLIPS_MAX       3     /* flips of a switch in one step before it gets a share */
+#define SLIDE_FLIPS_MAX 10    /* flips of a mat in one step before its mode is fixed */
+#define SWEEPS_MAX      100   /* limit of Gauss-Seidel passes */
+#define CONVERGED       1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
+#define SAME_SHARE      1e-9
+#define SHARE_PART      1e-4
 
 struct shared {
     struct model_switch which;
@@ -160,7 +160,7 @@ static int update_modes(struct stepper *s, double t_s)
                 continue;
             }
             changed++;
-            if (++flips[j] > FLIPS && mode[j] * was[j] == 0) {
+            if (++flips[j] > FLIPS_MAX && mode[j] * was[j] == 0) {
                 add_shared(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
                 mode[j] = 0;
             }
@@ -170,14 +170,14 @@ static int update_modes(struct stepper *s, double t_s)
         if (w->shared[k].which.kind != MODEL_APEX)
             *mode_of(m, w->shared[k].which) = (signed char)w->shared[k].off;
     }
-    if (m->shear != SIM_NO_SHEAR && m->apex != apex && m->lifted > 0) {
+    if (m->shear != SIM_NO_SHEAR && m->apex != apex && m->lifted_nodes > 0) {
         bool has = false;
         for (int k = 0; k < w->count; k++)
             has = has || w->shared[k].which.kind == MODEL_APEX;
-        if (!has && ++w->apex_flips > FLIPS)
+        if (!has && ++w->apex_flips > FLIPS_MAX)
             add_shared(s, MODEL_APEX, m->apex, m->apex, apex);
         changed += !has;
-        if (has || w->apex_flips > FLIPS)
+        if (has || w->apex_flips > FLIPS_MAX)
             m->apex = apex;
     }
     if (w->count > 0 && m->shear != SIM_NO_SHEAR)
@@ -230,7 +230,7 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
         }
         if (m->slide[n] == way)
             continue;
-        if (flips[n] >= SLIDE_FLIPS) {
+        if (flips[n] >= SLIDE_FLIPS_MAX) {
             m->slide[n] = way;
         } else {
             flips[n]++;
@@ -403,7 +403,7 @@ static bool advance(struct stepper *s, double limit_s)
     bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
     if (last)
         h = limit_s - s->t_s;
-    for (int half = 0; !settle(s, h) && half < HALVINGS; half++) {
+    for (int half = 0; !settle(s, h) && half < HALVINGS_MAX; half++) {
         stepper_reject(s, s->h_s);
         restart(s);
         h *= 0.5;

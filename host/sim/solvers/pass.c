@@ -22,7 +22,7 @@
  * coarse (at 1e9 s a double resolves 1e-7 s). */
 #define CLOCK_FROM_S   100.0 /* before this time the error of the clock is negligible */
 #define CLOCK_STEPS    4.0
-#define WARY_STEPS     100
+#define REPEATED_STEPS 100
 #define COINCIDENT     1e-8 /* two flips closer than this times the step coincide */
 /* tolerance of heights and displacements: rtol times this part of a mat's length */
 #define POSITION_PART  0.0005
@@ -41,7 +41,7 @@ struct pass {
     unsigned *flips;        /* per contact, torsion and joint */
     int stalls;
     /* number of further steps that are repeated, see repeat_step_until */
-    int wary;
+    int repeated_steps_left;
     struct model_switch flipped; /* switch of the last event */
     double flipped_s;
     double awake_s;
@@ -49,9 +49,9 @@ struct pass {
 };
 
 /* Reasons for no progress. */
-#define TOO_SMALL "its step became too small"
-#define PILE_UP   "events (contact, sticking, slipping) follow each other too closely"
-#define USED_UP   "it reached its limit of steps"
+#define STEP_TOO_SMALL     "its step became too small"
+#define SWITCHES_TOO_CLOSE "events (contact, sticking, slipping) follow each other too closely"
+#define STEPS_EXHAUSTED    "it reached its limit of steps"
 
 static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
 {
@@ -182,7 +182,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
         stepper_copy(s, s->z, p->z_event);
         s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
         int count = model_find_violations(m, t, p->z_event, found, FOUND_MAX);
-        if (p->wary > 0)
+        if (p->repeated_steps_left > 0)
             count = keep_only_slides(found, count);
         if (count > 0) {
             stepper_copy(s, p->z_event, p->z_until);
@@ -209,7 +209,7 @@ static int find_violations(struct pass *p, struct model_switch *found)
 }
 
 /* If a lift peaks within the last step, records it at its peak. */
-static void record_top_of_lift(struct pass *p, double end_s, const double *z_end, double *spare)
+static void record_lift_peak(struct pass *p, double end_s, const double *z_end, double *spare)
 {
     struct stepper *s = &p->stepper;
     const struct model *m = p->model;
@@ -235,7 +235,7 @@ static void record_top_of_lift(struct pass *p, double end_s, const double *z_end
 /* Repeats the step up to the time found. In a step that is long for the fastest rate, the dense
  * output can be far off although the end of the step is right (soil with much damping: 80 lb become
  * 0). It then shows switches that do not happen and flip back at once. After such a flip, steps are
- * repeated for WARY_STEPS. False: the step failed. */
+ * repeated for REPEATED_STEPS. False: the step failed. */
 static bool repeat_step_until(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
@@ -281,8 +281,8 @@ static bool handle_events(struct pass *p, bool *event)
     int count = find_violations(p, found);
     double at = p->until_s;
     *event = count > 0;
-    if (p->wary > 0)
-        p->wary--;
+    if (p->repeated_steps_left > 0)
+        p->repeated_steps_left--;
     if (count == 0)
         return true;
     bool nearer = true; /* `found` is new: no event before until_s is known yet */
@@ -333,12 +333,12 @@ static bool handle_events(struct pass *p, bool *event)
             break;
     }
     if (is_flipping_back(p, at, together, flips))
-        p->wary = WARY_STEPS;
-    bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->min_step_s;
+        p->repeated_steps_left = REPEATED_STEPS;
+    bool again = p->repeated_steps_left > 0 && s->kind->long_steps && at - s->t_s > s->min_step_s;
     if (again) {
         double speed;
         if (!repeat_step_until(p, at))
-            return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
+            return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEP_TOO_SMALL);
         at = s->t_new_s;
         flips = model_find_violations(m, at, s->z_new, together, FOUND_MAX);
         flips = flips < FOUND_MAX ? flips : FOUND_MAX;
@@ -349,7 +349,7 @@ static bool handle_events(struct pass *p, bool *event)
     if (at - s->t_s <= s->min_step_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
             return fail_without_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at,
-                                         PILE_UP);
+                                         SWITCHES_TOO_CLOSE);
     } else
         p->stalls = 0;
     if (at > s->t_s)
@@ -357,16 +357,16 @@ static bool handle_events(struct pass *p, bool *event)
     stepper_copy(s, again ? s->z_new : s->z, p->z_event);
     if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
-    record_top_of_lift(p, at, p->z_event, p->z_until);
+    record_lift_peak(p, at, p->z_event, p->z_until);
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++) {
         model_apply_switch(m, at, s->z_new, together[i]);
-        p->out->switched += switch_mark(together[i]);
+        p->out->switch_sum += switch_mark(together[i]);
         if (together[i].kind <= MODEL_SLACK) {
             unsigned *flipped =
                 &p->flips[(int)together[i].kind * (m->mats + 1) + together[i].index];
-            p->out->flips_most = ++*flipped > p->out->flips_most ? *flipped : p->out->flips_most;
+            p->out->max_flips = ++*flipped > p->out->max_flips ? *flipped : p->out->max_flips;
         }
     }
     model_settle(m, at, s->z_new);
@@ -378,7 +378,7 @@ static bool handle_events(struct pass *p, bool *event)
 
 /* For steppers that sample switches: a mat that changed direction within the step stops at its
  * end. */
-static bool stop_turned(struct pass *p)
+static bool stop_reversed_mats(struct pass *p)
 {
     struct stepper *s = &p->stepper;
     bool any = false;
@@ -401,7 +401,7 @@ static void count_sampled(struct pass *p)
     const struct model *m = p->model;
     size_t length = (size_t)(m->slide - m->contact);
     for (size_t i = 0; i < length; i++)
-        p->out->sampled += m->contact[i] != p->modes[i];
+        p->out->sampled_changes += m->contact[i] != p->modes[i];
     memcpy(p->modes, m->contact, length);
 }
 
@@ -413,18 +413,18 @@ static bool make_step(struct pass *p, double limit_s)
     int mat;
     bool event = false;
     if (!s->kind->advance(s, limit_s))
-        return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, TOO_SMALL);
+        return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEP_TOO_SMALL);
     if (s->kind->samples) {
         store_state_until(p, s->t_new_s);
-        record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
-        event = !s->kind->settles && stop_turned(p);
+        record_lift_peak(p, s->t_new_s, s->z_new, p->z_event);
+        event = !s->kind->settles && stop_reversed_mats(p);
         count_sampled(p);
     } else {
         if (!handle_events(p, &event))
             return false;
         if (!event) {
             store_state_until(p, s->t_new_s);
-            record_top_of_lift(p, s->t_new_s, s->z_new, p->z_event);
+            record_lift_peak(p, s->t_new_s, s->z_new, p->z_event);
         }
     }
     p->out->steps++;
@@ -486,8 +486,8 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
                 fail(p, SIM_INTERRUPTED, find_fastest(m, s->z, &speed), s->t_s);
                 return;
             }
-            if (p->out->steps + s->rejected > request->most_steps) {
-                fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, USED_UP);
+            if (p->out->steps + s->rejected > request->max_steps) {
+                fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEPS_EXHAUSTED);
                 return;
             }
         }
@@ -520,8 +520,8 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     p.modes = (signed char *)(p.height + m->mats + 1);
     p.flips = xcalloc(3 * ((size_t)m->mats + 1), sizeof *p.flips);
     const struct stepper_kind *kind = request->kind;
-    if (kind->looser && request->rtol >= kind->looser_rtol)
-        kind = kind->looser;
+    if (kind->loose_kind && request->rtol >= kind->loose_rtol)
+        kind = kind->loose_kind;
     p.stepper = (struct stepper){
         .kind = kind,
         .model = m,
@@ -537,7 +537,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     sim_record_make(&out->record, m->scene, options);
     stepper_make(&p.stepper);
     int node;
-    m->rhs = 0;
+    m->evaluations = 0;
     m->prunes = request->kind->prunes && !options->no_prune;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
@@ -546,7 +546,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     follow_spans(&p, request, options);
     model_fill(m, p.stepper.z);
     memcpy(out->z, p.stepper.z, length * sizeof *out->z);
-    out->rhs = m->rhs;
+    out->evaluations = m->evaluations;
     out->rejected = p.stepper.rejected;
     out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);

@@ -12,7 +12,7 @@ struct pass_request {
     const struct stepper_kind *kind;
     double rtol; /* tolerance of a stepper that chooses its step */
     double dt_s; /* step of a stepper with a fixed step */
-    uint64_t most_steps;
+    uint64_t max_steps;
     int number; /* number of this pass, for options->may_continue */
     /* For a stepper that halves and doubles its step: the first step as a share of the usual first
      * step; 0: the usual one. Two runs with similar starts have steps that are powers of two of
@@ -27,12 +27,12 @@ struct pass_outcome {
     int mat; /* mat of a failure, from 1 */
     double t_s;
     const char *reason; /* reason why it made no progress */
-    uint64_t rhs, steps, rejected, events;
+    uint64_t evaluations, steps, rejected, events;
     /* a sum over all switches: passes with different sums switched differently */
-    uint64_t switched;
-    unsigned flips_most; /* largest number of flips of one contact, torsion or joint */
+    uint64_t switch_sum;
+    unsigned max_flips; /* largest number of flips of one contact, torsion or joint */
     /* number of modes that changed between steps, for a stepper that samples modes */
-    uint64_t sampled;
+    uint64_t sampled_changes;
     double ms;
     double max_lift_ft;
     double speed_end_ft_s;

@@ -75,7 +75,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 /* factor on the first step, for solvers that halve and double it */
 #define ESTIMATE_FIRST_PART     0.72
 #define ESTIMATE_SPAN_PART      0.5 /* step over span, for the longer of two fixed steps */
-#define ESTIMATE_LEAST_RTOL     1e-13
+#define ESTIMATE_MIN_RTOL       1e-13
 /* Ends of the stability regions on the negative real axis: of the classical method, and
  * (approximately) of the order 8 method. */
 #define ESTIMATE_RK4_REAL       2.785
@@ -100,21 +100,21 @@ static struct model nudge_stiffness(const struct model *m, int run)
 }
 
 /* One pass of the scene with slightly different stiffnesses: run 0 to DIVERGENCE_RUNS - 1. */
-static void divergence_nudged(const struct model *m, const struct pass_request *request,
-                              const struct sim_options *options, int run, struct pass_outcome *pass,
-                              struct sim_result *result)
+static void run_nudged(const struct model *m, const struct pass_request *request,
+                       const struct sim_options *options, int run, struct pass_outcome *pass,
+                       struct sim_result *result)
 {
     struct model near = nudge_stiffness(m, run);
     struct pass_request again = *request;
     again.number = ++result->passes;
     pass_run(pass, &near, &again, options);
-    result->rhs += pass->rhs;
+    result->evaluations += pass->evaluations;
 }
 
 /* Two complete passes contradict each other. `given` is the pass that is reported. */
-static void divergence_state(const struct model *m, const struct pass_request *request,
-                             const struct sim_options *options, const struct pass_outcome *given,
-                             const struct pass_outcome *other, struct sim_result *result)
+static void set_divergence(const struct model *m, const struct pass_request *request,
+                           const struct sim_options *options, const struct pass_outcome *given,
+                           const struct pass_outcome *other, struct sim_result *result)
 {
     double threshold = pass_bow_threshold_ft(m->scene);
     double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&given->record).u_ft,
@@ -125,7 +125,7 @@ static void divergence_state(const struct model *m, const struct pass_request *r
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run >= 0)
-            divergence_nudged(m, request, options, run, &pass, result);
+            run_nudged(m, request, options, run, &pass, result);
         const struct pass_outcome *next = run < 0 ? other : &pass;
         if (next->status == SIM_OK) {
             result->divergence_runs++;
@@ -161,14 +161,14 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 #define PACE_AHEAD          0.02 /* part of its steps that a run may use without progress */
 /* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
  * simple, so that switches do not coincide. */
-#define MORE_RUNS           2
-#define MORE_GRID           1.37
-#define MORE_RTOL           2.2
+#define EXTRA_RUNS          2
+#define EXTRA_STEP_RATIO    1.37
+#define EXTRA_RTOL_RATIO    2.2
 
 /* Lifts are differences of the mats' positions. Tolerances add up in them, and both runs can miss a
  * lift of that size. */
-#define LIFT_FLOOR  10.0
-#define FLOOR_STEPS 0.1 /* growth of the tolerance per square root of the number of steps */
+#define LIFT_ERROR_FLOOR 10.0
+#define FLOOR_STEPS      0.1 /* growth of the tolerance per square root of the number of steps */
 
 static bool is_solver_automatic(const struct sim_options *options)
 {
@@ -184,7 +184,7 @@ static double explicit_steps(const struct model *m, const struct sim_result *res
 
 static void cost_add(struct sim_result *result, const struct pass_outcome *pass)
 {
-    result->rhs += pass->rhs;
+    result->evaluations += pass->evaluations;
     result->rejected += pass->rejected;
 }
 
@@ -218,7 +218,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
 {
     const struct stepper_kind *kind = runs->request.kind;
     struct pass_request request = runs->request;
-    if (!is_sampling(kind) && runs->coarse.switched == runs->fine.switched)
+    if (!is_sampling(kind) && runs->coarse.switch_sum == runs->fine.switch_sum)
         return;
     request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
     request.first_part = ESTIMATE_FIRST_PART * ESTIMATE_FIRST_PART;
@@ -255,16 +255,15 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
  * same error at each bounce of mats that collide repeatedly. The stability limit is that of all
  * parts that can move. If implicit is checked and little moves, event may need far fewer steps, so
  * it is tried as long as it makes progress (is_progressing). */
-static uint64_t count_steps_of_others(const struct model *m, const struct sim_options *options,
-                                      const struct error_pair *runs,
-                                      const struct sim_result *result)
+static uint64_t max_check_steps(const struct model *m, const struct sim_options *options,
+                                const struct error_pair *runs, const struct sim_result *result)
 {
     const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
     bool implicit = runs->request.kind == &stepper_implicit,
          automatic = is_solver_automatic(options);
     double asked = explicit_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
-                           : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
+                           : (double)(coarse->evaluations + fine->evaluations) / EVENT_RHS;
     /* auto tries event before other solvers, except where it begins with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
     bool useful = is_sampling(runs->request.kind) ||
@@ -297,11 +296,11 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     struct pass_request request = {
         .kind = &stepper_event,
         .rtol = stepper_event.rtol,
-        .most_steps = count_steps_of_others(m, options, runs, result),
+        .max_steps = max_check_steps(m, options, runs, result),
     };
-    struct pace pace = {options, 0.0, (double)request.most_steps};
+    struct pace pace = {options, 0.0, (double)request.max_steps};
     struct sim_options paced = *options;
-    if (request.most_steps == 0)
+    if (request.max_steps == 0)
         return false;
     paced.may_continue = is_progressing;
     paced.may_continue_ctx = &pace;
@@ -320,8 +319,7 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
 
 static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
 {
-    return pass->flips_most >= REBOUNDS &&
-           4.0 * m->mats * pass->flips_most >= (double)pass->events &&
+    return pass->max_flips >= REBOUNDS && 4.0 * m->mats * pass->max_flips >= (double)pass->events &&
            (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
 }
 
@@ -334,7 +332,7 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
     struct pass_request request = runs->request;
     if (request.kind != &stepper_implicit || !has_bounces(m, &runs->fine) || runs->third.z)
         return;
-    request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
+    request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
     repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
         widen_error(result, pass_difference(&runs->fine, &runs->third), ERROR_FACTOR);
@@ -352,12 +350,13 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
     sim_result_add_note(result,
                         "events (contact, sticking, slipping) are sampled, and no run of another "
                         "method locates them: the error estimate includes two more runs");
-    for (int i = 0; i < MORE_RUNS; i++) {
+    for (int i = 0; i < EXTRA_RUNS; i++) {
         struct pass_outcome pass = {0};
-        request.dt_s /= MORE_GRID;
-        request.rtol *= MORE_RTOL;
-        request.first_part = request.kind->fixed ? request.first_part / MORE_GRID
-                                                 : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
+        request.dt_s /= EXTRA_STEP_RATIO;
+        request.rtol *= EXTRA_RTOL_RATIO;
+        request.first_part = request.kind->fixed
+                               ? request.first_part / EXTRA_STEP_RATIO
+                               : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / EXTRA_STEP_RATIO;
         repeat_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
             widen_error(result, pass_difference(&runs->fine, &pass), ERROR_FACTOR);
@@ -392,7 +391,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
                         DIVERGENCE_RUNS, DIVERGENCE_PART);
     const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
     struct pass_request finer = runs->request;
-    finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
+    finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
     finer.dt_s /= ESTIMATE_GRID_RATIO;
     finer.first_part /= ESTIMATE_GRID_RATIO; /* 0 unless the step is fixed */
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
@@ -400,7 +399,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
         if (run < 0)
             repeat_pass(&pass, m, &finer, options, result);
         else
-            divergence_nudged(m, &runs->request, options, run, &pass, result);
+            run_nudged(m, &runs->request, options, run, &pass, result);
         if (pass.status == SIM_OK)
             widen_error(result, pass_difference(answer, &pass),
                         run < 0 && !fixed ? FINER_ERROR_FACTOR : ERROR_FACTOR);
@@ -438,7 +437,7 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     result->error_u_ft += b->clock_ft;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0) {
         result->error_u_ft = fmax(result->error_u_ft, grown * least_ft);
-        result->error_lift_ft = fmax(result->error_lift_ft, LIFT_FLOOR * least_ft);
+        result->error_lift_ft = fmax(result->error_lift_ft, LIFT_ERROR_FLOOR * least_ft);
     }
     return true;
 }
@@ -522,7 +521,7 @@ static void fill_result(struct model *m, const struct sim_options *options,
     if (!is_in_agreement(l, m->scene)) {
         sim_result_set_status(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
         if (!given)
-            divergence_state(m, request, options, best, other, result);
+            set_divergence(m, request, options, best, other, result);
     }
     pass_fill_result(m, best, other, result);
 }
@@ -551,9 +550,9 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     for (int i = 0; i < MAX_RUNS; i++) {
         struct pass_outcome run = {0};
         request.number = ++result->passes;
-        request.most_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
+        request.max_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
         pass_run(&run, &m, &request, options);
-        double done = (double)run.rhs * m.mats;
+        double done = (double)run.evaluations * m.mats;
         cost_add(result, &run);
         work += done;
         if (run.status == SIM_INTERRUPTED) {
@@ -583,7 +582,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         /* positions have at least the error of the solver event */
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
-                                         LIFT_FLOOR * stepper_event.rtol * m.length_ft);
+                                         LIFT_ERROR_FLOOR * stepper_event.rtol * m.length_ft);
         fill_result(&m, options, &request, &ladder, given, result);
     } else if (ladder.count == 1) {
         sim_result_set_status(result, SIM_UNSTABLE, 1, end_s);
@@ -594,8 +593,8 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
 /* ---- auto and the rest ---- */
 
 /* Most steps before auto leaves a solver for another one. */
-static uint64_t most_steps_before_leaving(const struct model *m, const struct stepper_kind *kind,
-                                          bool last, const struct sim_result *result)
+static uint64_t max_steps_before_change(const struct model *m, const struct stepper_kind *kind,
+                                        bool last, const struct sim_result *result)
 {
     double steps = explicit_steps(m, result);
     if (kind == &stepper_event)
@@ -669,7 +668,7 @@ static void run_pair(struct model *m, const struct sim_options *options,
             sim_result_set_status(result, SIM_UNSTABLE, where.mat, where.t_s);
             *contradicted = true;
             if (last)
-                divergence_state(m, &runs.request, options, fine, coarse, result);
+                set_divergence(m, &runs.request, options, fine, coarse, result);
         }
         pass_fill_result(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
     }
@@ -709,7 +708,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
 {
     bool given = options->rtol > 0.0, contradicted;
     uint64_t most = m->law == SIM_SIGN           ? MAX_SIGN_STEPS
-                  : is_solver_automatic(options) ? most_steps_before_leaving(m, kind, last, result)
+                  : is_solver_automatic(options) ? max_steps_before_change(m, kind, last, result)
                                                  : MAX_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_add_note(
@@ -720,7 +719,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
         run_pair(m, options, request, false, !given && i == MAX_TIGHTENINGS, &contradicted, result);
         if (!contradicted || i == MAX_TIGHTENINGS || given)
             break;
-        request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * RTOL_FACTOR);
+        request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol * RTOL_FACTOR);
         sim_result_add_note(
             result, "the results at two tolerances disagreed; the run was repeated at rtol %.3g",
             request.rtol);
@@ -738,7 +737,8 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
 
 /* Runs the remaining solvers if the first two made no progress because switches accumulate: hamming
  * samples switches; moreau solves any number of them in one step. */
-static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
+static void run_remaining(struct model *m, const struct sim_options *options,
+                          struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
@@ -764,7 +764,7 @@ static void run_others(struct model *m, const struct sim_options *options,
     result->solver = other->name;
     run_adaptive(m, options, other, last, result);
     if (result->status == SIM_STEP_UNDERFLOW && options->rtol == 0.0)
-        run_left(m, options, result);
+        run_remaining(m, options, result);
 }
 
 /* Solver auto: if the first solver makes no progress, runs the others, which together have
@@ -782,7 +782,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     run_others(m, &deadline.options, kind, result);
     if (deadline.is_exceeded) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
-        refused.rhs = result->rhs;
+        refused.evaluations = result->evaluations;
         refused.passes = result->passes;
         sim_result_add_note(&refused,
                             "auto: the other solvers had a computing limit of %g s; %s reached "
@@ -866,7 +866,7 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
         return MR_OK;
     }
     other.run_ms += result->run_ms;
-    other.rhs += result->rhs;
+    other.evaluations += result->evaluations;
     sim_result_add_note(&other, "auto: staggered failed beyond %.*g s",
                         sim_time_digits(result->start_s, 6), result->start_s + result->t_s);
     sim_result_free(result);

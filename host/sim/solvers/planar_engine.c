@@ -12,13 +12,13 @@
 
 /* ---- the moving parts ---- */
 
-#define CALM_SPEED   1e-6 /* speed over sqrt(g L) below which a node on uneven ground is at rest */
-#define GUARD_MATS   4    /* mats at rest that stay in the heaving part at each end */
-#define CHUNK_MATS   8    /* least number of mats by which the heaving part grows */
-#define SHRINK_STEPS 16   /* steps at rest before a part may shrink */
+#define CALM_SPEED     1e-6 /* speed over sqrt(g L) below which a node on uneven ground rests */
+#define GUARD_MATS     4    /* mats at rest that stay in the heaving part at each end */
+#define CHUNK_MATS     8    /* least number of mats by which the heaving part grows */
+#define SHRINK_STEPS   16   /* steps at rest before a part may shrink */
 /* steps at rest before a sliding part leaves the next mat: one for its damper, one for the grit,
  * one spare */
-#define SETTLING     3
+#define SETTLING_STEPS 3
 #define AIR_HEIGHT \
     1e-3 /* height over L above which a node is held by its mats, not by the ground */
 #define REST_TOLERANCE \
@@ -66,11 +66,11 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
     s->quiet_last = still_last ? s->quiet_last + 1 : 0;
     if (s->quiet_first >= SHRINK_STEPS && s->last - s->first > 2) {
         s->first++;
-        s->quiet_first = SHRINK_STEPS - SETTLING;
+        s->quiet_first = SHRINK_STEPS - SETTLING_STEPS;
     }
     if (s->quiet_last >= SHRINK_STEPS && s->last - s->first > 2) {
         s->last--;
-        s->quiet_last = SHRINK_STEPS - SETTLING;
+        s->quiet_last = SHRINK_STEPS - SETTLING_STEPS;
     }
 }
 
@@ -233,7 +233,7 @@ static void stretch_joints(struct planar_engine *l)
 /* ---- speeds ---- */
 
 /* largest number of repetitions of a step in which the soil releases or catches nodes */
-#define MOST_CONTACTS 8
+#define MAX_CONTACT_ROUNDS 8
 
 /* Applies bands and cleats before a kick. A riveted mat that its band moves joins the sliding
  * part. */
@@ -285,7 +285,7 @@ static double node_soil_lb(const struct planar_engine *l, int node)
 
 /* Mean force of the soil on a node during the kick of its mats. Differs from the present force in a
  * step in parts and in the step after it. */
-static double rubbing_lb(const struct planar_engine *l, int node)
+static double mean_soil_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
         return l->friction_force_lb[node];
@@ -301,7 +301,7 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
     if (l->in_parts || l->rub_share < 1.0)
-        return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
+        return m->friction * (mean_soil_lb(l, n) + mean_soil_lb(l, n + 1));
     return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
 }
 
@@ -319,8 +319,8 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
     gear->mass_slug = l->mass_slug[n];
     if (!m->soil_normal && m->law != SIM_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
-    *v = gear_speed_ft_s(gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
-                         step.as_if_s);
+    *v = gear_speed_ft_s(gear, n + 1, step.speed_factor * *v, thrust_lb + step.push_lb, limit_lb,
+                         step.equivalent_s);
 }
 
 /* Places the wheel on `mat` (from 0; -1: on none). The engine applies the thrust, not the model. */
@@ -329,8 +329,8 @@ static void place_wheel(struct model *m, int mat)
     m->span = (struct span){.mat = mat, .share = -2};
 }
 
-KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *touch, int count,
-                            double h_s, bool cleated, bool elements, bool geared)
+KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch *touch, int count,
+                                 double h_s, bool cleated, bool elements, bool geared)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
@@ -360,8 +360,9 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
             struct element_step step = element_step(&m->elements, mat, h_s, mass_slug);
-            v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
-                                               limit, step.as_if_s, mass_slug, &stops);
+            v[2 * n + 1] = friction_speed_ft_s(step.speed_factor * mat.v_ft_s,
+                                               thrust[n] + step.push_lb, limit, step.equivalent_s,
+                                               mass_slug, &stops);
         } else {
             v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, mass_slug,
                                                &stops);
@@ -377,10 +378,10 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
     place_wheel(&l->model,
                 l->gear->lead_mat - 1); /* with a gear, waves are recorded at the lead axle */
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, true)
-                       : kick(l, touch, count, h_s, false, true, true);
-    return cleated ? kick(l, touch, count, h_s, true, false, true)
-                   : kick(l, touch, count, h_s, false, false, true);
+        return cleated ? kick_mats(l, touch, count, h_s, true, true, true)
+                       : kick_mats(l, touch, count, h_s, false, true, true);
+    return cleated ? kick_mats(l, touch, count, h_s, true, false, true)
+                   : kick_mats(l, touch, count, h_s, false, false, true);
 }
 
 /* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
@@ -393,10 +394,10 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
     if (l->gear)
         return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true, false)
-                       : kick(l, touch, count, h_s, false, true, false);
-    return cleated ? kick(l, touch, count, h_s, true, false, false)
-                   : kick(l, touch, count, h_s, false, false, false);
+        return cleated ? kick_mats(l, touch, count, h_s, true, true, false)
+                       : kick_mats(l, touch, count, h_s, false, true, false);
+    return cleated ? kick_mats(l, touch, count, h_s, true, false, false)
+                   : kick_mats(l, touch, count, h_s, false, false, false);
 }
 
 /* The soil never pulls. At the end of the step, releases nodes that it would pull and catches nodes
@@ -424,7 +425,7 @@ static double kick_heaves(struct planar_engine *l, double h_s)
     const struct model *m = &l->model;
     double *v = l->z + m->size;
     consistent_heave(m, h_s, l->z, l->accel);
-    for (int i = 0; i < MOST_CONTACTS && settle_contacts(l, h_s); i++)
+    for (int i = 0; i < MAX_CONTACT_ROUNDS && settle_contacts(l, h_s); i++)
         consistent_heave(m, h_s, l->z, l->accel);
     double jolt_ft_s = 0.0;
     for (int j = m->first; j <= m->last + 1; j++) {
@@ -475,7 +476,7 @@ static void load_heaves(struct planar_engine *l)
 
 /* ---- memory ---- */
 
-static void lay_tilt(struct planar_engine *l)
+static void set_tilt(struct planar_engine *l)
 {
     struct model *m = &l->model;
     const double *ground = l->scene->ground_ft.values;
@@ -495,7 +496,7 @@ static void lay_tilt(struct planar_engine *l)
 }
 
 /* Properties of each node, joint and mat; lists of the scene, or the same value everywhere. */
-static void lay_along(struct planar_engine *l)
+static void set_properties(struct planar_engine *l)
 {
     struct model *m = &l->model;
     const struct sim_scene *s = l->scene;
@@ -549,8 +550,8 @@ static void init_layout(struct planar_engine *l)
                         &l->mass_slug, &l->rest_tilt_ft, &l->mass_ratio};
     for (size_t i = 0; i < 9; i++)
         *along[i] = l->brace_lb_ft + (i + 1) * joints;
-    lay_along(l);
-    lay_tilt(l);
+    set_properties(l);
+    set_tilt(l);
     bool braced = l->mods && l->mods->acts_vertically;
     if (braced || l->gear) {
         l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;
@@ -608,10 +609,10 @@ void engine_free(struct planar_engine *l)
 #define OFF_WAVE_SHARE     0.5
 #define SLIGHT_TURN        0.01 /* sine of a rotation below which no arc sine is needed */
 #define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
-#define LOOK_STEPS         4    /* steps between updates of lifts and angles */
+#define UPDATE_STEPS       4    /* steps between updates of lifts and angles */
 #define LANDING_PARTS      16   /* parts of a step in which a node lands */
 /* speed over sqrt(g L) below which a landing node does not lift its neighbours */
-#define GENTLE             1e-4
+#define GENTLE_SPEED       1e-4
 
 /* Mat with the largest share of the wheel; -1: none. */
 static int find_mat_under_wheel(const struct sim_touch *touch, int count)
@@ -666,7 +667,7 @@ static void record_outputs(struct planar_engine *l, struct march *march, double 
 }
 
 /* Updates the extremes of the nodes and joints in the heaving part. */
-static void note_shape(struct planar_engine *l, struct march *march)
+static void record_shape(struct planar_engine *l, struct march *march)
 {
     const struct model *m = &l->model;
     const double *p = l->z;
@@ -691,7 +692,7 @@ static void note_shape(struct planar_engine *l, struct march *march)
 }
 
 /* Records the highest node as soon as one has risen by lift_ft. */
-static void note_crest(const struct planar_engine *l, struct march *march, double lift_ft)
+static void record_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int highest = l->heaves.first;
     for (int j = l->heaves.first + 1; j <= l->heaves.last + 1 && j <= l->model.mats; j++)
@@ -703,20 +704,20 @@ static void note_crest(const struct planar_engine *l, struct march *march, doubl
 }
 
 /* Records that the wheel reaches a wave that is too high to be pressed flat. */
-static void note_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
+static void record_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
     if (march->first_crest == 0)
-        note_crest(l, march, lift_ft);
+        record_crest(l, march, lift_ft);
     if (mat < 0)
         return;
     double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
-    if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
+    if (meets && !march->is_on_wave && march->overruns < SIM_OVERRUNS_MAX)
         march->overrun[march->overruns++] = node;
-    march->on_wave = meets ||
-                     (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
+    march->is_on_wave = meets ||
+                        (march->is_on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
 static bool update_march_status(struct planar_engine *l, struct march *march, double t_s)
@@ -729,7 +730,7 @@ static bool update_march_status(struct planar_engine *l, struct march *march, do
     if (l->heaves.last >= l->heaves.first) {
         double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
-        note_shape(l, march);
+        record_shape(l, march);
         if (angle > FOLDED_DEG)
             march->status = SIM_FOLDED;
         if (!isfinite(angle))
@@ -778,7 +779,7 @@ static bool has_landing_node(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
-    double gentle_ft_s = GENTLE * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    double gentle_ft_s = GENTLE_SPEED * sqrt(m->scene->g_ft_s2 * m->length_ft);
     for (int j = m->first; j <= m->last + 1; j++) {
         if (!m->contact[j] && v[2 * j] > gentle_ft_s && l->z[2 * j] + h_s * v[2 * j] > 0.0)
             return true;
@@ -840,7 +841,7 @@ static void begin_march(struct march_run *way)
 {
     struct planar_engine *l = way->l;
     double h = way->march->h_s;
-    way->prunes = !way->options->no_prune && element_rests(&l->model.elements);
+    way->prunes = !way->options->no_prune && element_can_rest(&l->model.elements);
     way->divides = !way->options->single;
     way->before_s = h;
     l->last_step_s = 0.0; /* nothing has moved yet */
@@ -901,7 +902,8 @@ static void step_vertical(struct march_run *way, uint64_t i)
     if (l->in_parts) {
         double part_s = h / LANDING_PARTS;
         double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
-        march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, way->before_s < h, first_s, h));
+        march->impact_ft_s = fmax(march->impact_ft_s,
+                                  heave_in_parts(l, way->before_s < h, first_s, h));
         way->before_s = part_s;
         /* share of the present force in the next step's mean */
         l->rub_share = 0.5 * (part_s + h) / h;
@@ -909,7 +911,7 @@ static void step_vertical(struct march_run *way, uint64_t i)
         /* after a divided step the speeds are only half a part behind */
         double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
         l->rub_share = way->before_s < h ? part_s / h : 1.0;
-        march->jolt_ft_s = fmax(march->jolt_ft_s, kick_heaves(l, part_s));
+        march->impact_ft_s = fmax(march->impact_ft_s, kick_heaves(l, part_s));
         way->before_s = h;
     } else {
         way->before_s = h;
@@ -940,11 +942,11 @@ static void step_along(struct march_run *way, uint64_t i)
 static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
-    bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
+    bool due = i % UPDATE_STEPS == 0 || i + 1 == march->steps;
     if (due && !update_march_status(way->l, march, t_s))
         return false;
-    if (i % LOOK_STEPS == 0 && way->options->overrun_ft > 0.0)
-        note_overrun(way->l, march, way->options->overrun_ft);
+    if (i % UPDATE_STEPS == 0 && way->options->overrun_ft > 0.0)
+        record_overrun(way->l, march, way->options->overrun_ft);
     if (march->record.next_s <= t_s)
         record_outputs(way->l, march, t_s);
     return true;

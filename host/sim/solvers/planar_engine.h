@@ -75,12 +75,12 @@ struct march {
     int mat;
     double t_s;
     double max_lift_ft;
-    double jolt_ft_s; /* largest change of a node's speed by the soil in one step */
+    double impact_ft_s; /* largest change of a node's speed by the soil in one step */
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     int overrun[SIM_OVERRUNS_MAX], overruns;
-    bool on_wave; /* the wheel has been on a wave since the last entry of `overrun` */
+    bool is_on_wave; /* the wheel has been on a wave since the last entry of `overrun` */
     int first_crest, first_crest_wheel;
     double awake_s;
     int mats_max;

@@ -82,7 +82,7 @@ void stepper_reject(struct stepper *s, double next_s)
     s->h_s = next_s;
 }
 
-double stepper_halves_error(const struct stepper *s, const double *whole)
+double stepper_doubling_error(const struct stepper *s, const double *whole)
 {
     double most = 0.0;
     for (int half = 0; half < 2; half++) {

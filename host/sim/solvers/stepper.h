@@ -22,8 +22,8 @@ struct stepper_kind {
     double
         reversal_veps; /* friction tanh reverses within this many veps of rest; 0: not considered */
     double rtol;       /* default tolerance */
-    const struct stepper_kind *looser; /* performs better at looser_rtol and above; NULL: none */
-    double looser_rtol;
+    const struct stepper_kind *loose_kind; /* performs better at loose_rtol and above; NULL: none */
+    double loose_rtol;
     const char *method; /* description for people, one line */
     /* Work space of the kind: work_bytes bytes, all 0, which begin with `rows` pointers to rows of
      * 2 size values; and `more` times size further values, passed to `make`. */
@@ -97,7 +97,7 @@ void stepper_reject(struct stepper *stepper, double next_s);
 /* Error of z_new, for a method of order 4, divided by the tolerance. The error is a fifteenth of
  * the difference from `whole`, the result with steps of double size; the largest of all components
  * is returned. NaN: the state is not finite. */
-double stepper_halves_error(const struct stepper *stepper, const double *whole);
+double stepper_doubling_error(const struct stepper *stepper, const double *whole);
 
 /* Copies the state of the mats that the model integrates. */
 void stepper_copy(const struct stepper *stepper, const double *from, double *to);

@@ -765,7 +765,7 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     double within = gsl_cdf_tdist_Pinv(0.975,
                                        (double)(solve->surface->draws - solve->surface->terms));
     size_t count = refit(fitting, solve, w, error_z);
-    if (count < FIT_DRAWS_MIN)
+    if (count < ENSEMBLE_DRAWS_MIN)
         error_set(error, MR_NUMERICS,
                   "no intervals: only %zu refits of the bootstrap converged; narrow the priors, or "
                   "fit fewer parameters",
@@ -889,10 +889,11 @@ static enum mr_status check_request(const struct fit_model *model,
             error, MR_TOO_FEW,
             "wrong number of measured statistics: %zu for %zu parameters; give %zu to %u",
             model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
-    if (options->draws < FIT_DRAWS_MIN || options->draws < least)
+    if (options->draws < ENSEMBLE_DRAWS_MIN || options->draws < least)
         return error_set(error, MR_USAGE,
                          "too few draws: %zu for %zu parameters; give at least %zu", options->draws,
-                         model->parameters, least > FIT_DRAWS_MIN ? least : (size_t)FIT_DRAWS_MIN);
+                         model->parameters,
+                         least > ENSEMBLE_DRAWS_MIN ? least : (size_t)ENSEMBLE_DRAWS_MIN);
     return MR_OK;
 }
 

@@ -25,7 +25,7 @@
 
 #define FIT_PARAMETERS_MAX 6
 #define FIT_STATISTICS_MAX 1200
-#define FIT_DRAWS_MIN      60u
+#define ENSEMBLE_DRAWS_MIN 60u
 #define FIT_ROUNDS_MAX     8u
 #define FIT_BATCH          8u
 
