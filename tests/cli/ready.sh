@@ -251,6 +251,6 @@ check "walk: no landing, nothing recorded" a_walk_is_no_landing
 check "walk: switch 12 is dead, transducers 2 and 3 are swapped" dead_and_swapped
 check "no board" fails_with 3 'the board closed the link: file:/dev/null' build/matrig --quiet ready "$tmp/none.db" --serial file:/dev/null
 check "no link" fails_with 2 'no link: matrig ready needs --serial LINK' build/matrig ready "$tmp/x.db"
-check "the walk compares nothing" fails_with 2 'does not take' build/matrig ready "$tmp/x.db" --serial unix:x --walk --image $elf
+check "the walk compares nothing" fails_with 2 '--walk excludes --image' build/matrig ready "$tmp/x.db" --serial unix:x --walk --image $elf
 check "not a database" fails_with 4 'not a campaign' build/matrig ready README.md --serial unix:x
 finish
