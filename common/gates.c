@@ -560,28 +560,28 @@ static void fit_touchdown(struct mr_final_fit *work)
 
 static const struct mr_gate *last_gates(const struct mr_final_fit *work)
 {
-    return work->gates + (work->count - work->rest.used);
+    return work->gates + (work->count - work->end_fit.used);
 }
 
 /* Fits a parabola to the last gates and uses fewer gates until it fits. */
 static void fit_last(struct mr_final_fit *work, bool fewer)
 {
-    struct mr_gates_fit *fit = &work->rest.fit;
+    struct mr_gates_fit *fit = &work->end_fit.fit;
     for (;;) {
-        enum mr_status status = mr_gates_fit(last_gates(work), work->rest.used, 2,
+        enum mr_status status = mr_gates_fit(last_gates(work), work->end_fit.used, 2,
                                              work->position_error_ft, fit);
         if (status != MR_OK) {
             finish_fit(work, status);
             return;
         }
         bool holds = is_parabola(fit, work->position_error_ft);
-        if (!holds && work->rest.used > 5 && !fewer) {
+        if (!holds && work->end_fit.used > 5 && !fewer) {
             work->stage = MR_FINAL_OUTLIER;
             return;
         }
-        if (holds || work->rest.used <= 4)
+        if (holds || work->end_fit.used <= 4)
             break;
-        work->rest.used--;
+        work->end_fit.used--;
     }
     work->stage = MR_FINAL_STOP;
 }
@@ -589,8 +589,8 @@ static void fit_last(struct mr_final_fit *work, bool fewer)
 static void fit_end(struct mr_final_fit *work)
 {
     size_t count = work->count - work->on_track;
-    memset(&work->rest, 0, sizeof work->rest);
-    work->rest.used = count < MR_GATES_END_MAX ? count : MR_GATES_END_MAX;
+    memset(&work->end_fit, 0, sizeof work->end_fit);
+    work->end_fit.used = count < MR_GATES_END_MAX ? count : MR_GATES_END_MAX;
     fit_last(work, false);
 }
 
@@ -598,21 +598,22 @@ static void fit_end(struct mr_final_fit *work)
 static void find_outlier(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = last_gates(work);
-    struct mr_gates_search *search = &work->rest.search;
-    if (search_outlier(gates, work->rest.used, work->position_error_ft, &work->rest.fit, search))
+    struct mr_gates_search *search = &work->end_fit.search;
+    if (search_outlier(gates, work->end_fit.used, work->position_error_ft, &work->end_fit.fit,
+                       search))
         return;
     if (!search->found) {
-        work->rest.used--;
+        work->end_fit.used--;
         fit_last(work, true);
         return;
     }
     struct mr_motion_estimate there;
     const struct mr_gate *outlier = &gates[search->outlier];
-    mr_gates_motion_at(&work->rest.fit, outlier->t_s, &there);
+    mr_gates_motion_at(&work->end_fit.fit, outlier->t_s, &there);
     work->summary.outlier |= 1u << (outlier - work->gates);
     work->summary.late_s[outlier - work->gates] = (there.position_ft.value - outlier->station_ft) /
                                                   there.speed_ft_s.value;
-    work->rest.used--;
+    work->end_fit.used--;
     work->stage = MR_FINAL_STOP;
 }
 
@@ -621,12 +622,12 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
     struct mr_gates_fit cubic;
     struct mr_estimate cubic_s, cubic_ft;
     size_t count = work->count - work->on_track;
-    if (!extrapolate_stop(&work->rest.fit, &summary->stop_t_s, &summary->stop_station_ft))
+    if (!extrapolate_stop(&work->end_fit.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
-    summary->used_for_stop = (unsigned)work->rest.used;
+    summary->used_for_stop = (unsigned)work->end_fit.used;
     /* Changing braking may continue to change. The other extreme is a cubic through the last gates;
      * the difference adds to the error. */
-    if (work->rest.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE &&
+    if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE &&
         mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE), MR_GATES_ONLINE, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
         extrapolate_stop(&cubic, &cubic_s, &cubic_ft)) {

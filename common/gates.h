@@ -270,7 +270,7 @@ struct mr_final_fit {
             size_t used;
             struct mr_gates_fit fit;
             struct mr_gates_search search;
-        } rest;
+        } end_fit;
     };
     struct mr_gates_summary summary;
     enum mr_status status; /* result at MR_FINAL_DONE, as from mr_gates_summarise */

@@ -28,17 +28,18 @@ static bool is_on_one_line(const struct mr_channel_config *a, const struct mr_ch
 static void find_neighbours(struct mr_watch_channel *channel,
                             const struct mr_channel_config *config, unsigned c)
 {
-    channel->up = channel->down = MR_WATCH_NO_CHANNEL;
+    channel->upfield = channel->downfield = MR_WATCH_NO_CHANNEL;
     for (unsigned other = 0; other < MR_WATCH_CHANNELS; other++) {
         float station_ft = config[other].station_ft;
         if (!is_on_one_line(&config[c], &config[other]))
             continue;
-        if (station_ft < config[c].station_ft &&
-            (channel->up == MR_WATCH_NO_CHANNEL || station_ft > config[channel->up].station_ft))
-            channel->up = (uint8_t)other;
+        if (station_ft < config[c].station_ft && (channel->upfield == MR_WATCH_NO_CHANNEL ||
+                                                  station_ft > config[channel->upfield].station_ft))
+            channel->upfield = (uint8_t)other;
         if (station_ft > config[c].station_ft &&
-            (channel->down == MR_WATCH_NO_CHANNEL || station_ft < config[channel->down].station_ft))
-            channel->down = (uint8_t)other;
+            (channel->downfield == MR_WATCH_NO_CHANNEL ||
+             station_ft < config[channel->downfield].station_ft))
+            channel->downfield = (uint8_t)other;
     }
 }
 
@@ -114,7 +115,7 @@ static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool up
 {
     while (next != MR_WATCH_NO_CHANNEL &&
            (watch->channel[next].newest_validity != MR_VALID || watch->channel[next].is_stuck))
-        next = upfield ? watch->channel[next].up : watch->channel[next].down;
+        next = upfield ? watch->channel[next].upfield : watch->channel[next].downfield;
     return next;
 }
 
@@ -128,8 +129,8 @@ static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel,
 {
     channel->anchor = value;
     channel->anchor_block = index;
-    channel->anchor_up_channel = nearest_valid(watch, channel->up, true);
-    channel->anchor_down_channel = nearest_valid(watch, channel->down, false);
+    channel->anchor_up_channel = nearest_valid(watch, channel->upfield, true);
+    channel->anchor_down_channel = nearest_valid(watch, channel->downfield, false);
     channel->anchor_up = channel_reading(watch, channel->anchor_up_channel);
     channel->anchor_down = channel_reading(watch, channel->anchor_down_channel);
     channel->is_stuck = false;

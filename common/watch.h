@@ -72,7 +72,7 @@ struct mr_watch_channel {
     uint16_t invalid_count;  /* number of readings that were not valid; saturates at 65535 */
     uint16_t noise_count;    /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
     uint16_t constant_count; /* consecutive readings without any change */
-    uint8_t up, down;        /* neighbours; MR_WATCH_NO_CHANNEL: none */
+    uint8_t upfield, downfield; /* neighbours; MR_WATCH_NO_CHANNEL: none */
     /* nearest valid neighbours when the anchor was set; MR_WATCH_NO_CHANNEL: none */
     uint8_t anchor_up_channel, anchor_down_channel;
     /* reported validity; validity of the newest reading; equal readings in a row */

@@ -402,7 +402,7 @@ static enum mr_status dispatch_command(struct app *app, const struct mr_command 
 /* Per command code: enum mr_command_when (0: no such code), enum mr_command_links, enum
  * mr_privilege. */
 static const struct command_rule {
-    uint8_t when, links, privilege;
+    uint8_t states, links, privilege;
 } command_rule[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
     [code] = {MR_WHEN_##states, MR_LINKS_##links, MR_PRIVILEGE_##privilege},
@@ -425,7 +425,7 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
                                       const uint8_t *payload)
 {
     if (command->code >= sizeof command_rule / sizeof command_rule[0] ||
-        !command_rule[command->code].when)
+        !command_rule[command->code].states)
         return MR_UNKNOWN;
     const struct command_rule *rule = &command_rule[command->code];
     /* The proof is checked first. This uses it up, so an eavesdropper cannot repeat a command that
@@ -438,7 +438,7 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
     }
     /* The state is checked before the link, so that a replayed landing gets the same answer on
      * either link. */
-    if (!(rule->when >> app->landing.state & 1u))
+    if (!(rule->states >> app->landing.state & 1u))
         return MR_NOT_NOW;
     return check_link(app, (enum mr_command_links)rule->links) ?: dispatch_command(app, command);
 }

@@ -7,7 +7,8 @@ void braking_arm(struct braking *braking)
     braking->count = 0;
 }
 
-static void report(struct telemetry *telemetry, uint16_t number, uint32_t tick, uint32_t index)
+static void report_pulses(struct telemetry *telemetry, uint16_t number, uint32_t tick,
+                          uint32_t index)
 {
     TELEMETRY_SEND(telemetry, TO_RECORD, braking_edge, BRAKING_EDGE, .number = number, .tick = tick,
                    .block16 = (uint16_t)index);
@@ -23,9 +24,9 @@ void braking_on_block(struct braking *braking, struct telemetry *telemetry, stru
     size_t count = pulses_get(&braking->brake, BOARD_BRAKE, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++) {
         landing_set_brake(landing, ticks[i]);
-        report(telemetry, 0, ticks[i], index);
+        report_pulses(telemetry, 0, ticks[i], index);
     }
     count = pulses_get(&braking->wheel, BOARD_WHEEL, index, until_tick, ticks);
     for (size_t i = 0; i < count && recording && braking->count < UINT16_MAX; i++)
-        report(telemetry, ++braking->count, ticks[i], index);
+        report_pulses(telemetry, ++braking->count, ticks[i], index);
 }

@@ -138,7 +138,7 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
         store->word_count = 0;
         store->tag = word.tag;
         store->staging = true;
-        store->telling = false;
+        store->is_reading = false;
     }
     if (!locked) {
         if (!is_received(store, word.offset))
@@ -222,7 +222,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
     mr_config_encode(&config, store->image);
     zero_swap();
     store->staging = false;
-    store->telling = true;
+    store->is_reading = true;
     store->is_read_by_serial = by_serial;
     store->read_next = word;
     return MR_OK;
@@ -230,12 +230,13 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
 
 void configstore_on_block(struct configstore *store, struct telemetry *telemetry, bool locked)
 {
-    store->telling = store->telling && !locked;
+    store->is_reading = store->is_reading && !locked;
     for (unsigned i = 0;
-         store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_can_burst(telemetry); i++) {
+         store->is_reading && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_can_burst(telemetry);
+         i++) {
         TELEMETRY_SEND(telemetry, store->is_read_by_serial ? TO_SERIAL : TO_CAN, config_image,
                        CONFIG_IMAGE, .offset = (uint16_t)store->read_next, .words = MR_CONFIG_WORDS,
                        .value = word_at(store->image, store->read_next));
-        store->telling = ++store->read_next < MR_CONFIG_WORDS;
+        store->is_reading = ++store->read_next < MR_CONFIG_WORDS;
     }
 }

@@ -41,7 +41,7 @@ struct configstore {
     bool staging;
     uint16_t tag;        /* tag of the staged words */
     unsigned word_count; /* number of staged words */
-    bool telling, is_read_by_serial;
+    bool is_reading, is_read_by_serial;
     unsigned read_next;
 };
 

@@ -187,7 +187,7 @@ static bool is_as_written(struct keystore *store)
            mr_get_u32(&p) == set && (!set || memcmp(p, store->staged, MR_KEY_BYTES) == 0);
 }
 
-static void verify(struct keystore *store)
+static void verify_record(struct keystore *store)
 {
     if (is_as_written(store)) {
         unsigned old = 1u - store->at;
@@ -214,7 +214,7 @@ static void next_step(struct keystore *store)
     case STEP_CHECK: check_mark(store); break;
     case STEP_ERASE: store->step = STEP_PROGRAM; break;
     case STEP_PROGRAM: store->step = STEP_VERIFY; break;
-    case STEP_VERIFY: verify(store); break;
+    case STEP_VERIFY: verify_record(store); break;
     case STEP_WIPE: set_answer(store, MR_OK); break;
     default: break;
     }

@@ -342,7 +342,7 @@ static enum mr_status refuse_board(const char *text)
     return refuse("--board cannot be `%s`; there are:%s", text, names);
 }
 
-static const struct option *find(const char *name)
+static const struct option *find_option(const char *name)
 {
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (strcmp(options[i].name, name) == 0)
@@ -351,7 +351,7 @@ static const struct option *find(const char *name)
     return NULL;
 }
 
-static bool set(struct arguments *a, const struct option *option, const char *text)
+static bool set_option(struct arguments *a, const struct option *option, const char *text)
 {
     char *place = (char *)a + option->place;
     double value = 0.0;
@@ -391,7 +391,7 @@ static bool find_image(const struct hil_board_type *type, const char **elf)
     return false;
 }
 
-static enum mr_status parse(struct arguments *a, int argc, char **argv)
+static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
 {
     bool given[sizeof options / sizeof options[0]] = {false};
     *a = (struct arguments){.can = "none",
@@ -402,7 +402,7 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
     hil_options_default(&a->options);
     a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
-        const struct option *option = find(argv[i]);
+        const struct option *option = find_option(argv[i]);
         if (option && given[option - options])
             return refuse("%s is given twice; give it once", argv[i]);
         if (strncmp(argv[i], "--", 2) != 0)
@@ -415,7 +415,7 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
         given[option - options] = true;
-        bool is_set = set(a, option, argv[i + 1]);
+        bool is_set = set_option(a, option, argv[i + 1]);
         if (!is_set && option->parse == parse_board)
             return refuse_board(argv[i + 1]);
         if (!is_set)
@@ -426,7 +426,7 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
     return MR_OK;
 }
 
-static enum mr_status check(struct arguments *a)
+static enum mr_status check_arguments(struct arguments *a)
 {
     if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
         return refuse(
@@ -450,8 +450,8 @@ static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
     if (argc == 1)
         return refuse("nothing to do: give a landing with --rig, links with --can and --serial, or "
                       "an image with --elf; see matrig-board --help");
-    enum mr_status status = parse(a, argc, argv);
-    return status == MR_OK ? check(a) : status;
+    enum mr_status status = parse_argument(a, argc, argv);
+    return status == MR_OK ? check_arguments(a) : status;
 }
 
 /* Checks that depend on the board type. */
@@ -467,7 +467,7 @@ static enum mr_status check_board(const struct arguments *a)
 /* ---- paths: refuse outputs that would overwrite a file in use ---- */
 
 /* The path of a link or file; NULL if it has none. */
-static const char *path_of(const char *text)
+static const char *link_path(const char *text)
 {
     if (!text || strcmp(text, "none") == 0)
         return NULL;
@@ -500,9 +500,9 @@ static enum mr_status check_paths(const struct arguments *a)
         {"--rig", a->rig},
         {"--replay", a->replay},
         {"--faults", a->faults},
-        {"--can", path_of(a->can)},
-        {"--serial", path_of(a->serial)},
-        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? path_of(a->gdb) : NULL},
+        {"--can", link_path(a->can)},
+        {"--serial", link_path(a->serial)},
+        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? link_path(a->gdb) : NULL},
         {"--vcd", a->vcd},
         {"--profile", a->profile},
         {"--margins", a->margins},
@@ -750,7 +750,7 @@ static void print_rules(const struct session *session)
                     session->a->margins ? "" : "; --margins FILE lists them");
 }
 
-static double duration_of(const struct session *session)
+static double run_duration_s(const struct session *session)
 {
     const struct arguments *a = session->a;
     double length_s = a->for_s > 0 ? a->for_s
@@ -884,7 +884,7 @@ static enum mr_status prepare_board(struct session *session)
     return status;
 }
 
-static enum mr_status run(struct session *session)
+static enum mr_status run_session(struct session *session)
 {
     const struct arguments *a = session->a;
     enum mr_status status = prepare_board(session);
@@ -892,7 +892,7 @@ static enum mr_status run(struct session *session)
         return status;
     session->real = a->speed != 0;
     session->stall_ms = (int)(a->stall_s * 1e3);
-    double duration_s = duration_of(session);
+    double duration_s = run_duration_s(session);
     start_wall_limit(a, duration_s);
     status = session_open(session);
     if (status != MR_OK)
@@ -981,7 +981,7 @@ int main(int argc, char **argv)
     status = make_board(&session, &a);
     if (status != MR_OK)
         return mr_status_exit_code(status);
-    status = run(&session);
+    status = run_session(&session);
     session_close(&session, status);
     return mr_status_exit_code(status);
 }

@@ -1,6 +1,6 @@
 /* The bring-up image: a small program that reports the state of a new board on the serial port,
- * with the firmware's own drivers. It prints a whole report at power on and whenever `report` is
- * typed; then it accepts commands. Two tests end in a reset, after which the report continues.
+ * with the firmware's own drivers. It prints a whole report at power on and whenever `print_report`
+ * is typed; then it accepts commands. Two tests end in a reset, after which the report continues.
  * docs/howto/bring-up.md shows its use, docs/reference/bring-up.md the meaning of each line.
  *
  * Every wait is bounded and feeds the watchdog; an absent part has the value `none`. */
@@ -554,7 +554,7 @@ static uint32_t find_blank_sector(void)
     return NO_SECTOR;
 }
 
-static bool erase(uint32_t sector, struct outcome *o)
+static bool erase_sector(uint32_t sector, struct outcome *o)
 {
     uint32_t us;
     nor_begin_erase(sector * NOR_SECTOR);
@@ -590,7 +590,7 @@ static void write_page(uint32_t address, struct outcome *o)
 static void test_sector(uint32_t sector, struct outcome *o)
 {
     for (uint32_t round = 0; round < ROUNDS && o->failed == 0; round++) {
-        if (!erase(sector, o))
+        if (!erase_sector(sector, o))
             break;
         o->wrong += !is_blank(sector);
         for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
@@ -599,7 +599,7 @@ static void test_sector(uint32_t sector, struct outcome *o)
         }
         o->rounds++;
     }
-    (void)erase(sector, o);
+    (void)erase_sector(sector, o);
     o->wrong += !is_blank(sector);
 }
 
@@ -852,7 +852,7 @@ static void continue_with_watchdog(void)
     end_report();
 }
 
-static void report(void)
+static void print_report(void)
 {
     begin("report");
     print_chip();
@@ -876,7 +876,7 @@ static void start_next_round(enum stage stage)
         end_report();
     } else {
         print_text("matrig bring-up");
-        report();
+        print_report();
     }
 }
 
@@ -892,10 +892,10 @@ static void enter_rom(void)
     board_enter_rom();
 }
 
-static void execute(const char *word)
+static void execute_command(const char *word)
 {
     if (strcmp(word, "report") == 0) {
-        report();
+        print_report();
     } else if (strcmp(word, "brown-out") == 0) {
         begin("brown-out");
         set_brown_out();
@@ -945,6 +945,6 @@ int main(void)
         }
         (void)board_sleep();
         if (read_word(word))
-            execute(word);
+            execute_command(word);
     }
 }

@@ -64,7 +64,7 @@ static uint32_t put_sign(struct line *line, int32_t value)
     return value < 0 ? 0u - (uint32_t)value : (uint32_t)value;
 }
 
-static void send(struct line *line)
+static void send_line(struct line *line)
 {
     uint32_t begun = pace_now();
     line->bytes[line->length++] = '\n';
@@ -76,7 +76,7 @@ static void send(struct line *line)
 /* Sends a line that counts in the section's lines and CRC. */
 static void send_counted(struct line *line)
 {
-    send(line);
+    send_line(line);
     text.crc = mr_crc32(text.crc, (const uint8_t *)line->bytes, line->length);
     text.lines++;
 }
@@ -119,7 +119,7 @@ void print_end(void)
     put_digits(&line, text.lines, 1);
     put_char(&line, ' ');
     put_hex(&line, text.crc, 8);
-    send(&line);
+    send_line(&line);
 }
 
 void print_number(const char *name, int32_t value, const char *unit)
@@ -168,7 +168,7 @@ void print_text(const char *words)
 {
     struct line line = {.length = 0};
     put_text(&line, words);
-    send(&line);
+    send_line(&line);
 }
 
 void print_flush(void)

@@ -12,12 +12,12 @@
 
 /* The internal oscillator is off by -8 to 4.5 % at most (STM32F407 data sheet, ACC_HSI); the
  * nearest crystals that boards have are 7.3728 and 10 MHz. */
-#define INTERNAL_KHZ      16000u
-#define CRYSTAL_KHZ_LEAST 7500u
-#define CRYSTAL_KHZ_MOST  8800u
-#define RTC_DIVIDER       31u
-#define CAPTURES          16u
-#define CAPTURE_POLLS     1000u /* 62 us; 125 us for a crystal of 4 MHz */
+#define INTERNAL_KHZ    16000u
+#define CRYSTAL_KHZ_MIN 7500u
+#define CRYSTAL_KHZ_MAX 8800u
+#define RTC_DIVIDER     31u
+#define CAPTURES        16u
+#define CAPTURE_POLLS   1000u /* 62 us; 125 us for a crystal of 4 MHz */
 
 #define DETAIL_STOPPED 255u /* detail of the fault */
 
@@ -78,7 +78,7 @@ void clock_reset(void)
     RCC->APB2ENR = 0;
 }
 
-static bool capture(uint16_t *count)
+static bool wait_for_capture(uint16_t *count)
 {
     if (!wait_for_bits(&TIM11->SR, TIM_SR_CC1IF, TIM_SR_CC1IF, CAPTURE_POLLS))
         return false;
@@ -99,9 +99,9 @@ static uint32_t measure_crystal_khz(void)
     TIM11->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1PSC_8;
     TIM11->CCER = TIM_CCER_CC1E;
     TIM11->CR1 = TIM_CR1_CEN;
-    bool came = capture(&first);
+    bool came = wait_for_capture(&first);
     for (unsigned n = 0; came && n < CAPTURES; n++)
-        came = capture(&last);
+        came = wait_for_capture(&last);
     TIM11->CR1 = 0;
     RCC->APB2ENR &= ~RCC_APB2ENR_TIM11;
     RCC->CFGR = 0;
@@ -118,7 +118,7 @@ static bool start_crystal(void)
     RCC->CR |= RCC_CR_HSEON;
     bool swings = wait_for_bits(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
-    if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
+    if (khz >= CRYSTAL_KHZ_MIN && khz <= CRYSTAL_KHZ_MAX) {
         /* If the crystal stops later, the chip changes to the internal oscillator and raises an NMI
          * (fault.c). RM0090 7.2.7 */
         RCC->CR |= RCC_CR_CSSON;

@@ -37,7 +37,7 @@ static uint8_t *in;
 static size_t in_length;
 static unsigned polls, edge;
 
-static void configure(void)
+static void configure_bus(void)
 {
     I2C1->CR1 = I2C_CR1_SWRST;
     I2C1->CR1 = 0;
@@ -54,7 +54,7 @@ void i2c_start(void)
     pin_write(PIN_THERMOMETER_CLOCK, true);
     pin_write(PIN_THERMOMETER_DATA, true);
     pins_i2c(PINS_I2C_BUS);
-    configure();
+    configure_bus();
     result = I2C_IDLE;
     phase = IDLE;
 }
@@ -104,7 +104,7 @@ static void toggle_clock(void)
     case 3: pin_write(PIN_THERMOMETER_DATA, true); break;
     default:
         pins_i2c(PINS_I2C_BUS);
-        configure();
+        configure_bus();
         phase = IDLE;
         break;
     }

@@ -37,7 +37,7 @@ void hil_nvic_reset(struct hil_nvic *nvic)
     set_bit(nvic->enabled, HIL_EXC_SYSTICK, true);
 }
 
-static int group_of(const struct hil_nvic *nvic, int priority)
+static int priority_group(const struct hil_nvic *nvic, int priority)
 {
     /* Bits PRIGROUP..0 of the priority byte are the subpriority. */
     return priority < 0 ? priority : priority & ~((2 << nvic->prigroup) - 1) & 0xff;
@@ -60,13 +60,13 @@ void hil_nvic_update(struct hil_core *core)
         }
         for (uint32_t set = nvic->active[w]; set; set &= set - 1) {
             unsigned i = 32u * w + (unsigned)__builtin_ctz(set);
-            int group = group_of(nvic, nvic->priority[i]);
+            int group = priority_group(nvic, nvic->priority[i]);
             if (group < active_group)
                 active_group = group;
         }
     }
     if (nvic->next_exception)
-        nvic->next_group = (int16_t)group_of(nvic, best_priority);
+        nvic->next_group = (int16_t)priority_group(nvic, best_priority);
     nvic->active_group = (int16_t)active_group;
     if (nvic->next_exception && nvic->next_group < nvic->active_group)
         hil_core_request_check(core);
@@ -236,7 +236,7 @@ static bool is_pending_higher(struct hil_core *core, bool use_primask)
     if (!nvic->next_exception || nvic->next_group >= nvic->active_group)
         return false;
     read_masks(core, &primask, &basepri, &faultmask);
-    if (basepri && nvic->next_group >= group_of(nvic, (int)basepri))
+    if (basepri && nvic->next_group >= priority_group(nvic, (int)basepri))
         return false;
     if (use_primask && (primask & 1u) && nvic->next_group >= 0)
         return false;
@@ -354,8 +354,8 @@ static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, ui
     core->state.counters.faults++;
     core->state.counters.last_fault_pc = pc;
     if ((nvic->enabled[0] >> HIL_EXC_BUS_FAULT & 1u) &&
-        group_of(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
-            group_of(nvic, nvic->priority[exception]))
+        priority_group(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
+            priority_group(nvic, nvic->priority[exception]))
         return HIL_EXC_BUS_FAULT;
     core->state.scb.hfsr |= HFSR_FORCED;
     return HIL_EXC_HARD_FAULT;
@@ -403,15 +403,15 @@ static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
     uint32_t primask, basepri, faultmask;
     read_masks(core, &primask, &basepri, &faultmask);
     int running = nvic->active_group;
-    if (basepri && group_of(nvic, (int)basepri) < running)
-        running = group_of(nvic, (int)basepri);
+    if (basepri && priority_group(nvic, (int)basepri) < running)
+        running = priority_group(nvic, (int)basepri);
     if ((primask & 1u) && running > 0)
         running = 0;
     if ((faultmask & 1u) && running > -1)
         running = -1;
     bool enabled = (nvic->enabled[0] >> exception & 1u) != 0;
     if (exception != HIL_EXC_HARD_FAULT &&
-        (!enabled || group_of(nvic, nvic->priority[exception]) >= running)) {
+        (!enabled || priority_group(nvic, nvic->priority[exception]) >= running)) {
         core->state.scb.hfsr |= HFSR_FORCED;
         exception = HIL_EXC_HARD_FAULT;
     }
@@ -701,7 +701,7 @@ void hil_scb_reset(struct hil_scb *scb, uint32_t idcode)
     hil_registers_reset(SYSTEM, SCB, scb->word, sizeof scb->word / 4u);
 }
 
-static uint32_t icsr(const struct hil_core *core)
+static uint32_t read_icsr(const struct hil_core *core)
 {
     const struct hil_nvic *nvic = &core->state.nvic;
     uint32_t value = hil_cpu_register(core, 16) & 0x1ffu; /* VECTACTIVE */
@@ -734,7 +734,7 @@ static void icsr_write(struct hil_core *core, uint32_t value)
         nvic_unpend(core, HIL_EXC_SYSTICK);
 }
 
-static uint32_t shcsr(const struct hil_nvic *nvic)
+static uint32_t read_shcsr(const struct hil_nvic *nvic)
 {
     uint32_t active = nvic->active[0], pending = nvic->pending[0], enabled = nvic->enabled[0];
     return (active >> 4 & 1u) | (active >> 5 & 1u) << 1 | (active >> 6 & 1u) << 3 |
@@ -753,7 +753,7 @@ static void aircr_write(struct hil_core *core, uint32_t value)
         hil_core_request_reset(core, CSR_SOFTWARE);
 }
 
-static uint32_t cyccnt(const struct hil_core *core)
+static uint32_t read_cyccnt(const struct hil_core *core)
 {
     const struct hil_scb *scb = &core->state.scb;
     return scb->dwt_offset + ((scb->dwt_ctrl & DWT_CYCCNTENA) ? (uint32_t)hil_now_cycle(core) : 0);
@@ -777,10 +777,10 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
         return hil_bus_refuse_register(core);
     switch (offset) {
     case ICTR: /* interrupt lines in groups of 32, minus one */ return 2;
-    case ICSR: return icsr(core);
+    case ICSR: return read_icsr(core);
     case AIRCR: /* reads the complement of the key */
         return 0xfa050000u | (uint32_t)core->state.nvic.prigroup << 8;
-    case SHCSR: return shcsr(&core->state.nvic);
+    case SHCSR: return read_shcsr(&core->state.nvic);
     default: return scb->word[(offset - SCB) / 4u];
     }
 }
@@ -832,7 +832,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
     if (size == 4 && address == DWT_CTRL)
         return scb->dwt_ctrl;
     if (size == 4 && address == DWT_CYCCNT)
-        return cyccnt(core);
+        return read_cyccnt(core);
     if (size == 4 && address % 4u == 0 && address - DBGMCU < sizeof scb->dbgmcu)
         return scb->dbgmcu[(address - DBGMCU) / 4u];
     return hil_bus_refuse_register(core);
@@ -846,7 +846,7 @@ static void dwt_write(struct hil_core *core, uint32_t value)
     /* refuse all bits but CYCCNTENA, SYNCTAP and CYCTAP; the latter two matter only to trace */
     if (value & 0x3ffffffeu & ~0x1e00u)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");
-    uint32_t count = cyccnt(core);
+    uint32_t count = read_cyccnt(core);
     scb->dwt_ctrl = 0x40000000u | (value & DWT_CYCCNTENA);
     scb->dwt_offset = (value & DWT_CYCCNTENA) ? count - (uint32_t)hil_now_cycle(core) : count;
 }

@@ -111,7 +111,7 @@ static void on_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t val
     record_step(w, (struct step){w->last_pc, 0x40000000u | (uint32_t)offset, value});
 }
 
-static struct hil_whatif *create(struct hil_core *core)
+static struct hil_whatif *create_copy(struct hil_core *core)
 {
     struct hil_whatif *w = calloc(1, sizeof *w);
     uc_hook hook;
@@ -167,7 +167,7 @@ void hil_whatif_reset(struct hil_core *core)
 }
 
 /* Runs a copy of the core from the load on; the load reads `value`. */
-static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
+static void run_copy(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     const struct hil_core *core = w->core;
     memcpy(w->sram, core->memory->sram, HIL_SRAM_SIZE);
@@ -194,7 +194,7 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->is_comparing = false;
     w->steps = 0;
-    run(w, pc, value);
+    run_copy(w, pc, value);
     memcpy(w->first_sram, w->sram, HIL_SRAM_SIZE);
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
 }
@@ -215,7 +215,7 @@ static bool is_memory_different(const struct hil_whatif *w, const uint8_t *memor
 static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->is_comparing = true;
-    run(w, pc, value);
+    run_copy(w, pc, value);
     if (w->is_different)
         return true;
     w->last_pc = pc;
@@ -248,7 +248,7 @@ bool hil_whatif_has_effect(struct hil_core *core, uint32_t pc, uint32_t value, u
     struct hil_whatif *w = core->engine.whatif;
     bool matters = false;
     if (!w)
-        w = core->engine.whatif = create(core);
+        w = core->engine.whatif = create_copy(core);
     if (is_known(w, pc, unknown))
         return false;
     run_first(w, pc, value & ~unknown);

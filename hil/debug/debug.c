@@ -278,7 +278,7 @@ static const struct hil_debugger_calls calls = {
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 {
-    *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_ASKED};
+    *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_REQUESTED};
     board->core.observers.debugger_context = debug;
     board->core.observers.debugger = &calls;
 }

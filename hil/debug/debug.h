@@ -24,7 +24,7 @@
 
 enum hil_hold {
     HIL_HOLD_NONE, /* the board runs */
-    HIL_HOLD_ASKED,
+    HIL_HOLD_REQUESTED,
     HIL_HOLD_BREAKPOINT,
     HIL_HOLD_STEP,
     HIL_HOLD_WATCHPOINT,

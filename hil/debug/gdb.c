@@ -133,7 +133,7 @@ static void put_console(struct hil_gdb_line *line, const char *text)
 }
 
 /* Reads from the socket, waiting up to timeout_ms. False: the socket is closed. */
-static bool receive(struct hil_gdb_line *line, int timeout_ms)
+static bool receive_input(struct hil_gdb_line *line, int timeout_ms)
 {
     struct pollfd wait = {.fd = line->fd, .events = POLLIN};
     if (line->in_size == sizeof line->in)
@@ -355,9 +355,9 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
 {
     char packet[64];
     const struct hil_debug *d = &gdb->debug;
-    int signal = status != MR_OK           ? SIGNAL_SEGMENT
-               : d->hold == HIL_HOLD_ASKED ? SIGNAL_INTERRUPT
-                                           : SIGNAL_TRAP;
+    int signal = status != MR_OK               ? SIGNAL_SEGMENT
+               : d->hold == HIL_HOLD_REQUESTED ? SIGNAL_INTERRUPT
+                                               : SIGNAL_TRAP;
     int n = snprintf(packet, sizeof packet, "T%02xthread:1;", (unsigned)signal);
     if (status == MR_OK && d->hold == HIL_HOLD_WATCHPOINT)
         snprintf(packet + n, sizeof packet - (size_t)n, "%swatch:%x;",
@@ -456,7 +456,7 @@ static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volat
         seen_s += since_s;
         int n = next_packet(&gdb->line, packet, &interrupt);
         if (n < 0) {
-            if (!interrupt && !receive(&gdb->line, POLL_MS))
+            if (!interrupt && !receive_input(&gdb->line, POLL_MS))
                 return;
             continue;
         }
@@ -467,7 +467,7 @@ static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volat
     }
 }
 
-static void detach(void *context)
+static void detach_debugger(void *context)
 {
     struct hil_gdb *gdb = context;
     if (gdb->attached)
@@ -475,7 +475,7 @@ static void detach(void *context)
     gdb->attached = false;
 }
 
-static void attach(struct hil_gdb *gdb)
+static void attach_debugger(struct hil_gdb *gdb)
 {
     int one = 1;
     gdb->line.fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
@@ -484,7 +484,7 @@ static void attach(struct hil_gdb *gdb)
     if (!gdb->path[0])
         setsockopt(gdb->line.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
     gdb->line.acknowledges = true;
-    gdb->line.on_lost = (struct hil_call){detach, gdb};
+    gdb->line.on_lost = (struct hil_call){detach_debugger, gdb};
     gdb->attached = true;
     gdb->is_hold_reported = true; /* gdb will ask for the stop reason */
     gdb->line.in_size = 0;
@@ -517,15 +517,15 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     if (gdb->line.fd < 0) {
         if (status != MR_OK || poll(&wait, 1, 0) <= 0)
             return true;
-        attach(gdb);
+        attach_debugger(gdb);
     }
-    if (gdb->line.fd >= 0 && !hil_debug_is_holding(gdb->board) && receive(&gdb->line, 0)) {
+    if (gdb->line.fd >= 0 && !hil_debug_is_holding(gdb->board) && receive_input(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
         /* while the board runs only Ctrl-C can arrive */
         next_packet(&gdb->line, packet, &interrupt);
         if (interrupt)
-            hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
+            hil_debug_hold(gdb->board, HIL_HOLD_REQUESTED);
     }
     if (gdb->line.fd < 0 || (!hil_debug_is_holding(gdb->board) && status == MR_OK))
         return true;
@@ -591,7 +591,7 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     while (gdb->line.fd < 0 && !*stop && hil_wall_ms() < until) {
         struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
         if (poll(&wait, 1, POLL_MS) > 0)
-            attach(gdb);
+            attach_debugger(gdb);
     }
     if (gdb->line.fd >= 0)
         return MR_OK;
@@ -609,7 +609,7 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
         put_packet(&gdb->line, packet);
         /* wait for its acknowledgement: closing with unread input would look like an error */
-        receive(&gdb->line, POLL_MS);
+        receive_input(&gdb->line, POLL_MS);
     }
     drop_connection(&gdb->line);
     if (gdb->listener >= 0)

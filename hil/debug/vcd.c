@@ -42,7 +42,7 @@ struct hil_vcd {
     FILE *file;
     char *path;
     uint64_t t_ns;
-    bool begun;
+    bool is_begun;
     unsigned lanes;
     uint32_t value[LANES_MAX];
     unsigned bits[LANES_MAX];
@@ -51,7 +51,7 @@ struct hil_vcd {
     uint8_t exception[HIL_EXCEPTIONS];
 };
 
-static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
+static void declare_lane(struct hil_vcd *vcd, const char *name, unsigned bits)
 {
     unsigned n = vcd->lanes++;
     vcd->bits[n] = bits;
@@ -88,7 +88,7 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
         if (symbol)
             snprintf(name + n, sizeof name - (size_t)n, "_%s", symbol->name);
         vcd->exception[vcd->exceptions++] = (uint8_t)i;
-        declare(vcd, name, 1);
+        declare_lane(vcd, name, 1);
     }
     fputs("$upscope $end\n", vcd->file);
 }
@@ -102,7 +102,7 @@ static void write_header(struct hil_vcd *vcd, const struct hil_board *board,
         if (!i || strcmp(fixed[i].scope, fixed[i - 1].scope) != 0)
             fprintf(vcd->file, "%s$scope module %s $end\n", i ? "$upscope $end\n" : "",
                     fixed[i].scope);
-        declare(vcd, fixed[i].name, fixed[i].bits);
+        declare_lane(vcd, fixed[i].name, fixed[i].bits);
     }
     fputs("$upscope $end\n", vcd->file);
     declare_exceptions(vcd, board, symbols);
@@ -128,10 +128,10 @@ static void put_value(const struct hil_vcd *vcd, unsigned lane)
 
 static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64_t t_ns)
 {
-    if (vcd->value[lane] == value && vcd->begun)
+    if (vcd->value[lane] == value && vcd->is_begun)
         return;
     vcd->value[lane] = value;
-    if (!vcd->begun)
+    if (!vcd->is_begun)
         return;
     /* time must not go back: some events are handled a few instructions late */
     if (t_ns > vcd->t_ns) {
@@ -173,7 +173,7 @@ static void write_initial_values(struct hil_vcd *vcd)
     const struct hil_board *board = vcd->board;
     write_changes(vcd,
                   hil_now_cycle(&board->core)); /* sets the initial values without writing them */
-    vcd->begun = true;
+    vcd->is_begun = true;
     vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);
     for (unsigned i = 0; i < vcd->lanes; i++)
@@ -213,7 +213,7 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
     struct hil_vcd *vcd = board->core.observers.tracer_context;
     if (!vcd)
         return MR_OK;
-    if (vcd->begun)
+    if (vcd->is_begun)
         fprintf(vcd->file, "#%llu\n", (unsigned long long)(hil_board_now_ps(board) / HIL_NS_PS));
     bool failed = ferror(vcd->file) != 0;
     failed |= fclose(vcd->file) != 0;

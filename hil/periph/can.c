@@ -319,7 +319,7 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
     return found;
 }
 
-static void receive(struct hil_can_device *dev, const struct hil_can_frame *frame)
+static void receive_frame(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
     struct hil_can *c = dev->state;
     unsigned f, match;
@@ -393,7 +393,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
         enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-        receive(dev, &frame);
+        receive_frame(dev, &frame);
         return;
     }
     unsigned m = (unsigned)c->sender;
@@ -410,7 +410,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     end_mailbox(dev, m, 2u);
     enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
     if (loopback)
-        receive(dev, &frame);
+        receive_frame(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
         dev->core->state.counters.can_frames_out++;
         dev->wire.can_out(dev->wire.context, hil_clock_ps(&dev->core->state.clock, at), &frame);

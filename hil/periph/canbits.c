@@ -8,7 +8,7 @@ struct stream {
     unsigned run;  /* equal bits up to the last one */
 };
 
-static void send(struct stream *s, unsigned bit)
+static void send_bit(struct stream *s, unsigned bit)
 {
     s->run = s->bits.length && bit == s->last ? s->run + 1u : 1u;
     s->last = bit;
@@ -29,7 +29,7 @@ static void send_field(struct stream *s, uint32_t value, unsigned width)
         s->bits.crc = (uint16_t)((unsigned)s->bits.crc << 1 & 0x7fffu);
         if (next)
             s->bits.crc ^= CRC_POLYNOMIAL;
-        send(s, bit);
+        send_bit(s, bit);
     }
 }
 

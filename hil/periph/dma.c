@@ -88,14 +88,15 @@ static void count_transfer(struct hil_dma_device *dev, unsigned unit, unsigned s
     }
 }
 
-static struct hil_dma_stream *stream_of(struct hil_dma_device *dev, const struct hil_dma_request *r)
+static struct hil_dma_stream *find_stream(struct hil_dma_device *dev,
+                                          const struct hil_dma_request *r)
 {
     return &dev->state[r->controller].stream[r->stream];
 }
 
 uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *r)
 {
-    const struct hil_dma_stream *s = stream_of(dev, r);
+    const struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
     if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel ||
         direction != (r->from_memory ? 1u : 0u))
@@ -118,7 +119,7 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
 /* Address on this computer of the next n items, or NULL after a transfer error. */
 static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint32_t n)
 {
-    struct hil_dma_stream *s = stream_of(dev, r);
+    struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t bytes = item_bytes(s);
     uint32_t done = (s->cr & CR_MINC) ? s->reload - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
@@ -132,7 +133,7 @@ static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_requ
 void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
                          const uint16_t *values, uint32_t n)
 {
-    const struct hil_dma_stream *s = stream_of(dev, r);
+    const struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t bytes = item_bytes(s);
     uint8_t *memory = next_items(dev, r, n);
     if (!memory)
@@ -152,7 +153,7 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
 bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
                         uint8_t *values, uint32_t n)
 {
-    const struct hil_dma_stream *s = stream_of(dev, r);
+    const struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t bytes = item_bytes(s);
     const uint8_t *memory = next_items(dev, r, n);
     if (!memory)

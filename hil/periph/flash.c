@@ -239,7 +239,7 @@ static void wait_for_end(struct hil_flash_device *dev)
     hil_flash_event(dev, end);
 }
 
-static unsigned sector_of(uint32_t offset)
+static unsigned sector_at(uint32_t offset)
 {
     unsigned sector = 0;
     while (sector_starts[sector + 1] <= offset)
@@ -252,7 +252,7 @@ void hil_flash_load(void *device, uint32_t address)
     struct hil_flash_device *dev = device;
     struct hil_instruction place = {.pc = dev->core->state.cpu.block_address};
     wait_for_end(dev);
-    unsigned sector = sector_of(address % HIL_FLASH_SIZE);
+    unsigned sector = sector_at(address % HIL_FLASH_SIZE);
     if (!(dev->core->state.bank.stale_sectors >> sector & 1u))
         return;
     (void)hil_translator_find_instruction(&dev->core->engine.translator, address, &place);
@@ -307,7 +307,8 @@ void hil_flash_reset(struct hil_flash_device *dev)
     update_irq(dev);
 }
 
-static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size, uint32_t value)
+static void program_cells(struct hil_flash_device *dev, uint32_t offset, unsigned size,
+                          uint32_t value)
 {
     struct hil_flash *flash = dev->state;
     uint32_t address = HIL_FLASH_BASE + offset;
@@ -330,12 +331,12 @@ void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t val
 {
     struct hil_flash_device *dev = device;
     uint32_t offset = address < HIL_FLASH_SIZE ? address : address - HIL_FLASH_BASE;
-    program(dev, offset, size == 8 ? 4 : size, (uint32_t)value);
+    program_cells(dev, offset, size == 8 ? 4 : size, (uint32_t)value);
     if (size == 8) /* two words on the bus */
-        program(dev, offset + 4u, 4, (uint32_t)(value >> 32));
+        program_cells(dev, offset + 4u, 4, (uint32_t)(value >> 32));
 }
 
-static void erase(struct hil_flash_device *dev)
+static void erase_cells(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
     unsigned sector = flash->cr >> 3 & 15u;
@@ -372,7 +373,7 @@ static void cr_write(struct hil_flash_device *dev, uint32_t value)
     if (value & CR_LOCK)
         flash->key_step = STEP_LOCKED;
     if (value & CR_STRT)
-        erase(dev);
+        erase_cells(dev);
     update_irq(dev);
 }
 

@@ -15,7 +15,7 @@
 #define PULLED_NS 1000.0
 
 enum { A, B, C, D, E, F, G, H, I };
-enum kind { LEAST, FAULT };
+enum kind { MINIMUM, FAULT };
 
 static const struct rule {
     const char *name;
@@ -285,7 +285,7 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
         char from[80], to[80], times[40] = "";
         print_place(dev, tally->from_pc, from, sizeof from);
         print_place(dev, tally->to_pc, to, sizeof to);
-        if (rules[i].kind == LEAST && tally->measurements)
+        if (rules[i].kind == MINIMUM && tally->measurements)
             snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->min_ns, tally->worst_ns,
                      tally->slew_ns);
         fprintf(out, "%-18s %9llu %8llu %34s  ", rules[i].name,

@@ -86,7 +86,7 @@ static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rul
 }
 /* True if rules are checked. */
 bool hil_rules_are_checked(const struct hil_rules_device *dev);
-/* Checks a LEAST rule for the time between two moments. A moment with ps 0 is unknown and is not
+/* Checks a MINIMUM rule for the time between two moments. A moment with ps 0 is unknown and is not
  * checked. */
 void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
                               struct hil_moment from, struct hil_moment to);

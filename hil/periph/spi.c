@@ -47,7 +47,7 @@ static bool is_on(const struct hil_spi *spi)
     return (spi->cr1 & (CR1_SPE | CR1_MSTR)) == (CR1_SPE | CR1_MSTR);
 }
 
-static uint32_t flags(const struct hil_spi *spi)
+static uint32_t status_flags(const struct hil_spi *spi)
 {
     return spi->sr | (spi->is_buffer_full ? 0 : SR_TXE) |
            (spi->is_buffer_full || spi->is_shifting ? SR_BSY : 0);
@@ -243,7 +243,7 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     struct hil_spi *spi = dev->state;
     (void)unit;
     hil_spi_advance(dev, hil_now_cycle(dev->core));
-    uint32_t value = offset == SR ? flags(spi) : spi->word[offset / 4u];
+    uint32_t value = offset == SR ? status_flags(spi) : spi->word[offset / 4u];
     if (offset == SR) {
         if (spi->dr_was_read)
             spi->sr &= ~SR_OVR;

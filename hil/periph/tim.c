@@ -141,7 +141,7 @@ static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsign
 }
 
 struct levels {
-    bool of[4];
+    bool level[4];
 };
 
 static struct levels output_levels(const struct hil_tim *t)
@@ -149,7 +149,7 @@ static struct levels output_levels(const struct hil_tim *t)
     struct levels levels;
 #pragma GCC unroll 4
     for (unsigned i = 0; i < 4; i++)
-        levels.of[i] = output_level(t, i);
+        levels.level[i] = output_level(t, i);
     return levels;
 }
 
@@ -158,11 +158,12 @@ static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct lev
                            uint64_t at)
 {
     struct levels after = output_levels(&dev->state[unit]);
-    if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
+    if (unit == HIL_TIM4 &&
+        (after.level[0] != before.level[0] || after.level[1] != before.level[1]))
         hil_gpio_notify_timer(dev->gpio, at);
     for (unsigned i = 0; i < 4; i++) {
-        if (after.of[i] != before.of[i])
-            trigger_converters(dev, unit, i, after.of[i], at);
+        if (after.level[i] != before.level[i])
+            trigger_converters(dev, unit, i, after.level[i], at);
     }
 }
 

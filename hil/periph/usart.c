@@ -125,7 +125,7 @@ static bool is_sending(const struct hil_usart *u)
     return (u->cr1 & (CR1_UE | CR1_TE)) == (CR1_UE | CR1_TE) && u->brr;
 }
 
-static uint32_t flags(const struct hil_usart *u)
+static uint32_t status_flags(const struct hil_usart *u)
 {
     return u->sr | (u->is_dr_full ? 0 : SR_TXE);
 }
@@ -133,7 +133,7 @@ static uint32_t flags(const struct hil_usart *u)
 static void update_irq(struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
-    uint32_t sr = flags(u);
+    uint32_t sr = status_flags(u);
     /* TXEIE, TCIE, RXNEIE, IDLEIE have the bit positions of their flags. */
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
@@ -265,7 +265,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
 }
 
 /* Receives a byte. One with an error is received with its error flags (30.6.1). */
-static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
+static void receive_byte(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = dev->state;
     if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) ||
@@ -310,7 +310,7 @@ static void receive_from_line(struct hil_usart_device *dev, uint8_t byte)
     if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) &&
         !(u->cr3 & CR3_ONEBIT))
         errors |= SR_NF;
-    receive(dev, byte, errors);
+    receive_byte(dev, byte, errors);
 }
 
 void hil_usart_rx_event(void *device, uint64_t at)
@@ -387,7 +387,7 @@ uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
     hil_usart_advance(dev, hil_now_cycle(dev->core));
     if (offset == SR) {
         u->sr_was_read = true;
-        return flags(u);
+        return status_flags(u);
     }
     if (offset == DR) {
         u->sr &= ~SR_RXNE;

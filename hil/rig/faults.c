@@ -831,7 +831,7 @@ static enum mr_status read_words(struct reader *r, struct hil_fault_script *scri
              : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`", word_at(r, 1));
 }
 
-static void split(struct reader *r, char *line)
+static void split_words(struct reader *r, char *line)
 {
     r->words = r->next = r->wrong = 0;
     line[strcspn(line, "#\r\n")] = '\0';
@@ -854,7 +854,7 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
                            strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.at.line++;
-        split(&r, line);
+        split_words(&r, line);
         if (!r.words)
             continue;
         if (has_version)

@@ -373,7 +373,7 @@ TEST(test_time_may_go_on)
         hil_debug_run(board); /* the next trigger comes, where it was left */
         bench_run(board, hil_board_now_ps(board) + 10 * HIL_MS_PS);
         assert_near(counters->adc_scans[0] - scans, 80, 1);
-        hil_debug_hold(board, HIL_HOLD_ASKED);
+        hil_debug_hold(board, HIL_HOLD_REQUESTED);
     }
     assert_int_equal(counters->resets, 0);
     hil_debug_advance(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS); /* the watchdog stops */
