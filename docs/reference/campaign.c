@@ -192,7 +192,7 @@ void reference_campaign(FILE *out)
     add_column(#column);
 #define COMPUTED(row, declaration, field, read)
 #define END(row, key, put) write_table(out);
-#define ALSO(sql)
+#define INDEX_OR_TRIGGER(sql)
 #include "host/store/tables.def"
 #undef TABLE
 #undef VIEW
@@ -200,5 +200,5 @@ void reference_campaign(FILE *out)
 #undef COLUMN
 #undef COMPUTED
 #undef END
-#undef ALSO
+#undef INDEX_OR_TRIGGER
 }

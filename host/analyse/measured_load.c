@@ -175,7 +175,7 @@ static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t len
     }
     xlist_grow(&record->block, record->blocks, sizeof *record->block);
     xlist_grow(&record->source, record->blocks, sizeof *record->source);
-    record->source[record->blocks] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
+    record->source[record->blocks] = link == STORE_LINK_BLACK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
     record->block[record->blocks++] = block;
     extend_span(record, block.index, block.index);
     return MR_OK;

@@ -13,8 +13,8 @@
 #include "host/base/xmalloc.h"
 
 /* A third kind of link, beside CAN and serial. */
-#define BOX_LINK ((enum link_kind)STORE_LINK_BOX)
-_Static_assert(1 << STORE_LINK_BOX == BOXFILL_LINK, "as its rows are marked");
+#define BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
+_Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK, "as its rows are marked");
 
 /* Receives the record's messages: a collector for this landing alone. */
 struct box_collector {
@@ -120,7 +120,7 @@ static enum mr_status fill_block(struct store *store, int64_t session, const str
     if (status != MR_OK || known >= 0)
         return status;
     result->filled_blocks++;
-    return store_block_put(store, session, 0, result->run, STORE_LINK_BOX, block->index,
+    return store_block_put(store, session, 0, result->run, STORE_LINK_BLACK_BOX, block->index,
                            (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
 }
 

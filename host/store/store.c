@@ -315,14 +315,14 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         return report_missing(path, error);
     if (!output_is_database(path) && output_check_kind(path, "campaign database", error) != MR_OK)
         return error->status;
-    struct store *made = calloc(1, sizeof *made);
+    struct store *opened = calloc(1, sizeof *opened);
     char *copy = strdup(path);
-    if (!made || !copy) {
-        free(made);
+    if (!opened || !copy) {
+        free(opened);
         free(copy);
         return error_set(error, MR_FULL, "out of memory, opening %s; close other programs", path);
     }
-    made->path = copy;
+    opened->path = copy;
     /* setting `error` may end the program, so it is set after store_close */
     struct error first = {0}, failed = {0};
     enum mr_status status = MR_OK;
@@ -330,25 +330,25 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (mode == STORE_OPEN || (create && strcmp(path, ":memory:") != 0))
         status = store_check_writable(path, &failed);
     if (status == MR_OK && mode == STORE_LOG)
-        status = lock_for_log(made, &failed);
+        status = lock_for_log(opened, &failed);
     mode = create ? STORE_CREATE : mode;
     if (status == MR_OK && (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE)) {
-        status = open_file(made, path, flags, mode, &first);
+        status = open_file(opened, path, flags, mode, &first);
         if (status != MR_OK)
-            status = retry_open(made, mode, &first, &failed);
+            status = retry_open(opened, mode, &first, &failed);
     } else if (status == MR_OK) {
-        status = open_file(made, path, flags, mode, &failed);
+        status = open_file(opened, path, flags, mode, &failed);
     }
     if (status == MR_OK && mode == STORE_READ)
-        status = store_execute(made, "PRAGMA query_only=1", "open", &failed);
+        status = store_execute(opened, "PRAGMA query_only=1", "open", &failed);
     if (status == MR_OK && mode == STORE_CREATE)
-        status = set_wal_journal(made, &failed);
-    made->checkpoint_at_close = status == MR_OK && mode == STORE_CREATE;
+        status = set_wal_journal(opened, &failed);
+    opened->checkpoint_at_close = status == MR_OK && mode == STORE_CREATE;
     if (status != MR_OK) {
-        store_close(made);
+        store_close(opened);
         return error_set(error, status, "%s", failed.text);
     }
-    *store = made;
+    *store = opened;
     return MR_OK;
 }
 

@@ -225,13 +225,13 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
                               size_t *found, struct error *error);
 
 /* Writes a block record as it was received over serial (link LINK_SERIAL) or from the black box
- * (link STORE_LINK_BOX). `run` is STORE_NONE outside landings. An existing block is not changed. */
-#define STORE_LINK_BOX 2
+ * (link STORE_LINK_BLACK_BOX). `run` is STORE_NONE outside landings. An existing block is not changed. */
+#define STORE_LINK_BLACK_BOX 2
 enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
                                int link, int64_t index, int64_t host_us, const uint8_t *record,
                                size_t length, struct error *error);
 /* Calls `each` for every block of a landing in ascending order of the index, as long as `each`
- * returns MR_OK. `link` is the link that delivered the block, or STORE_LINK_BOX. */
+ * returns MR_OK. `link` is the link that delivered the block, or STORE_LINK_BLACK_BOX. */
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record,
                                                         size_t length, int link),
@@ -451,7 +451,7 @@ enum mr_status store_follow(struct store *store, struct store_follow_position *p
 /* ---- functions for matrig log, which must not lose data: it retries a failed transaction, and
  * continues in another file if the campaign's file was removed ---- */
 
-/* Why the last write failed. After every reason except STORE_NO_RETRY it may succeed later. */
+/* Why the last write failed. A retry may succeed unless the reason is STORE_NO_RETRY. */
 enum store_refusal {
     STORE_NO_RETRY,   /* no write failed, or a retry cannot succeed */
     STORE_LOCKED,     /* another program is writing */
@@ -470,15 +470,15 @@ bool store_checkpoint(struct store *store);
 /* Rolls back the open transaction, if there is one. */
 void store_roll_back(struct store *store);
 
-/* What the file at a path is, compared with the file that the store has open. */
+/* State of the file at a path, compared with the file that the store has open. */
 enum store_file_state {
-    STORE_FILE_SAME, /* the file that the store has open */
-    STORE_FILE_MISSING,
-    STORE_FILE_REPLACED,
+    STORE_FILE_SAME,     /* the file that the store has open */
+    STORE_FILE_MISSING,  /* no file at the path */
+    STORE_FILE_REPLACED, /* a different file is at the path */
     STORE_FILE_NO_JOURNAL,
-    STORE_FILE_NO_INDEX, /* the journal's index is missing: other programs do not see new data */
-    STORE_FILE_OVERWRITTEN,
-    STORE_FILE_EMPTIED
+    STORE_FILE_NO_INDEX,    /* the journal's index is missing: other programs do not see new data */
+    STORE_FILE_OVERWRITTEN, /* store_is_overwritten */
+    STORE_FILE_EMPTIED,     /* the session's data is missing: store_has_session_data */
 };
 /* Device and inode numbers of a campaign's files; 0: there is no such file. */
 struct store_identity {
@@ -505,8 +505,8 @@ void store_journal_remove(const char *path, const struct store_identity *identit
 
 /* ---- detection of a file that was overwritten ---- */
 
-/* Starts checking whether the file is overwritten. From then on, every write of SQLite to the file
- * checks it first, and fails if the file was overwritten. */
+/* Starts checking whether another program overwrites the file. From then on, SQLite does not write
+ * to an overwritten file. */
 void store_watch_file(struct store *store);
 /* True if another program overwrote the file (for example cp) or truncated it. This shows in the
  * file's header or size, or as damage that SQLite finds. Once true, the result stays true. */

@@ -40,7 +40,7 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
-    if (strcmp(table, "readiness") == 0) /* results that are valid for the landing */
+    if (strcmp(table, "readiness") == 0) /* the results that are valid for the landing */
         return "board_uid=" SELECT_BOARD_UID " AND " SELECT_ARMED_US
                " BETWEEN made_us AND made_us + " STORE_READINESS_VALID_US_TEXT;
     /* as in store_landing_series_get: the entered series, otherwise the newest one before the
@@ -54,12 +54,12 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
                       "FROM main.landing_changes WHERE"
                       " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
                       "s.made_us<=" SELECT_ARMED_US " END)";
-    if (strcmp(table, "advices") == 0) /* the last one between the previous landing and this one */
+    if (strcmp(table, "advices") == 0) /* newest since the previous landing */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
-    if (strcmp(table, "records") == 0) /* also those that belong to no landing */
+    if (strcmp(table, "records") == 0) /* also records that belong to no landing */
         return "landing=?1 OR landing IS NULL";
-    if (strcmp(table, "certificates") == 0) /* also those entered after the landing */
+    if (strcmp(table, "certificates") == 0) /* also certificates entered after the landing */
         return "board_uid=" SELECT_BOARD_UID;
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SELECT_SURVEYS;
@@ -209,17 +209,17 @@ static enum mr_status put_bundle_row(const char *path, const uint8_t *image, siz
                                      struct error *error)
 {
     struct store_bundled row = {.image = {image, length}};
-    struct store *made = NULL;
-    enum mr_status status = store_open(path, STORE_OPEN, &made, error);
+    struct store *bundle = NULL;
+    enum mr_status status = store_open(path, STORE_OPEN, &bundle, error);
     SHA256Data(length ? image : (const uint8_t *)"", length, row.image_sha256);
     if (status == MR_OK)
-        status = compute_record_digest(made, 1, row.record_sha256, error);
+        status = compute_record_digest(bundle, 1, row.record_sha256, error);
     if (status == MR_OK)
-        status = STORE_PUT(made, error, bundled, &row, 1);
+        status = STORE_PUT(bundle, error, bundled, &row, 1);
     /* DELETE mode: the bundle must be one file, without a journal beside it */
     if (status == MR_OK)
-        status = store_execute(made, "PRAGMA journal_mode=DELETE", COPY_ACTION, error);
-    store_close(made);
+        status = store_execute(bundle, "PRAGMA journal_mode=DELETE", COPY_ACTION, error);
+    store_close(bundle);
     return status;
 }
 

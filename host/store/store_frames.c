@@ -70,7 +70,7 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error)
 {
     struct store_buffered_frame *waiting = &store->buffered[store->buffered_count];
-    if (frame->length > sizeof waiting->data) { /* rare: only on serial */
+    if (frame->length > sizeof waiting->data) { /* rare: only a serial frame is that long */
         const struct store_frame_row row = make_frame_row(session, frame, frame->data);
         enum mr_status status = store_frames_flush(store, error);
         return status == MR_OK ? STORE_PUT(store, error, frame_row, &row) : status;

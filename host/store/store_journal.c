@@ -83,14 +83,14 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
 {
     struct store_observation *rows;
     size_t count;
-    bool there = false, gone = false;
+    bool exists = false, withdrawn = false;
     enum mr_status status = store_observations(store, run, &rows, &count, error);
     for (size_t i = 0; i < count; i++) {
-        there |= rows[i].id == id;
-        gone |= rows[i].id == id && rows[i].withdrawn;
+        exists |= rows[i].id == id;
+        withdrawn |= rows[i].id == id && rows[i].withdrawn;
     }
     free(rows);
-    if (status == MR_OK && (!there || gone))
+    if (status == MR_OK && (!exists || withdrawn))
         status = error_set(error, MR_UNKNOWN,
                            "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN "
                            "lists the observations",
@@ -194,12 +194,13 @@ static enum mr_status check_duplicate(struct store *store, const struct store_la
                                       const struct store_landing *other, bool *duplicate,
                                       struct error *error)
 {
-    struct store_edge *its = NULL;
+    struct store_edge *other_edges = NULL;
     size_t count = 0;
     bool is_void = false;
-    enum mr_status status = store_edges(store, other->id, &its, &count, error);
-    *duplicate = status == MR_OK && is_same_landing(landing, edge, edges, other, its, count);
-    free(its);
+    enum mr_status status = store_edges(store, other->id, &other_edges, &count, error);
+    *duplicate = status == MR_OK &&
+                 is_same_landing(landing, edge, edges, other, other_edges, count);
+    free(other_edges);
     if (*duplicate)
         status = store_is_void(store, other->id, &is_void, NULL, error);
     *duplicate &= !is_void;
@@ -229,7 +230,7 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
     return status;
 }
 
-/* ---- recalibrate ---- */
+/* ---- recalibration ---- */
 
 static bool is_same_value(float a, float b)
 {
@@ -289,7 +290,7 @@ enum mr_status store_recalibrated_channels(struct store *store, int64_t run, int
     return STORE_READ_NUMBER(store, error, RECALIBRATED, channels, BIND(run));
 }
 
-/* ---- survey ---- */
+/* ---- surveys ---- */
 
 enum mr_status store_set_durable(struct store *store, struct error *error)
 {

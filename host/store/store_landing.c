@@ -58,14 +58,14 @@ STORE_NUMBERS_OF_LANDING(DEFINE_NUMBER_OF)
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
 {
-    int64_t other = 0;
+    int64_t found = 0;
     char number[60] = "";
     enum mr_status status = STORE_READ_ONE(store, error, LANDING_GET, landing, BIND(run));
     if (status != MR_TOO_FEW)
         return status;
-    if (STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &other, BIND(run)) == MR_OK && other > 0)
+    if (STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found, BIND(run)) == MR_OK && found > 0)
         snprintf(number, sizeof number, " (landing %lld of the board is RUN %lld)", (long long)run,
-                 (long long)other);
+                 (long long)found);
     return error_set(error, MR_UNKNOWN,
                      "no such landing: RUN %lld in %s%s; matrig show DB lists the landings",
                      (long long)run, store->path, number);
@@ -248,7 +248,7 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-/* ---- write ---- */
+/* ---- writing ---- */
 
 enum mr_status store_session_add(struct store *store, struct store_session *session,
                                  struct error *error)
@@ -457,17 +457,17 @@ static float *copy_floats(const struct store_bytes *bytes, size_t *length)
 
 static struct store_simulation make_simulation(const struct store_simulation_channel *row)
 {
-    struct store_simulation made = {
+    struct store_simulation simulation = {
         COMMON_FIELDS(row),
     };
     size_t spreads = 0;
-    made.series_in = copy_floats(&row->series_in, &made.length);
-    made.spread_in = copy_floats(&row->spread_in, &spreads);
-    if (spreads != made.length) {
-        free(made.spread_in);
-        made.spread_in = NULL;
+    simulation.series_in = copy_floats(&row->series_in, &simulation.length);
+    simulation.spread_in = copy_floats(&row->spread_in, &spreads);
+    if (spreads != simulation.length) {
+        free(simulation.spread_in);
+        simulation.spread_in = NULL;
     }
-    return made;
+    return simulation;
 }
 
 enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
@@ -633,7 +633,7 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     *found = status == MR_OK;
     if (*found)
         sqlite3_reset(s);
-    import->mapping = NULL; /* it pointed into the row, which is no longer valid */
+    import->mapping = NULL; /* its text is in the row, which is no longer valid */
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 

@@ -105,7 +105,7 @@ static const char *probe_file(int fd, int *number)
     void *shared = MAP_FAILED;
     if (ftruncate(fd, PROBE_BYTES) == 0) {
         shared = mmap(NULL, PROBE_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
-        /* ENOMEM is not caused by the disk */
+        /* ENOMEM is not an error of the file system */
         *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0;
     }
     if (shared != MAP_FAILED)
@@ -118,15 +118,15 @@ enum mr_status store_check_writable(const char *path, struct error *error)
     char folder[PATH_MAX], name[PATH_MAX + 40], system[STORE_TEXT_SIZE];
     int number = 0;
     get_folder(path, folder);
-    bool there = access(path, F_OK) == 0;
-    if ((there && access(path, W_OK) != 0) || access(folder, W_OK | X_OK) != 0) {
+    bool exists = access(path, F_OK) == 0;
+    if ((exists && access(path, W_OK) != 0) || access(folder, W_OK | X_OK) != 0) {
         number = errno;
         store_describe_file_system(path, system);
-        return error_set(error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number),
-                         system, path,
-                         there ? "matrig show, report and export can read it; to write to it, copy "
-                                 "it to a writable folder"
-                               : "give a writable folder");
+        return error_set(
+            error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number), system, path,
+            exists ? "matrig show, report and export can read it; to write to it, copy "
+                     "it to a writable folder"
+                   : "give a writable folder");
     }
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);

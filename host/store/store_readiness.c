@@ -12,10 +12,10 @@
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error)
 {
-    struct store_readiness_row kept = {
+    struct store_readiness_row stored = {
         .made_us = row->made_us, .board_uid = board_uid, .kind = kind, .checks = row->checks};
-    memcpy(kept.verdict, row->verdict, sizeof kept.verdict);
-    return STORE_PUT(store, error, readiness_row, &kept);
+    memcpy(stored.verdict, row->verdict, sizeof stored.verdict);
+    return STORE_PUT(store, error, readiness_row, &stored);
 }
 
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
@@ -23,19 +23,19 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
                                    bool *found, struct error *error)
 {
     sqlite3_stmt *s;
-    struct store_readiness_row kept;
+    struct store_readiness_row stored;
     int64_t from_us = only_valid ? until_us - STORE_READINESS_VALID_US : 0;
     *row = (struct store_readiness){0};
     *found = false;
     enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid),
                                         BIND(kind), BIND(from_us), BIND(until_us));
     if (status == MR_OK)
-        status = STORE_READ_NEXT(store, error, READINESS_GET, s, &kept);
+        status = STORE_READ_NEXT(store, error, READINESS_GET, s, &stored);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
-    row->made_us = kept.made_us;
-    memcpy(row->verdict, kept.verdict, sizeof row->verdict);
-    row->checks = strdup(kept.checks ? kept.checks : "");
+    row->made_us = stored.made_us;
+    memcpy(row->verdict, stored.verdict, sizeof row->verdict);
+    row->checks = strdup(stored.checks ? stored.checks : "");
     sqlite3_reset(s);
     if (!row->checks)
         abort();
