@@ -110,7 +110,6 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
 {
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
     double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
-    double *first = storage + PADDING; /* entry of mat 0 */
     *chain = (struct chain){
         .scene = scene,
         .mats = scene->mats,
@@ -128,23 +127,14 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .elements = element_set_of(scene),
         .storage = storage,
         .length = length,
-        .u_ft = first,
-        .v_ft_s = first + length,
-        .gap0_ft = first + 2 * length,
-        .grit_lb = first + 3 * length,
-        .reach_ft = first + 4 * length,
-        .thrust_lb = first + 5 * length,
-        .limit_lb = first + 6 * length,
-        .give_ft = first + 7 * length,
-        .tension_lb = first + 8 * length,
-        .before_ft_s = first + 9 * length,
-        .push_lb = first + 10 * length,
-        .pull_lb = first + 11 * length,
-        .last_lb = first + 12 * length,
-        .before_last_lb = first + 13 * length,
-        .kl_lb_ft = first + 14 * length,
-        .masses_slug = first + 15 * length,
     };
+    double **arrays[ARRAYS] = {
+        &chain->u_ft,       &chain->v_ft_s,         &chain->gap0_ft,  &chain->grit_lb,
+        &chain->reach_ft,   &chain->thrust_lb,      &chain->limit_lb, &chain->give_ft,
+        &chain->tension_lb, &chain->before_ft_s,    &chain->push_lb,  &chain->pull_lb,
+        &chain->last_lb,    &chain->before_last_lb, &chain->kl_lb_ft, &chain->masses_slug};
+    for (size_t i = 0; i < ARRAYS; i++)
+        *arrays[i] = storage + PADDING + i * length; /* entry of mat 0 */
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;

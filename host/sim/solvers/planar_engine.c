@@ -329,12 +329,17 @@ static void place_wheel(struct model *m, int mat)
     m->span = (struct span){.mat = mat, .share = -2};
 }
 
+/* `plain`: without cleats, elements and gear. */
 KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch *touch, int count,
-                                 double h_s, bool cleated, bool elements, bool geared)
+                                 double h_s, bool plain)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
+    const bool cleated = !plain && l->mods && l->mods->has_cleats,
+               elements = !plain && m->elements.count > 0, geared = !plain && l->gear;
     unsigned stops = 0;
+    if (geared) /* waves are recorded at the lead axle */
+        place_wheel(&l->model, l->gear->lead_mat - 1);
     for (int n = l->slides.first; n <= l->slides.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
@@ -371,33 +376,14 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
     return stops;
 }
 
-static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
-                                                      const struct sim_touch *touch, int count,
-                                                      double h_s, bool cleated)
-{
-    place_wheel(&l->model,
-                l->gear->lead_mat - 1); /* with a gear, waves are recorded at the lead axle */
-    if (l->model.elements.count > 0)
-        return cleated ? kick_mats(l, touch, count, h_s, true, true, true)
-                       : kick_mats(l, touch, count, h_s, false, true, true);
-    return cleated ? kick_mats(l, touch, count, h_s, true, false, true)
-                   : kick_mats(l, touch, count, h_s, false, false, true);
-}
-
 /* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
- * because friction depends on the soil's reactions in that step. Runways without cleats or elements
- * have separate, faster loops. */
+ * because friction depends on the soil's reactions in that step. A plain runway has a loop of its
+ * own, for speed. */
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
-    bool cleated = l->mods && l->mods->has_cleats;
-    if (l->gear)
-        return kick_geared(l, touch, count, h_s, cleated);
-    if (l->model.elements.count > 0)
-        return cleated ? kick_mats(l, touch, count, h_s, true, true, false)
-                       : kick_mats(l, touch, count, h_s, false, true, false);
-    return cleated ? kick_mats(l, touch, count, h_s, true, false, false)
-                   : kick_mats(l, touch, count, h_s, false, false, false);
+    bool plain = !(l->mods && l->mods->has_cleats) && l->model.elements.count == 0 && !l->gear;
+    return plain ? kick_mats(l, touch, count, h_s, true) : kick_mats(l, touch, count, h_s, false);
 }
 
 /* The soil never pulls. At the end of the step, releases nodes that it would pull and catches nodes
@@ -524,37 +510,24 @@ static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    l->stored = 2 * length + 26 * joints;
-    double *storage = xcalloc(l->stored, sizeof *storage);
-    l->z = storage;
-    l->accel = storage + length;
-    l->u = storage + 2 * length;
-    l->v = l->u + joints;
-    l->gap0_ft = l->v + joints;
-    l->grit_lb = l->gap0_ft + joints;
-    l->give_ft = l->grit_lb + joints;
-    l->reach_ft = l->give_ft + joints;
-    l->tension_lb = l->reach_ft + joints;
-    l->height = l->tension_lb + joints;
-    l->push_lb = l->height + joints;
-    l->pull_lb = l->push_lb + joints;
-    l->rise_ft = l->pull_lb + joints;
-    l->tilt_ft = l->rise_ft + joints;
-    l->rest_cos = l->tilt_ft + joints;
-    l->friction_force_lb = l->rest_cos + joints;
-    l->rub_next_lb = l->friction_force_lb + joints;
-    l->brace_lb = l->rub_next_lb + joints;
-    l->brace_lb_ft = l->brace_lb + joints;
-    double **along[] = {&l->kl_lb_ft,  &l->kv_lb_ft,     &l->cv_lb_s_ft,
-                        &l->rest_ft,   &l->limit_lb,     &l->kt_lb_ft_rad,
-                        &l->mass_slug, &l->rest_tilt_ft, &l->mass_ratio};
-    for (size_t i = 0; i < 9; i++)
-        *along[i] = l->brace_lb_ft + (i + 1) * joints;
+    double **per_joint[] = {
+        &l->u,         &l->v,           &l->gap0_ft,      &l->grit_lb,           &l->give_ft,
+        &l->reach_ft,  &l->tension_lb,  &l->height,       &l->push_lb,           &l->pull_lb,
+        &l->rise_ft,   &l->tilt_ft,     &l->rest_cos,     &l->friction_force_lb, &l->rub_next_lb,
+        &l->brace_lb,  &l->brace_lb_ft, &l->kl_lb_ft,     &l->kv_lb_ft,          &l->cv_lb_s_ft,
+        &l->rest_ft,   &l->limit_lb,    &l->kt_lb_ft_rad, &l->mass_slug,         &l->rest_tilt_ft,
+        &l->mass_ratio};
+    const size_t arrays = sizeof per_joint / sizeof per_joint[0];
+    l->stored = 2 * length + arrays * joints;
+    l->z = xcalloc(l->stored, sizeof *l->z);
+    l->accel = l->z + length;
+    for (size_t i = 0; i < arrays; i++)
+        *per_joint[i] = l->z + 2 * length + i * joints;
     set_properties(l);
     set_tilt(l);
     bool braced = l->mods && l->mods->acts_vertically;
     if (braced || l->gear) {
-        l->brace_heaves = l->gear ? load_heaves : braced ? brace_heaves : NULL;
+        l->brace_heaves = l->gear ? load_heaves : brace_heaves;
         m->brace_lb = l->brace_lb;
         m->brace_lb_ft = l->brace_lb_ft;
     }
