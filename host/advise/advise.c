@@ -233,7 +233,7 @@ static void find_max_braking(struct advise *advise)
         row[i].off_runway_share = 0.0;
         mean_ft_s2[i] = row[i].mean_ft_s2;
     }
-    advise->max_braking = advise_bound(mean_ft_s2, row, rows, limit);
+    advise->max_braking = advise_find_bound(mean_ft_s2, row, rows, limit);
     if (isfinite(advise->max_braking.value) &&
         interpolate_off_runway(advise, advise->max_braking.value) >= limit)
         advise->max_braking.value = (double)NAN;
@@ -260,7 +260,8 @@ static bool find_max_speed(struct advise *advise, struct advise_braking *braking
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
-        if (!advise_row(&advise->members, &plan, plan.mean_ft_s2, braking, outcome, &row[at]))
+        if (!advise_compute_row(&advise->members, &plan, plan.mean_ft_s2, braking, outcome,
+                                &row[at]))
             return false;
         at = advise_find_gap(speed_ft_s, row, rows + 1, limit, SPEED_RESOLUTION * planned_ft_s) + 1;
         if (at > rows + 1) {
@@ -268,7 +269,7 @@ static bool find_max_speed(struct advise *advise, struct advise_braking *braking
             break;
         }
     }
-    advise->max_speed = advise_bound(speed_ft_s, row, rows, limit);
+    advise->max_speed = advise_find_bound(speed_ft_s, row, rows, limit);
     return true;
 }
 
@@ -283,7 +284,8 @@ static enum mr_status compute_rows(struct advise *advise, struct error *error)
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
         progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
-        good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, outcome, &advise->row[i]);
+        good = advise_compute_row(members, &advise->plan, mean_ft_s2[i], braking, outcome,
+                                  &advise->row[i]);
         advise->rows++;
     }
     if (good) {
@@ -578,7 +580,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
     answer_count(answer, "repairs", NULL, (int64_t)advise->repairs);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
-        advise_parameter(&advise->members, rows[i].unknown, &mean, &spread);
+        advise_parameter_moments(&advise->members, rows[i].unknown, &mean, &spread);
         answer_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
                         rows[i].decimals);
     }
@@ -632,7 +634,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
                       (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
-    advise_parameter(&advise->members, ADVISE_SHARE, &share, &spread);
+    advise_parameter_moments(&advise->members, ADVISE_SHARE, &share, &spread);
     if (runway->bump_ft > 0.0) {
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);

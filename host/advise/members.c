@@ -755,7 +755,7 @@ void advise_widen_spread(struct advise_members *members, double times)
 {
     for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
         double mean, spread;
-        advise_parameter(members, (enum advise_parameter)k, &mean, &spread);
+        advise_parameter_moments(members, (enum advise_parameter)k, &mean, &spread);
         for (size_t m = 0; m < members->count; m++) {
             double *u = &members->member[m].unknown[k],
                    by = configured_value(&members->runway, (enum advise_parameter)k);
@@ -765,8 +765,8 @@ void advise_widen_spread(struct advise_members *members, double times)
     }
 }
 
-void advise_parameter(const struct advise_members *members, enum advise_parameter unknown,
-                      double *mean, double *spread)
+void advise_parameter_moments(const struct advise_members *members, enum advise_parameter unknown,
+                              double *mean, double *spread)
 {
     double sum = 0.0, squares = 0.0;
     for (size_t m = 0; m < members->count; m++)
@@ -847,9 +847,9 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_outcome *outcome,
-                struct advise_row *row)
+bool advise_compute_row(struct advise_members *members, const struct advise_plan *plan,
+                        double mean_ft_s2, struct advise_braking *braking,
+                        struct advise_outcome *outcome, struct advise_row *row)
 {
     const struct mr_chain_params *chain = &members->runway.chain;
     double end_ft = (double)chain->mat_length_ft * chain->mats;
@@ -933,8 +933,8 @@ static double interpolate_limit(const double *x, const struct advise_row *row, s
     return x[i - 1] + (x[i] - x[i - 1]) * (limit - from) / (to - from);
 }
 
-struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
-                                 double limit)
+struct advise_bound advise_find_bound(const double *x, const struct advise_row *row, size_t rows,
+                                      double limit)
 {
     bool beyond = rows && find_first_above(row, rows, limit, RISK_MIDDLE) == rows;
     return (struct advise_bound){

@@ -172,8 +172,8 @@ struct advise_zone {
 struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from);
 
 /* Geometric mean and relative spread of an unknown over the members. */
-void advise_parameter(const struct advise_members *members, enum advise_parameter unknown,
-                      double *mean, double *spread);
+void advise_parameter_moments(const struct advise_members *members, enum advise_parameter unknown,
+                              double *mean, double *spread);
 
 /* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation between
  * unknowns and predicted readings among the members (Evensen 1994; several passes with larger
@@ -264,9 +264,9 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
 
 /* Computes one row. `braking` and `outcome` have room for all members and receive the simulated
  * landings. Returns false if the chains cannot be simulated. */
-bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
-                struct advise_braking *braking, struct advise_outcome *outcome,
-                struct advise_row *row);
+bool advise_compute_row(struct advise_members *members, const struct advise_plan *plan,
+                        double mean_ft_s2, struct advise_braking *braking,
+                        struct advise_outcome *outcome, struct advise_row *row);
 
 /* Probability from `events` in `count` members: share and Wilson's interval, all calibrated. */
 struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed);
@@ -294,8 +294,8 @@ struct advise_bound {
 };
 /* `x`: ascending values of the quantity that varies between rows, such as the touchdown speed. The
  * bound is interpolated linearly between rows. */
-struct advise_bound advise_bound(const double *x, const struct advise_row *row, size_t rows,
-                                 double limit);
+struct advise_bound advise_find_bound(const double *x, const struct advise_row *row, size_t rows,
+                                      double limit);
 /* Finds the first pair of adjacent rows that are further apart than `width` and enclose the limit
  * or an end of its interval. Returns the index of the first of them; `rows`: there is no such
  * pair. */

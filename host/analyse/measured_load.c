@@ -157,7 +157,7 @@ static void extend_span(struct series_data *record, int64_t first, int64_t last)
     record->last = any && record->last > last ? record->last : last;
 }
 
-static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t length, int link)
+static enum mr_status store_block(void *context, const uint8_t *bytes, size_t length, int link)
 {
     struct series_data *record = context;
     struct measured_excluded *aside = &record->measured->excluded;
@@ -181,7 +181,7 @@ static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t len
     return MR_OK;
 }
 
-static void add_block(void *context, int64_t index)
+static void count_block(void *context, int64_t index)
 {
     time_groups_add(context, index / BLOCKS_PER_S, 1, 0);
 }
@@ -194,14 +194,14 @@ static const struct mr_series_pack *find_pack(const struct store_frame *frame)
     return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
 }
 
-static enum mr_status add_message(void *context, const struct store_frame *frame)
+static enum mr_status count_message(void *context, const struct store_frame *frame)
 {
     if (find_pack(frame))
         time_groups_add(context, frame->board_us / 1000000, 1, 0);
     return MR_OK;
 }
 
-static enum mr_status keep_message(void *context, const struct store_frame *frame)
+static enum mr_status store_message(void *context, const struct store_frame *frame)
 {
     struct series_data *record = context;
     struct measured_excluded *aside = &record->measured->excluded;
@@ -407,20 +407,21 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
 {
     struct measured *measured = record->measured;
     int64_t run = measured->landing.id;
-    enum mr_status status = store_block_indexes_each(store, run, add_block, &record->groups, error);
+    enum mr_status status = store_block_indexes_each(store, run, count_block, &record->groups,
+                                                     error);
     bool messages = record->groups.groups == 0 || !measured->recalibrated_channels;
     if (status == MR_OK && messages)
-        status = store_frames_each(store, run, LINK_CAN, add_message, &record->groups, error);
+        status = store_frames_each(store, run, LINK_CAN, count_message, &record->groups, error);
     if (status != MR_OK)
         return status;
     select_groups(measured, &record->groups);
     record->from_block = find_first_block(measured, &record->groups);
-    if (store_blocks_each(store, run, keep_block, record, error) != MR_OK)
+    if (store_blocks_each(store, run, store_block, record, error) != MR_OK)
         return error_set(error, MR_MALFORMED,
                          "damaged block record: RUN %lld of %s; the database is damaged",
                          (long long)run, store_path(store));
     if (messages)
-        status = store_frames_each(store, run, LINK_CAN, keep_message, record, error);
+        status = store_frames_each(store, run, LINK_CAN, store_message, record, error);
     /* messages extend the record only before its first or after its last block record */
     int64_t first = record->first, last = record->last;
     for (size_t i = 0; i < record->messages; i++) {

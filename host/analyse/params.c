@@ -100,8 +100,8 @@ static double student_t(size_t freedom)
     return freedom <= entries ? t[freedom - 1] : freedom < 20 ? 3.169 : 2.845;
 }
 
-enum mr_status params_spring(const double *x, const double *y, size_t count,
-                             struct params_spring *spring, struct error *error)
+enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
+                                 struct params_spring *spring, struct error *error)
 {
     struct line_fit line;
     if (line_fit(x, y, count, &line, error) != MR_OK)

@@ -34,8 +34,8 @@ struct params_spring {
 };
 
 /* Returns MR_TOO_FEW for fewer than three readings or if all x are equal, otherwise MR_OK. */
-enum mr_status params_spring(const double *x, const double *y, size_t count,
-                             struct params_spring *spring, struct error *error);
+enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
+                                 struct params_spring *spring, struct error *error);
 
 /* Rotational stiffness of a joint from that of a strip. `wider`: width of the joint divided by the
  * width of the strip. */

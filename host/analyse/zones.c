@@ -116,9 +116,9 @@ static struct zones_received find_received(const struct measured *measured,
                                            const struct store_zone *row, size_t count)
 {
     const struct store_landing *landing = &measured->landing;
-    struct zones_received received = {.any = count > 0,
-                                      .ended = landing->state == MR_LANDING_DONE ||
-                                               landing->state == MR_LANDING_IDLE,
+    struct zones_received received = {.has_messages = count > 0,
+                                      .has_end = landing->state == MR_LANDING_DONE ||
+                                                 landing->state == MR_LANDING_IDLE,
                                       .pause_from_s = (double)NAN,
                                       .pause_to_s = (double)NAN,
                                       .origin = measured_origin_text(measured)};
@@ -127,8 +127,8 @@ static struct zones_received find_received(const struct measured *measured,
         return received;
     received.first_s = measured_block_s(measured, row[0].block);
     received.last_s = measured_block_s(measured, row[count - 1].block);
-    received.late = landing->armed_block == STORE_NONE ||
-                    row[0].block - landing->armed_block > PAUSE_BLOCKS;
+    received.begins_late = landing->armed_block == STORE_NONE ||
+                           row[0].block - landing->armed_block > PAUSE_BLOCKS;
     for (size_t i = 1; i < count; i++) {
         if (row[i].block - row[i - 1].block <= longest)
             continue;
@@ -363,11 +363,11 @@ bool zones_format_doubt(const struct zones_received *received, double before_s,
 {
     char text[160], when[MOMENT_TEXT_SIZE];
     out[0] = '\0';
-    if (!received->any) {
+    if (!received->has_messages) {
         append_reason(out, "the record has no zone messages from the board");
         return true;
     }
-    if (received->late) {
+    if (received->begins_late) {
         snprintf(text, sizeof text, "no zone messages until %s",
                  format_moment(received->first_s, received->origin, when));
         append_reason(out, text);
@@ -377,7 +377,7 @@ bool zones_format_doubt(const struct zones_received *received, double before_s,
                  received->pause_from_s, received->pause_to_s, received->origin);
         append_reason(out, text);
     }
-    if (!received->ended && isinf(before_s)) {
+    if (!received->has_end && isinf(before_s)) {
         snprintf(text, sizeof text,
                  "the record ends %s, before the board reported the end of the landing",
                  format_moment(received->last_s, received->origin, when));

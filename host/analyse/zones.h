@@ -13,9 +13,9 @@
 
 /* Times are t_s of the landing. */
 struct zones_received {
-    bool any;   /* at least one zone message was received */
-    bool late;  /* the first message was received late: the record begins after arming */
-    bool ended; /* the board reported the end of the landing */
+    bool has_messages; /* at least one zone message was received */
+    bool begins_late;  /* the first message was received late: the record begins after arming */
+    bool has_end;      /* the board reported the end of the landing */
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
     const char *origin;              /* origin of t_s */

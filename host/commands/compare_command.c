@@ -107,7 +107,7 @@ static int compare_one(struct store *store, const struct request *request,
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
     store_refuse_void(store, request->run, request->voided, fatal);
-    compare_landing(store, request->run, model, 0, &landing, fatal);
+    compare_run_landing(store, request->run, model, 0, &landing, fatal);
     if (request->output)
         write_csv(request, &landing, cli->si);
     compare_judge(&landing.figures, &request->limits, &verdict);
@@ -152,7 +152,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct store *store = program_open_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
     store_run_find(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
-    model.not_stored = !stored;
+    model.is_not_stored = !stored;
     if (!stored)
         cli_note(cli, "the comparison was not stored: %s", cannot.text);
     int exit_code = request.run ? compare_one(store, &request, &model, cli)

@@ -257,7 +257,7 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
     double x[READINGS_MAX], y[READINGS_MAX];
     struct params_spring spring = {.k = {1.0, 0.0}};
     size_t count = take_pairs(r, x_name, factor, y_name, x, y);
-    params_spring(x, y, count, &spring, fatal);
+    params_fit_spring(x, y, count, &spring, fatal);
     if (spring.below_free)
         error_set(fatal, MR_MALFORMED,
                   "readings within the free travel: %s: %s: %zu of %zu are below the start of the "

@@ -12,7 +12,7 @@
 /* ---- two series, sample by sample ---- */
 
 /* noise stays below this number of standard deviations in some thousand samples */
-#define FAR_FROM_NOISE 5.0
+#define NOISE_LIMIT_SIGMAS 5.0
 
 double signal_normalized_error(double measured, double measured_error, double simulated,
                                double simulated_error)
@@ -73,7 +73,7 @@ static double moving_mean(const struct signal *s, const double *values, size_t i
     return count ? sum / (double)count : (double)NAN;
 }
 
-static double time_of(const struct signal *s, double i)
+static double sample_time_s(const struct signal *s, double i)
 {
     return s->t0_s + i * s->dt_s;
 }
@@ -94,11 +94,11 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     }
     if (isnan(peak.value))
         return peak;
-    double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), FAR_FROM_NOISE * noise);
+    double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_LIMIT_SIGMAS * noise);
     for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
         first++; /* ends at the peak or before */
     peak.error = errors[at];
-    peak.t_s = time_of(s, (double)first);
+    peak.t_s = sample_time_s(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
     return peak;
 }
@@ -110,7 +110,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     struct signal_moment arrival = {SIGNAL_ARRIVAL_FRACTION * peak, (double)NAN, (double)NAN,
                                     (double)NAN};
     double threshold = fabs(arrival.value), before = (double)NAN;
-    if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
+    if (!(threshold > NOISE_LIMIT_SIGMAS * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
         double value = has_both(s, i) ? moving_mean(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
@@ -130,7 +130,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
         double u = errors[i];
         if (measured) /* the measured value is a mean, with less noise */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
-        arrival.t_s = time_of(s, (double)i - (value - threshold) / (value - before));
+        arrival.t_s = sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
         arrival.t_error_s = sqrt(u * u / (slope * slope) +
                                  (measured ? s->time_error_s[i] * s->time_error_s[i] : 0.0) +
@@ -312,17 +312,17 @@ struct zone_input {
     const struct measured *measured;
     const struct zones_closure *survey;
     const struct compare_segments *segments;
-    const struct compare_board_reports *said;
+    const struct compare_board_reports *reports;
 };
 
 static void extend_range(const struct zone_input *in, const char *what, double t_s,
                          struct compare_zone_moment *moment)
 {
-    moment->what = what;
+    moment->description = what;
     moment->t_s = t_s;
     moment->wheel_ft = measured_station_ft(in->measured, t_s);
     moment->zone[COMPARE_MEASURED] = measured_zone(in->measured, in->survey, t_s);
-    moment->zone[COMPARE_BOARD] = board_zone(in->measured, in->said, t_s);
+    moment->zone[COMPARE_BOARD] = board_zone(in->measured, in->reports, t_s);
     moment->zone[COMPARE_SIMULATED] = simulated_zone(in->segments, t_s, moment->wheel_ft);
     moment->board = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
                                          &moment->zone[COMPARE_BOARD]);
@@ -373,7 +373,7 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest)
 {
     for (size_t i = 0; i < zones->count; i++) {
-        if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
+        if ((strcmp(zones->moment[i].description, "at rest") == 0) == rest)
             return &zones->moment[i];
     }
     return NULL;
@@ -392,9 +392,9 @@ static double interpolate(const struct store_simulation *row, const float *value
     return (double)values[i] + (k - (double)i) * (double)(values[i + 1] - values[i]);
 }
 
-void compare_curves(const struct measured *measured, const struct compare_clock *clock,
-                    const struct measured_channel *channel, const struct store_simulation *row,
-                    double solver_error_in, struct compare_curves *s)
+void compare_fill_curves(const struct measured *measured, const struct compare_clock *clock,
+                         const struct measured_channel *channel, const struct store_simulation *row,
+                         double solver_error_in, struct compare_curves *s)
 {
     double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
     size_t n = measured->samples;
@@ -533,7 +533,7 @@ static void add_channel(const struct measured *measured, const struct compare_cl
     out->compared = is_usable(measured, channel, row, out);
     if (!out->compared)
         return;
-    compare_curves(measured, clock, channel, row, solver_error_in, &series);
+    compare_fill_curves(measured, clock, channel, row, solver_error_in, &series);
     find_figures(measured, channel, &series, out);
     free(series.storage);
 }

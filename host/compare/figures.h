@@ -103,7 +103,7 @@ struct compare_overlap {
 
 /* The zones at one moment. */
 struct compare_zone_moment {
-    const char *what; /* "longest measured", ... */
+    const char *description; /* "longest measured", ... */
     double t_s, wheel_ft;
     struct compare_zone zone[COMPARE_SOURCES];
     struct compare_overlap board, simulated; /* each compared with the measured zone */
@@ -201,9 +201,9 @@ struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
         *time_error_s, *alignment_in;
 };
-void compare_curves(const struct measured *measured, const struct compare_clock *clock,
-                    const struct measured_channel *channel, const struct store_simulation *row,
-                    double solver_error_in, struct compare_curves *curves);
+void compare_fill_curves(const struct measured *measured, const struct compare_clock *clock,
+                         const struct measured_channel *channel, const struct store_simulation *row,
+                         double solver_error_in, struct compare_curves *curves);
 
 /* Agreement of measured and simulated values: peak, end and arrival of each compared transducer.
  * Two values agree if En, their difference divided by twice their common standard error, is at most

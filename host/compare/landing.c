@@ -287,7 +287,8 @@ static void accumulate(double *mean, double *squares, double value, size_t count
 }
 
 /* Gage point p (1..42) is on mat 10 p; its column follows the columns of the stations. */
-static double point_in(const struct sim_result *result, size_t row, size_t stations, size_t p)
+static double point_movement_in(const struct sim_result *result, size_t row, size_t stations,
+                                size_t p)
 {
     return p == 0 ? 0.0
                   : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
@@ -305,8 +306,8 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
     for (size_t i = 0; i < s->segment_rows; i++) {
         size_t row = (size_t)lround((double)i * COMPARE_SEGMENTS_S / s->dt_s);
         for (size_t segment = 0; segment < MR_SEGMENTS && row < rows; segment++) {
-            double left_in = point_in(result, row, s->stations, segment + 1) -
-                             point_in(result, row, s->stations, segment);
+            double left_in = point_movement_in(result, row, s->stations, segment + 1) -
+                             point_movement_in(result, row, s->stations, segment);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
                 left_in += IN_PER_FT * gap_ft[segment * MR_MATS_PER_SEGMENT + j];
             float *mean = &s->remaining_in[i * MR_SEGMENTS + segment];
@@ -553,8 +554,9 @@ static enum mr_status store_comparison(struct store *store, const struct compare
            store_commit(store, error);
 }
 
-enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,
-                               size_t index, struct compare_landing *landing, struct error *error)
+enum mr_status compare_run_landing(struct store *store, int64_t run, struct compare_model *model,
+                                   size_t index, struct compare_landing *landing,
+                                   struct error *error)
 {
     struct zones_closure survey;
     char *scene_json = NULL;
@@ -564,7 +566,7 @@ enum mr_status compare_landing(struct store *store, int64_t run, struct compare_
         simulate(model, index, &survey, landing, &scene_json, error) == MR_OK &&
         find_figures(store, landing, &survey, error) == MR_OK) {
         fill_rows(landing);
-        if (!model->not_stored)
+        if (!model->is_not_stored)
             store_comparison(store, landing, scene_json, error);
     }
     free(scene_json);
@@ -656,7 +658,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
     struct compare_landing landing;
     struct compare_series_landing *out = &set->landing[index];
     struct error why = {0};
-    enum mr_status status = compare_landing(store, out->run, model, index, &landing, &why);
+    enum mr_status status = compare_run_landing(store, out->run, model, index, &landing, &why);
     if (status == MR_OK) {
         out->compared = true;
         set->compared++;

@@ -48,7 +48,7 @@ struct compare_model {
     /* per seed and joint: present state of the runway; NULL before the first landing */
     double *gap_ft, *closing_lb;
     float survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool not_stored;              /* do not store comparisons with the landings */
+    bool is_not_stored;           /* do not store comparisons with the landings */
 };
 
 /* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.
@@ -97,8 +97,9 @@ struct compare_landing {
 /* Simulates, compares and stores RUN as landing `index` (from 0) of the model's series. Earlier
  * comparisons are kept. MR_TOO_FEW, MR_TRUNCATED: there is no data to compare (no motion, no
  * transducers); the model is unchanged. The caller frees `landing`, also after an error. */
-enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,
-                               size_t index, struct compare_landing *landing, struct error *error);
+enum mr_status compare_run_landing(struct store *store, int64_t run, struct compare_model *model,
+                                   size_t index, struct compare_landing *landing,
+                                   struct error *error);
 void compare_landing_free(struct compare_landing *landing);
 
 /* A series of landings compared with one model in order: the results of each landing, and of all

@@ -129,7 +129,7 @@ void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
     for (size_t i = 0; i < zones->count; i++) {
         const struct compare_zone_moment *m = &zones->moment[i];
         answer_open(answer, NULL, "");
-        answer_words(answer, "when", "zone", "%s", m->what);
+        answer_words(answer, "when", "zone", "%s", m->description);
         answer_value(answer, "at", "time", UNIT_TIME, m->t_s, 3);
         answer_value(answer, "wheel", "wheel at", UNIT_STATION, m->wheel_ft, 1);
         answer_table(answer, NULL, "");
@@ -404,13 +404,13 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 /* ---- files ---- */
 
 /* The transducers with both measured and simulated samples. */
-struct sides {
+struct channel_curves {
     const struct store_simulation *row[MR_TRANSDUCERS];
     struct compare_curves curves[MR_TRANSDUCERS];
     size_t count;
 };
 
-static void sides_make(const struct compare_landing *landing, struct sides *sides)
+static void channel_curves_make(const struct compare_landing *landing, struct channel_curves *sides)
 {
     const struct measured *measured = &landing->measured;
     sides->count = 0;
@@ -419,15 +419,15 @@ static void sides_make(const struct compare_landing *landing, struct sides *side
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_curves(measured, &landing->figures.clock, &measured->channel[c], row,
-                       isnan(landing->head.error_in) ? row->peak_simulated_error_in
-                                                     : landing->head.error_in,
-                       &sides->curves[sides->count]);
+        compare_fill_curves(measured, &landing->figures.clock, &measured->channel[c], row,
+                            isnan(landing->head.error_in) ? row->peak_simulated_error_in
+                                                          : landing->head.error_in,
+                            &sides->curves[sides->count]);
         sides->row[sides->count++] = row;
     }
 }
 
-static void sides_free(struct sides *sides)
+static void channel_curves_free(struct channel_curves *sides)
 {
     for (size_t i = 0; i < sides->count; i++)
         free(sides->curves[i].storage);
@@ -438,8 +438,8 @@ void compare_write_csv(FILE *out, const struct compare_landing *landing, bool si
     static const char *const names[] = {"measured", "measured_error", "simulated",
                                         "simulated_error", "alignment"};
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    struct sides sides;
-    sides_make(landing, &sides);
+    struct channel_curves sides;
+    channel_curves_make(landing, &sides);
     fputs("t_s", out);
     for (size_t i = 0; i < sides.count; i++) {
         for (size_t k = 0; k < 5; k++)
@@ -464,5 +464,5 @@ void compare_write_csv(FILE *out, const struct compare_landing *landing, bool si
         }
         fputc('\n', out);
     }
-    sides_free(&sides);
+    channel_curves_free(&sides);
 }

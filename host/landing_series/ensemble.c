@@ -479,7 +479,7 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
     for (size_t j = 0; j < r->joints; j++) {
         out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
         out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
-        out->tears += result->pull_lb[j + 1] > most_lb;
+        out->torn_joints += result->pull_lb[j + 1] > most_lb;
     }
 }
 

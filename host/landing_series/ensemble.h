@@ -32,8 +32,8 @@ struct series_outcome {
     double lift_error, push_error_lb, pull_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
     double check_step_s
-        [2];   /* time step of the second simulation: of the chain, of the planar engine */
-    int tears; /* joints that were pulled beyond their strength */
+        [2];         /* time step of the second simulation: of the chain, of the planar engine */
+    int torn_joints; /* joints that were pulled beyond their strength */
     int waves;
     double wave_ft; /* station of the highest wave; 0: no wave */
     double rise_in; /* rise of the highest wave */
@@ -165,7 +165,7 @@ struct series_peak {
 struct series_landing_summary {
     size_t runways;
     size_t buckled;
-    size_t planar, waved, unhinged, torn;
+    size_t with_planar, with_wave, unhinged, with_tears;
     struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
     struct series_peak lift_ratio, push_lb, pull_lb;
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];

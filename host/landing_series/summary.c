@@ -217,10 +217,10 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
         const struct series_outcome *out = outcome_at(g, i);
         s->runways++;
         s->buckled += g->runs[i].buckled == (int)g->landing + 1;
-        s->planar += out->planar_was_run;
-        s->waved += out->waves > 0;
+        s->with_planar += out->planar_was_run;
+        s->with_wave += out->waves > 0;
         s->unhinged += out->unhinged;
-        s->torn += out->tears > 0;
+        s->with_tears += out->torn_joints > 0;
     }
     s->stop_ft = SPREAD(g, stop_ft);
     s->peak_in = SPREAD(g, peak_in);
@@ -341,11 +341,11 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
     add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
     add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
                0);
-    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar);
-    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->waved);
+    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->with_planar);
+    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->with_wave);
     answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
     answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged);
-    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn);
+    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->with_tears);
     if (shown && c->landings[number - 1].modified)
         answer_words(answer, NULL, "before it", "modified");
     add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->lift_ratio);
@@ -422,8 +422,8 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
         "push_lb", cli_json_number(o->push_lb, 5), "push_error_lb",
         cli_json_number(o->push_error_lb, 2), "pull_lb", cli_json_number(o->pull_lb, 5),
-        "pull_error_lb", cli_json_number(o->pull_error_lb, 2), "tears", o->tears, "waves", o->waves,
-        "wave_ft", o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
+        "pull_error_lb", cli_json_number(o->pull_error_lb, 2), "tears", o->torn_joints, "waves",
+        o->waves, "wave_ft", o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
         cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
         cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
         "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
@@ -523,8 +523,8 @@ static void add_reported(struct answer *answer, const char *label, const char *t
 }
 
 /* Adds the outcome of the series and its uncertainty. */
-static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
-                                  const struct series_run *runs, const struct series_summary *s)
+static void add_outcome(struct answer *answer, const struct landing_series *c,
+                        const struct series_run *runs, const struct series_summary *s)
 {
     answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
                     c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
@@ -551,8 +551,8 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
 }
 
 /* Adds the results of each landing. */
-static void series_answer_landings(struct answer *answer, const struct landing_series *c,
-                                   const struct series_run *runs, const struct series_summary *s)
+static void add_landing_tables(struct answer *answer, const struct landing_series *c,
+                               const struct series_run *runs, const struct series_summary *s)
 {
     json_t *list = json_array();
     answer_table(answer, "landings",
@@ -575,7 +575,7 @@ struct answer *series_to_answer(const struct landing_series *c, const struct ser
 {
     struct answer *answer = answer_new(si);
     answer_keep_units(answer);
-    series_answer_outcome(answer, c, runs, s);
-    series_answer_landings(answer, c, runs, s);
+    add_outcome(answer, c, runs, s);
+    add_landing_tables(answer, c, runs, s);
     return answer;
 }

@@ -737,8 +737,8 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_curves(measured, &landing->compared->clock, &measured->channel[c], row, error_in,
-                       &curves);
+        compare_fill_curves(measured, &landing->compared->clock, &measured->channel[c], row,
+                            error_in, &curves);
         snprintf(title, sizeof title, "Transducer %" PRId64 ": %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
         figure_plot(&figure, &(struct chart_axes){.title = title,

@@ -146,8 +146,8 @@ static void add_named_landings(struct store *store, const struct fit_request *re
     }
 }
 
-static void load(const struct fit_request *request, const struct cli *cli,
-                 struct fit_landings *list)
+static void load_landings(const struct fit_request *request, const struct cli *cli,
+                          struct fit_landings *list)
 {
     struct sim_scene scene;
     struct store *store = program_open_campaign(request->words[0], STORE_OPEN);
@@ -479,7 +479,7 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct progress progress;
     read_request(argc, argv, cli, &request);
-    load(&request, cli, &list);
+    load_landings(&request, cli, &list);
     struct fit_model model = fit_landings_model(&list);
     struct fit_options options = {.draws = (size_t)request.draws,
                                   .seed = (uint64_t)request.seed,

@@ -508,10 +508,10 @@ static enum mr_status read_samples(struct sweep *sweep, const char *path, struct
 
 /* ---- the search ---- */
 
-static enum mr_status read_find(struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status read_search(struct sweep *sweep, const char *path, struct error *error)
 {
     json_t *root = json_object_get(sweep->root, "find"), *when = NULL;
-    struct sweep_find *find = &sweep->find;
+    struct sweep_search *find = &sweep->search;
     const char *name;
     double above = (double)NAN, below = (double)NAN, scan = 8.0;
     int is = -1;
@@ -553,7 +553,7 @@ static enum mr_status read_find(struct sweep *sweep, const char *path, struct er
 static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct error *error)
 {
     const json_t *outputs = json_object_get(sweep->root, "outputs");
-    if (!outputs && sweep->find.is_given)
+    if (!outputs && sweep->search.is_given)
         return MR_OK;
     for (size_t i = 0; i < json_array_size(outputs); i++) {
         const char *name = json_string_value(json_array_get(outputs, i));
@@ -658,7 +658,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value)
 {
     json_t *at = json_copy((json_t *)(uintptr_t)input), *number = design_json(value);
-    bool done = apply_value(&sweep->find.key, at, number);
+    bool done = apply_value(&sweep->search.key, at, number);
     json_decref(number);
     if (done)
         return at;
@@ -687,8 +687,8 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
     struct sim_scene scene;
     struct landing_series series;
     json_t *input = sweep_input(sweep, 0);
-    if (input && sweep->find.is_given) {
-        json_t *at = sweep_input_at(sweep, input, sweep->find.key.range.from);
+    if (input && sweep->search.is_given) {
+        json_t *at = sweep_input_at(sweep, input, sweep->search.key.range.from);
         json_decref(input);
         input = at;
     }
@@ -711,7 +711,7 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
 {
     if (check_names(sweep, path, error) != MR_OK || read_base(sweep, path, error) != MR_OK ||
         read_vary(sweep, path, error) != MR_OK || read_samples(sweep, path, error) != MR_OK ||
-        read_find(sweep, path, error) != MR_OK || read_outputs(sweep, path, error) != MR_OK)
+        read_search(sweep, path, error) != MR_OK || read_outputs(sweep, path, error) != MR_OK)
         return error->status;
     if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
@@ -737,7 +737,7 @@ void sweep_free(struct sweep *sweep)
         design_range_free(&sweep->axis[i].range);
         free(sweep->axis[i].u);
     }
-    design_range_free(&sweep->find.key.range);
+    design_range_free(&sweep->search.key.range);
     json_decref(sweep->root);
     *sweep = (struct sweep){0};
 }

@@ -75,7 +75,7 @@ struct sweep_axis {
 };
 
 /* A search for the smallest value of a key for which a field is beyond a level. */
-struct sweep_find {
+struct sweep_search {
     bool is_given;
     struct sweep_axis
         key; /* the key and its range, which is searched from the low end; it has no levels */
@@ -101,7 +101,7 @@ struct sweep {
     /* Points of the design for sensitivity indices; `samples` is then points times (number of
      * sampled keys + 2). 0: no indices. */
     size_t points;
-    struct sweep_find find;
+    struct sweep_search search;
     size_t cases;
     uint64_t hash; /* hash of the file with its base */
 };

@@ -151,7 +151,7 @@ struct search {
     json_t *first_field, *last_field;
 };
 
-static bool counts_as_beyond(const struct sweep_find *find, const json_t *result)
+static bool counts_as_beyond(const struct sweep_search *find, const json_t *result)
 {
     for (size_t i = 0; i < json_array_size(find->beyond_when); i++) {
         if (json_equal(json_array_get(find->beyond_when, i), json_object_get(result, "status")))
@@ -171,7 +171,7 @@ static void replace_json(json_t **where, json_t *value)
  * s->failed and returns false. */
 static bool is_beyond(struct search *s, double value)
 {
-    const struct sweep_find *find = &s->sweep->find;
+    const struct sweep_search *find = &s->sweep->search;
     json_t *input = sweep_input_at(s->sweep, s->input, value);
     json_t *result = input ? s->simulate(input)
                            : failure_json("refused", "%s cannot be set", find->key.name);
@@ -212,7 +212,7 @@ static double middle_value(const struct design_range *range, double low, double 
  * field is never beyond, or a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
-    const struct sweep_find *find = &s->sweep->find;
+    const struct sweep_search *find = &s->sweep->search;
     const struct design_range *range = &find->key.range;
     bool found = false;
     *low = (double)NAN;
@@ -233,17 +233,17 @@ static bool search_range(struct search *s, double *low, double *high)
 
 static json_t *run_search(struct search *s)
 {
-    const struct design_range *range = &s->sweep->find.key.range;
+    const struct design_range *range = &s->sweep->search.key.range;
     double low = (double)NAN, high = (double)NAN;
     bool found = search_range(s, &low, &high);
     if (s->failed)
         return s->failed;
-    json_t *outcome = found ? counts_as_beyond(&s->sweep->find, s->first)
+    json_t *outcome = found ? counts_as_beyond(&s->sweep->search, s->first)
                                 ? json_pack("{s:s}", "status", "ok")
                                 : output_values(s->sweep, s->first)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
-    json_object_set_new(bracket, "key", json_string(s->sweep->find.key.name));
+    json_object_set_new(bracket, "key", json_string(s->sweep->search.key.name));
     json_object_set_new(bracket, "verdict",
                         json_string(!found       ? "none"
                                     : isnan(low) ? "at_most"
@@ -264,7 +264,7 @@ json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *
     if (!input)
         return failure_json("refused", "%s cannot be created",
                             sweep->is_study ? "the study" : "the scene");
-    if (sweep->find.is_given) {
+    if (sweep->search.is_given) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
         json_decref(s.first);
@@ -542,7 +542,7 @@ static void add_all_indices(struct answer *answer, const struct sweep_table *tab
                  "sensitivity indices: share of the variance that the key causes alone (first "
                  "order) and together with other keys (total)");
     for (size_t place = 0; place < table->sweep->grid_cases; place++) {
-        if (table->sweep->find.is_given)
+        if (table->sweep->search.is_given)
             add_indices(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
             add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
@@ -601,7 +601,8 @@ static char *cell_text(const json_t *value)
 /* Called for each column of a case, with heading and value. */
 typedef void sweep_cell(void *ctx, const char *head, const json_t *value);
 
-static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell *cell, void *ctx)
+static void for_each_cell(const struct sweep *sweep, const json_t *line, sweep_cell *cell,
+                          void *ctx)
 {
     const json_t *outputs = sweep_outputs(sweep), *find = json_object_get(line, "find");
     cell(ctx, "case", json_object_get(line, "case"));
@@ -609,7 +610,7 @@ static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell 
         cell(ctx, sweep->axis[i].name,
              json_object_get(json_object_get(line, "values"), sweep->axis[i].name));
     cell(ctx, "status", json_object_get(line, "status"));
-    if (sweep->find.is_given) {
+    if (sweep->search.is_given) {
         cell(ctx, "above", json_object_get(find, "low"));
         cell(ctx, "threshold", json_object_get(find, "high"));
     }
@@ -648,7 +649,7 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
         if (!rows)
             continue;
         answer_row(answer);
-        each_cell(table->sweep, table->line[i], add_cell, answer);
+        for_each_cell(table->sweep, table->line[i], add_cell, answer);
     }
     answer_close(answer);
     answer_json_value(answer, "rows", lines);
@@ -672,12 +673,12 @@ static void csv_cell(void *ctx, const char *head, const json_t *value)
 
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out)
 {
-    each_cell(table->sweep, NULL, csv_cell, &(struct csv){.out = out, .heads = true});
+    for_each_cell(table->sweep, NULL, csv_cell, &(struct csv){.out = out, .heads = true});
     fputc('\n', out);
     for (size_t i = 0; i < table->sweep->cases; i++) {
         if (!table->line[i])
             continue;
-        each_cell(table->sweep, table->line[i], csv_cell, &(struct csv){.out = out});
+        for_each_cell(table->sweep, table->line[i], csv_cell, &(struct csv){.out = out});
         fputc('\n', out);
     }
 }

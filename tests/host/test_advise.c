@@ -275,7 +275,7 @@ TEST(a_share_is_what_chains_alone_count)
         sum_in[i] = 0.1;
     assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
     advise_apply_survey(&members, sum_in, 0.0);
-    assert_true(advise_row(&members, &plan, 6.0, braking, met, &row));
+    assert_true(advise_compute_row(&members, &plan, 6.0, braking, met, &row));
     for (size_t m = 0; m < COUNT; m++) {
         double moved_in,
             zone_ft = play_alone(&members, m, &braking[m], step_of(&members, m / 8), &moved_in);
@@ -305,7 +305,7 @@ TEST(a_seed_says_the_same_whatever_the_threads)
         struct advise_members members;
         assert_int_equal(advise_members_draw(&members, &runway, COUNT, i < 2 ? 4 : 5), MR_OK);
         members.threads = i ? 3 : 1;
-        assert_true(advise_row(&members, &plan, 5.0, braking, met[i], &row));
+        assert_true(advise_compute_row(&members, &plan, 5.0, braking, met[i], &row));
         advise_members_free(&members);
     }
     assert_memory_equal(met[0], met[1], sizeof met[0]);
@@ -400,9 +400,9 @@ TEST(a_landing_teaches)
         seen.movement_in[i] = (double)met[0].movement_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         seen.survey_after_in[s] = (double)met[0].segment_sum_in[s];
-    advise_parameter(&members, ADVISE_RESISTANCE, &before, &spread_before);
+    advise_parameter_moments(&members, ADVISE_RESISTANCE, &before, &spread_before);
     assert_true(advise_update(&members, &seen));
-    advise_parameter(&members, ADVISE_RESISTANCE, &after, &spread_after);
+    advise_parameter_moments(&members, ADVISE_RESISTANCE, &after, &spread_after);
     print_message("resistance %.2f +- %.0f %%, then %.2f +- %.0f %%; true 4\n", before,
                   100.0 * spread_before, after, 100.0 * spread_after);
     assert_true(fabs(log(after / 4.0)) < fabs(log(before / 4.0)));
@@ -479,13 +479,13 @@ TEST(the_hardest_braking)
     static const double mean_ft_s2[] = {4.0, 5.0, 6.0, 7.0};
     const struct advise_row row[4] = {
         {.zone = {.p = 0.1}}, {.zone = {.p = 0.3}}, {.zone = {.p = 0.6}}, {.zone = {.p = 0.1}}};
-    struct advise_bound hardest = advise_bound(mean_ft_s2, row, 4, 0.2);
+    struct advise_bound hardest = advise_find_bound(mean_ft_s2, row, 4, 0.2);
     assert_near(hardest.value, 4.5, 1e-12);
     assert_false(hardest.is_unbounded);
-    hardest = advise_bound(mean_ft_s2, row, 4, 0.7);
+    hardest = advise_find_bound(mean_ft_s2, row, 4, 0.7);
     assert_near(hardest.value, 7.0, 1e-12);
     assert_true(hardest.is_unbounded);
-    assert_true(isnan(advise_bound(mean_ft_s2, row, 3, 0.05).value));
+    assert_true(isnan(advise_find_bound(mean_ft_s2, row, 3, 0.05).value));
 }
 
 /* By hand, in proportion between rows. */
@@ -495,7 +495,7 @@ TEST(the_reach_and_its_interval)
     struct advise_row row[] = {{.zone = {.p = 0.1, .low = 0.05, .high = 0.15}},
                                {.zone = {.p = 0.3, .low = 0.25, .high = 0.35}},
                                {.zone = {.p = 0.6, .low = 0.55, .high = 0.65}}};
-    struct advise_bound reach = advise_bound(x, row, 3, 0.2);
+    struct advise_bound reach = advise_find_bound(x, row, 3, 0.2);
     assert_near(reach.value, 15.0, 1e-12);
     assert_near(reach.low, 12.5, 1e-12);
     assert_near(reach.high, 17.5, 1e-12);
@@ -503,15 +503,15 @@ TEST(the_reach_and_its_interval)
     assert_int_equal(advise_find_gap(x, row, 3, 0.2, 5.0), 0);
     assert_int_equal(advise_find_gap(x, row, 3, 0.32, 5.0), 1);
     assert_int_equal(advise_find_gap(x, row, 3, 0.2, 10.0), 3);
-    reach = advise_bound(x, row, 3, 0.62); /* the upper end alone is beyond */
+    reach = advise_find_bound(x, row, 3, 0.62); /* the upper end alone is beyond */
     assert_true(reach.is_unbounded && isnan(reach.high));
     assert_near(reach.value, 30.0, 1e-12);
     assert_near(reach.low, 29.0, 1e-12);
-    reach = advise_bound(x, row, 3, 0.12); /* the first row's upper end is not below */
+    reach = advise_find_bound(x, row, 3, 0.12); /* the first row's upper end is not below */
     assert_near(reach.value, 11.0, 1e-12);
     assert_true(isnan(reach.low));
-    reach = advise_bound(x, row, 3, 0.1);
+    reach = advise_find_bound(x, row, 3, 0.1);
     assert_true(isnan(reach.value) && !reach.is_unbounded);
     row[1].off_runway_share = 0.5; /* who rolls off is not below either */
-    assert_near(advise_bound(x, row, 3, 0.2).value, 12.5, 1e-12);
+    assert_near(advise_find_bound(x, row, 3, 0.2).value, 12.5, 1e-12);
 }

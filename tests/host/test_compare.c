@@ -125,7 +125,7 @@ TEST(differences_of_a_known_series)
     load_one(&s, &m, &survey);
     assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error),
                      MR_OK);
-    compare_landing(s.store, 1, &model, 0, &landing, &s.error);
+    compare_run_landing(s.store, 1, &model, 0, &landing, &s.error);
     assert_no_error(&s.error);
     assert_int_equal(landing.rows, 8);
     measure(&m, 2, &landing.row[2], 1.0, 0.0, 0.0);
@@ -190,7 +190,7 @@ TEST(kept_and_made_again)
     size_t count;
     load_one(&s, &m, &survey);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
-    compare_landing(s.store, 1, &model, 0, &landing, &s.error);
+    compare_run_landing(s.store, 1, &model, 0, &landing, &s.error);
     store_simulations(s.store, 1, &rows, &count, &s.error);
     store_simulation_head_get(s.store, 1, &head, &s.error);
     compare_find_figures(&m, &survey, &nothing, &head, rows, count, &again);
@@ -239,7 +239,7 @@ TEST(errors_of_a_sample)
     assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
     for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
         clock.error_s[i] = 0.02;
-    compare_curves(&m, &clock, &m.channel[2], &row, 0.03, &series);
+    compare_fill_curves(&m, &clock, &m.channel[2], &row, 0.03, &series);
     size_t compared = 0;
     for (size_t i = 0; i < m.samples; i++) {
         if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
@@ -395,7 +395,7 @@ static struct compare_figures two_channels(void)
             .figures = {.rms = 0.02 * (c + 1), .bias = -0.03, .chi = (double)NAN}};
     f.zones.count = 1;
     f.zones.moment[0] =
-        (struct compare_zone_moment){.what = "at rest",
+        (struct compare_zone_moment){.description = "at rest",
                                      .simulated = {true, 20.0, 50.0, 0.4, (double)NAN, (double)NAN},
                                      .board = {.is_known = false}};
     return f;

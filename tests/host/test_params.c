@@ -67,7 +67,7 @@ static struct params_spring hinge(double from_deg, double step_deg, size_t count
         angle[i] = (from_deg + step_deg * (double)i) * DEG;
         moment[i] = 1e5 * fmax(0, angle[i] - 10 * DEG) + noise_ft_lb * scatter(seed);
     }
-    assert_int_equal(params_spring(angle, moment, count, &spring, &error), MR_OK);
+    assert_int_equal(params_fit_spring(angle, moment, count, &spring, &error), MR_OK);
     return spring;
 }
 
@@ -85,10 +85,10 @@ TEST(hinge_of_the_report)
     assert_near(wide.error / wide.value, 0.01, 1e-9);
     const double angle[] = {1, 2, 3, 4}, falling[] = {-1, -2, -3, -4.1}, same[] = {2, 2, 2, 2};
     struct error error = {0}, alike = {0};
-    assert_int_equal(params_spring(angle, falling, 4, &spring, &error), MR_OK);
+    assert_int_equal(params_fit_spring(angle, falling, 4, &spring, &error), MR_OK);
     assert_false(spring.is_known);
-    assert_int_equal(params_spring(angle, falling, 2, &spring, &error), MR_TOO_FEW);
-    assert_int_equal(params_spring(same, angle, 4, &spring, &alike), MR_TOO_FEW);
+    assert_int_equal(params_fit_spring(angle, falling, 2, &spring, &error), MR_TOO_FEW);
+    assert_int_equal(params_fit_spring(same, angle, 4, &spring, &alike), MR_TOO_FEW);
 }
 
 /* Readings from inside the free travel give no spring, and among others they are found. */

@@ -651,7 +651,7 @@ static void write_down(struct case_ *c)
         c->lasting[i].zone_mats = 10 * (i + 1);
         c->lasting[i].waves = i == 1 ? 3 : 0;
         c->lasting[i].band_slack = i > 1;
-        c->lasting[i].tears = i == 3 ? 7 : 0;
+        c->lasting[i].torn_joints = i == 3 ? 7 : 0;
         c->buckling[i] = c->lasting[i];
     }
     c->buckling[2].buckled = true;

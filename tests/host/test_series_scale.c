@@ -70,7 +70,7 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
         for (size_t k = 0; k < a->station_count; k++)
             worst_in = fmax(worst_in, fabs(p->total_in[k] - q->total_in[k] / n));
         *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->waves == q->waves &&
-                     p->tears == q->tears && p->reach_ft == q->reach_ft / n &&
+                     p->torn_joints == q->torn_joints && p->reach_ft == q->reach_ft / n &&
                      p->push_lb == q->push_lb / (n * n * n);
     }
     assert_true(x.landings > 0 && x.outcomes[x.landings - 1].peak_in > 0.003);

@@ -243,7 +243,7 @@ TEST(half_steps_add_up)
             for (int way = 0; way < 2; way++) {
                 for (int i = 0; i <= way * 15; i++) {
                     unsigned stops = 0;
-                    struct element_step step = element_step(
+                    struct element_step step = element_make_step(
                         &set, (struct element_mat){v[way], true}, way ? h / 16.0 : h, m);
                     v[way] = friction_speed_ft_s(step.speed_factor * v[way], x + step.push_lb, dry,
                                                  step.equivalent_s, m, &stops);

@@ -70,7 +70,7 @@ bool advised_say(struct advise_members *members, const struct advise_plan *plan,
     static struct advise_braking braking[ADVISED_MEMBERS];
     static struct advise_outcome met[ADVISED_MEMBERS];
     advise_apply_survey(members, known->sum_in, SURVEY_IN);
-    return advise_row(members, plan, mean_ft_s2, braking, met, row);
+    return advise_compute_row(members, plan, mean_ft_s2, braking, met, row);
 }
 
 bool advised_teach(struct advise_members *members, const struct score_landing *landing,

@@ -131,7 +131,7 @@ static double of_landing(const struct landing_series *c, const struct series_fac
     case SERIES_ZONE_MATS: return o->zone_mats;
     case SERIES_WAVES: return o->waves > 0;
     case SERIES_SLACK: return o->band_slack > 0;
-    case SERIES_TORN: return o->tears > 0;
+    case SERIES_TORN: return o->torn_joints > 0;
     case SERIES_FAILURES: return o->failures;
     case SERIES_APART_FT:
         return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;

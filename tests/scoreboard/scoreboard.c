@@ -31,7 +31,7 @@ static void print_movements(const struct landing_series *c, const struct series_
     for (size_t i = 0; i < c->landing_count; i++) {
         sum += s->landing[i].peak_in.middle / (double)c->landing_count;
         most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
-        waved += s->landing[i].waved;
+        waved += s->landing[i].with_wave;
         played += s->landing[i].runways;
     }
     printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved,
@@ -42,9 +42,9 @@ static void print_torn(const struct landing_series *c, const struct series_summa
 {
     const char *between = "; joints torn in landing ";
     for (size_t i = 0; i < c->landing_count; i++) {
-        if (s->landing[i].torn == 0)
+        if (s->landing[i].with_tears == 0)
             continue;
-        printf("%s%zu (%zux)", between, i + 1, s->landing[i].torn);
+        printf("%s%zu (%zux)", between, i + 1, s->landing[i].with_tears);
         between = ", ";
     }
 }

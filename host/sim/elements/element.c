@@ -65,8 +65,8 @@ void element_describe(const struct sim_scene *scene, struct sim_result *result)
     }
 }
 
-struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,
-                                 double mass_slug)
+struct element_step element_make_step(const struct element_set *set, struct element_mat mat,
+                                      double h_s, double mass_slug)
 {
     double slope = element_slope_lb_s_ft(set, mat), k = -slope * h_s / mass_slug;
     double less = elementary_expm1(-k);

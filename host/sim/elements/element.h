@@ -84,7 +84,7 @@ void element_describe(const struct sim_scene *scene, struct sim_result *result);
 struct element_step {
     double speed_factor, equivalent_s, push_lb;
 };
-struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,
-                                 double mass_slug);
+struct element_step element_make_step(const struct element_set *set, struct element_mat mat,
+                                      double h_s, double mass_slug);
 
 #endif

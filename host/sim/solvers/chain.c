@@ -259,8 +259,8 @@ static void push_by_wheel(const struct chain *chain, double h_s)
         struct element_step step = {1.0, h_s, 0.0};
         gear->mass_slug = chain->masses_slug[n];
         if (chain->elements.count > 0)
-            step = element_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
-                                gear->mass_slug);
+            step = element_make_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
+                                     gear->mass_slug);
         double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
         chain->v_ft_s[n] = gear_speed_ft_s(gear, n, step.speed_factor * v_ft_s,
                                            push_lb(chain, n) + step.push_lb, limit_lb,
@@ -282,7 +282,8 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     }
     for (int n = first; n <= last; n++) {
         double mass = chain->masses_slug[n];
-        struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
+        struct element_step step = element_make_step(set, (struct element_mat){v[n], true}, h_s,
+                                                     mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.speed_factor * v[n];
         double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
                                                     : 0.0;

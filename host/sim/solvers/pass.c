@@ -629,7 +629,7 @@ void pass_fill_result(const struct model *m, struct pass_outcome *pass,
 
 /* ---- difference of two passes ---- */
 
-struct pass_difference pass_difference(const struct pass_outcome *a, const struct pass_outcome *b)
+struct pass_difference pass_compare(const struct pass_outcome *a, const struct pass_outcome *b)
 {
     return (struct pass_difference){sim_record_difference(&a->record, &b->record),
                                     fmax(sim_record_lift_difference(&a->record, &b->record),

@@ -71,7 +71,7 @@ struct pass_difference {
     double lift_ft;
 };
 
-struct pass_difference pass_difference(const struct pass_outcome *a, const struct pass_outcome *b);
+struct pass_difference pass_compare(const struct pass_outcome *a, const struct pass_outcome *b);
 
 /* Returns false if two passes contradict each other: by a fifth of the largest movement or lift, or
  * in whether there is a bow wave. */

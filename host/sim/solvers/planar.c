@@ -233,9 +233,9 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
     if (runs->third.status != SIM_OK)
         return;
     double share = ERROR_FACTOR;
-    widen_error(result, pass_difference(&runs->coarse, &runs->fine), share);
-    struct pass_difference coarse = pass_difference(&runs->coarse, &runs->third),
-                           fine = pass_difference(&runs->fine, &runs->third);
+    widen_error(result, pass_compare(&runs->coarse, &runs->fine), share);
+    struct pass_difference coarse = pass_compare(&runs->coarse, &runs->third),
+                           fine = pass_compare(&runs->fine, &runs->third);
     if (!kind->fixed) {
         widen_error(result, coarse, share);
         widen_error(result, fine, share);
@@ -311,7 +311,7 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
                             "the error estimate includes a run of solver event, which locates "
                             "every event (contact, sticking, slipping)");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
-        widen_error(result, pass_difference(answer, &pass), OTHERS_ERROR_FACTOR);
+        widen_error(result, pass_compare(answer, &pass), OTHERS_ERROR_FACTOR);
     }
     pass_outcome_free(&pass);
     return done;
@@ -335,7 +335,7 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
     request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
     repeat_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
-        widen_error(result, pass_difference(&runs->fine, &runs->third), ERROR_FACTOR);
+        widen_error(result, pass_compare(&runs->fine, &runs->third), ERROR_FACTOR);
 }
 
 /* Adds runs if switches are sampled and no other method locates them. If a part hovers, each step
@@ -359,9 +359,9 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
                                : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / EXTRA_STEP_RATIO;
         repeat_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
-            widen_error(result, pass_difference(&runs->fine, &pass), ERROR_FACTOR);
+            widen_error(result, pass_compare(&runs->fine, &pass), ERROR_FACTOR);
             if (runs->coarse_answers)
-                widen_error(result, pass_difference(&runs->coarse, &pass), ERROR_FACTOR);
+                widen_error(result, pass_compare(&runs->coarse, &pass), ERROR_FACTOR);
         }
         pass_outcome_free(&pass);
     }
@@ -401,7 +401,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
         else
             run_nudged(m, &runs->request, options, run, &pass, result);
         if (pass.status == SIM_OK)
-            widen_error(result, pass_difference(answer, &pass),
+            widen_error(result, pass_compare(answer, &pass),
                         run < 0 && !fixed ? FINER_ERROR_FACTOR : ERROR_FACTOR);
         pass_outcome_free(&pass);
     }
@@ -415,7 +415,7 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
 {
     const struct stepper_kind *kind = runs->request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
-    struct pass_difference apart = pass_difference(a, b);
+    struct pass_difference apart = pass_compare(a, b);
     /* two passes can agree more closely than their errors allow; errors of single steps add up like
      * random numbers */
     double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
@@ -480,7 +480,7 @@ static void ladder_add(struct ladder *l, const struct pass_outcome *run)
     l->runs[l->count++] = *run;
     l->before = l->last;
     if (l->count > 1)
-        l->last = pass_difference(&l->runs[l->count - 2], &l->runs[l->count - 1]);
+        l->last = pass_compare(&l->runs[l->count - 2], &l->runs[l->count - 1]);
 }
 
 static void restart(struct ladder *l)

@@ -314,8 +314,8 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
     struct gear *gear = l->gear;
     double *v = &l->z[m->size + 2 * n + 1];
     bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
-    struct element_step step = element_step(&m->elements, (struct element_mat){*v, grounded}, h_s,
-                                            l->mass_slug[n]);
+    struct element_step step = element_make_step(&m->elements, (struct element_mat){*v, grounded},
+                                                 h_s, l->mass_slug[n]);
     gear->mass_slug = l->mass_slug[n];
     if (!m->soil_normal && m->law != SIM_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
@@ -364,7 +364,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(&m->elements, mat, h_s, mass_slug);
+            struct element_step step = element_make_step(&m->elements, mat, h_s, mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.speed_factor * mat.v_ft_s,
                                                thrust[n] + step.push_lb, limit, step.equivalent_s,
                                                mass_slug, &stops);

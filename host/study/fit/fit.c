@@ -28,12 +28,12 @@ struct sampling {
     const struct fit_options *options;
     struct ensemble *ensemble;
     unsigned round;
-    bool *good;
+    bool *is_valid;
     atomic_size_t done;
 };
 
 /* Computes z from w. */
-static void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
+static void ensemble_point(const struct ensemble_place *place, const double *w, double *z)
 {
     for (size_t i = 0; i < place->parameters; i++) {
         z[i] = place->middle[i];
@@ -58,12 +58,12 @@ static void simulate_rows(const struct sampling *work, size_t from, size_t count
     double z[FIT_BATCH * FIT_PARAMETERS_MAX];
     uint64_t draw[FIT_BATCH];
     for (size_t k = 0; k < count; k++) {
-        ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
-                    z + k * ensemble->parameters);
+        ensemble_point(work->place, ensemble->w + (from + k) * ensemble->parameters,
+                       z + k * ensemble->parameters);
         draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
     }
     model->simulate(model->context, count, z, draw,
-                    ensemble->statistic + from * ensemble->statistics, work->good + from);
+                    ensemble->statistic + from * ensemble->statistics, work->is_valid + from);
 }
 
 static void simulate_draws(void *context, size_t from, size_t every)
@@ -142,7 +142,7 @@ enum mr_status ensemble_simulate(const struct fit_model *model, const struct ens
                             .options = options,
                             .ensemble = ensemble,
                             .round = round,
-                            .good = good};
+                            .is_valid = good};
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
     draw_evenly(&work);
     parallel_for(options->threads ? options->threads
@@ -434,7 +434,7 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
     double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX];
     expected_score(solve, w, score, change);
-    ensemble_at(solve->place, w, z);
+    ensemble_point(solve->place, w, z);
     for (size_t r = 0; r < q; r++) {
         residual[r] = 0.0;
         for (size_t s = 0; s <= r; s++)
@@ -628,7 +628,7 @@ static void move_place(struct fitting *fitting, const double *w,
     double inside[FIT_PARAMETERS_MAX], lower[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < next.parameters; i++)
         inside[i] = fmax(-W_MAX, fmin(W_MAX, w[i]));
-    ensemble_at(&fitting->place, inside, next.middle);
+    ensemble_point(&fitting->place, inside, next.middle);
     if (!solve_cholesky(next.parameters, covariance, lower))
         return;
     for (size_t i = 0; i < next.parameters; i++) {
@@ -735,7 +735,7 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
     gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
     gsl_rng_set(random, (unsigned long)(fitting->options.seed + 1));
     surface_evaluate(surface, w, score, slope);
-    ensemble_at(solve->place, w, z);
+    ensemble_point(solve->place, w, z);
     for (size_t i = 0; i < times * surface->draws; i++) {
         struct solve again = *solve;
         double again_w[FIT_PARAMETERS_MAX];
@@ -747,7 +747,7 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
         memcpy(again_w, w, q * sizeof *w);
         if (isnan(solve_least_squares(&again, again_w)))
             continue;
-        ensemble_at(solve->place, again_w, again_z);
+        ensemble_point(solve->place, again_w, again_z);
         for (size_t k = 0; k < q; k++)
             error_z[count * q + k] = again_z[k] - z[k];
         count++;
@@ -850,7 +850,7 @@ static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
     double w[FIT_PARAMETERS_MAX];
     if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
         estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
-        ensemble_at(&fitting->place, w, answer->z);
+        ensemble_point(&fitting->place, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
         if (surface_make(&ensemble, &all, error) == MR_OK) {

@@ -166,7 +166,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
     unsigned away = advance_chains(&p, parallel_samples(scene, sample_dt_s),
                                    (unsigned)(sample_dt_s / SETTLE_S + 0.5));
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
-        lane[k].good = !(away >> k & 1u);
+        lane[k].is_valid = !(away >> k & 1u);
         for (int j = 0; j <= scene->mats; j++)
             lane[k].gap_ft[j] = fmax((double)chains_opening_ft(p.chains, k, (unsigned)j + 1u), 0.0);
     }
@@ -287,7 +287,7 @@ struct drawing {
     double value[FIT_KEYS];
     double *gap_ft, *grit_lb; /* joints 0..mats */
     struct sim_path_row *path;
-    bool good;
+    bool is_valid;
 };
 
 /* True sum / surveyed sum. One gauge is used for all surveys, so all have the same factor. 1
@@ -451,7 +451,7 @@ static bool run_parallel(struct drawing *drawing, size_t count, const struct fit
     }
     bool good = parallel_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
     for (size_t k = 0; k < count; k++)
-        drawing[k].good = drawing[k].good && good && lane[k].good;
+        drawing[k].is_valid = drawing[k].is_valid && good && lane[k].is_valid;
     return good;
 }
 
@@ -477,11 +477,11 @@ static void simulate_landing(struct drawing *drawing, size_t count,
                      outcome);
     } else {
         for (size_t k = 0; k < count; k++)
-            drawing[k].good = drawing[k].good &&
-                              run_alone(&drawing[k], landing, station_ft, thrust[k], &outcome[k]);
+            drawing[k].is_valid = drawing[k].is_valid && run_alone(&drawing[k], landing, station_ft,
+                                                                   thrust[k], &outcome[k]);
     }
     for (size_t k = 0; k < count; k++) {
-        if (drawing[k].good)
+        if (drawing[k].is_valid)
             read_statistics(&drawing[k], landing, &outcome[k],
                             statistic + k * drawing->list->statistics + landing->first);
     }
@@ -493,7 +493,8 @@ static void begin_drawing(struct drawing *drawing, const struct fit_landings *li
                           uint64_t draw)
 {
     size_t joints = 0, rows = 0;
-    *drawing = (struct drawing){.list = list, .good = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
+    *drawing =
+        (struct drawing){.list = list, .is_valid = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
         const struct sim_scene *scene = &list->landing[l].scene;
         joints = joints > (size_t)scene->mats + 1 ? joints : (size_t)scene->mats + 1;
@@ -528,7 +529,7 @@ static void simulate(const void *context, size_t count, const double *z, const u
     for (size_t l = 0; l < list->count; l++)
         simulate_landing(drawing, count, &list->landing[l], statistic);
     for (size_t k = 0; k < count; k++) {
-        good[k] = drawing[k].good;
+        good[k] = drawing[k].is_valid;
         end_drawing(&drawing[k]);
     }
 }

@@ -127,7 +127,7 @@ struct parallel_lane {
     double friction, kl_lb_ft;
     double thrust_factor; /* factor on the scene's thrust */
     double *sample_u_ft;  /* movements: samples rows of stations */
-    bool good;            /* output: the chain has not diverged */
+    bool is_valid;        /* output: the chain has not diverged */
 };
 
 /* Returns true if that chain supports the scene: only mats, slack, grit, dry friction under the
