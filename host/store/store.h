@@ -225,7 +225,8 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
                               size_t *found, struct error *error);
 
 /* Writes a block record as it was received over serial (link LINK_SERIAL) or from the black box
- * (link STORE_LINK_BLACK_BOX). `run` is STORE_NONE outside landings. An existing block is not changed. */
+ * (link STORE_LINK_BLACK_BOX). `run` is STORE_NONE outside landings. An existing block is not
+ * changed. */
 #define STORE_LINK_BLACK_BOX 2
 enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
                                int link, int64_t index, int64_t host_us, const uint8_t *record,

@@ -783,7 +783,7 @@ int store_create_tables(sqlite3 *database, bool on_demand)
     if (wanted && code == SQLITE_OK)                             \
         code = create_table(database, STORE_TABLE_##row);
 #define NO_VIEWS
-#define INDEX_OR_TRIGGER(sql)                    \
+#define INDEX_OR_TRIGGER(sql)        \
     if (wanted && code == SQLITE_OK) \
         code = sqlite3_exec(database, sql, NULL, NULL, NULL);
 #include "host/store/tables.def"
