@@ -176,9 +176,9 @@ TEST(both_links_fill_one_row)
     /* TAKE, also nothing */
     assert_true(isnan(number("SELECT end_ft FROM zones")));
     assert_true(isnan(number("SELECT mats FROM zones")));
-    /* NEWER: nothing takes nothing away */
+    /* PRESENT: a missing value does not replace the old one */
     assert_true(number("SELECT lead_s FROM zones") == 0.5);
-    assert_true(number("SELECT inferred_percent FROM zones") == 60); /* NEWER */
+    assert_true(number("SELECT inferred_percent FROM zones") == 60); /* PRESENT */
     assert_true(number("SELECT warning FROM zones") == 1);
     assert_true(number("SELECT position FROM edges") == 4);  /* KEEP */
     assert_true(number("SELECT board_us FROM edges") == 70); /* FILL: once */
