@@ -171,9 +171,9 @@ TEST(both_links_fill_one_row)
     store_edge_put(store, 1, &known, &error);
     store_edge_put(store, 1, &later, &error);
     assert_no_error(&error);
-    assert_true(number("SELECT links FROM zones") == 3);     /* JOIN */
-    assert_true(number("SELECT start_ft FROM zones") == 11); /* TAKE */
-    /* TAKE, also nothing */
+    assert_true(number("SELECT links FROM zones") == 3);     /* BITS */
+    assert_true(number("SELECT start_ft FROM zones") == 11); /* REPLACE */
+    /* REPLACE, also by a missing value */
     assert_true(isnan(number("SELECT end_ft FROM zones")));
     assert_true(isnan(number("SELECT mats FROM zones")));
     /* PRESENT: a missing value does not replace the old one */
@@ -181,7 +181,7 @@ TEST(both_links_fill_one_row)
     assert_true(number("SELECT inferred_percent FROM zones") == 60); /* PRESENT */
     assert_true(number("SELECT warning FROM zones") == 1);
     assert_true(number("SELECT position FROM edges") == 4);  /* KEEP */
-    assert_true(number("SELECT board_us FROM edges") == 70); /* FILL: once */
+    assert_true(number("SELECT board_us FROM edges") == 70); /* FILL: only the first value */
     assert_true(number("SELECT links FROM edges") == 3);
     assert_true(number("SELECT count(*) FROM zones") == 1);
     store_close(store);
