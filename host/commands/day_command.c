@@ -650,8 +650,7 @@ static bool ask_operator(struct day *day)
 static bool ask_weight(struct day *day)
 {
     struct store_landing landing;
-    char weight[STORE_JOURNAL_TEXT_SIZE] = "", run_text[24],
-         correction[STORE_JOURNAL_TEXT_SIZE + 20];
+    char weight[STORE_JOURNAL_TEXT_SIZE] = "", run_text[24], correction[sizeof weight + 20];
     int64_t run_number = day->facts.run;
     store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     if (weight[0])
